@@ -1,0 +1,201 @@
+"""The pieces that all criteria share, computed once for a batch of designs.
+
+theory.md 3-5: with the whitened observation matrix Ã = G·A_M = Q·R, the information is M = ÃᵀÃ = RᵀR, the estimator's
+gain is M⁻¹A_MᵀGᵀG = R⁻¹QᵀG, and nothing needs M itself, whose condition number would be squared. Where Ã is rank
+deficient, only functions of the compliances that lie in its row space can be estimated; what cannot be is NaN here, and
+never the number that a pseudo-inverse would put in its place.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.criteria.targets import Targets
+from expdesign.elastostatics.measurements import Measurements
+from expdesign.instrument.deflection_noise import DeflectionNoise, reference_whitener
+
+RANK_TOLERANCE = 1e-9
+"""Singular values below this fraction of the largest count as zero (rounding of the maps is about 1e-13)."""
+
+
+class Assessment:
+    """Lazily computed quantities of b designs of m measurements, for n_p compliances and t targets.
+
+    Args:
+        measurements: linear models with batch shape (b, m).
+        noise: noise of the deflections.
+        shared: whether each source of load error in `measurements` is shared by all measurements.
+        targets: where accuracy is wanted.
+        series: series numbers (b, m), needed where the noise has a shared reference.
+    """
+
+    def __init__(
+        self,
+        measurements: Measurements,
+        noise: DeflectionNoise,
+        shared: tuple[bool, ...],
+        targets: Targets,
+        series: IntArray | None = None,
+    ) -> None:
+        self.measurements = measurements
+        self.noise = noise
+        self.shared = shared
+        self.targets = targets
+        self.series = series
+        self.batch, self.count = measurements.observation.shape[:2]
+        self.parameters = measurements.observation.shape[-1]
+
+    @cached_property
+    def _across(self) -> FloatArray | None:
+        """Whitener across measurements (b, m, m), or None where they are independent."""
+        if not self.noise.shared_reference or self.series is None:
+            return None
+        return reference_whitener(self.series)
+
+    @cached_property
+    def whitened(self) -> FloatArray:
+        """Ã = G·A_M, shape (b, m·k, n_p), in N/m."""
+        rows = self.noise.whitener @ self.measurements.observation[:, :, self.noise.axes, :]
+        if self._across is not None:
+            rows = np.einsum("bij,bjkp->bikp", self._across, rows)
+        return rows.reshape(self.batch, -1, self.parameters)
+
+    @cached_property
+    def _factors(self) -> tuple[FloatArray, FloatArray]:
+        """Q and R of Ã; rows of zeros make up for designs with fewer readings than parameters."""
+        matrix = self.whitened
+        missing = self.parameters - matrix.shape[1]
+        if missing > 0:
+            matrix = np.concatenate([matrix, np.zeros((self.batch, missing, self.parameters))], axis=1)
+        orthogonal, triangular = np.linalg.qr(matrix)
+        return orthogonal, triangular
+
+    @cached_property
+    def singular_values(self) -> FloatArray:
+        """Singular values of Ã, falling, shape (b, n_p); exactly 0 beyond the rank."""
+        values = np.linalg.svd(self._factors[1], compute_uv=False)
+        index = np.arange(self.parameters)
+        clipped: FloatArray = np.where(index < self.rank[:, None], values, 0.0)
+        return clipped
+
+    @cached_property
+    def _scale(self) -> FloatArray:
+        """Column norms of R (b, n_p), which make the rank test independent of the actuators' units."""
+        norms = np.linalg.norm(self._factors[1], axis=1)
+        largest = norms.max(axis=1, keepdims=True)
+        scale: FloatArray = np.where(norms > RANK_TOLERANCE * largest, norms, np.where(largest > 0.0, largest, 1.0))
+        return scale
+
+    @cached_property
+    def rank(self) -> IntArray:
+        """Numerical rank of Ã, shape (b,)."""
+        values = np.linalg.svd(self._factors[1] / self._scale[:, None, :], compute_uv=False)
+        rank: IntArray = (values > RANK_TOLERANCE * np.maximum(values[:, :1], 1e-300)).sum(axis=1)
+        return rank
+
+    @cached_property
+    def condition(self) -> FloatArray:
+        """Condition number of Ã, shape (b,); `inf` where it is rank deficient."""
+        values = self.singular_values
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(values[:, -1] > 0.0, values[:, 0] / values[:, -1], np.inf)
+        return ratio
+
+    @cached_property
+    def _estimator(self) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Root B with M⁻¹ = B·Bᵀ (b, n_p, n_p), B·Qᵀ (b, n_p, m·k), and which target rows are estimable (b, t, n)."""
+        orthogonal, triangular = self._factors
+        full = self.rank == self.parameters
+        safe = np.where(full[:, None, None], triangular, np.eye(self.parameters))
+        root = np.linalg.inv(safe)
+        gain = root @ orthogonal.swapaxes(-1, -2)
+        rows = self.targets.observation
+        estimable = np.broadcast_to(full[:, None, None], (self.batch, *rows.shape[:2])).copy()
+        for index in np.flatnonzero(~full):
+            left, values, right = np.linalg.svd(triangular[index] / self._scale[index])
+            kept = int(self.rank[index])
+            basis = right[:kept].T
+            root[index] = 0.0
+            root[index][:, :kept] = basis / values[:kept] / self._scale[index][:, None]
+            gain[index] = root[index][:, :kept] @ left[:, :kept].T @ orthogonal[index].T
+            scaled = rows / self._scale[index]
+            outside = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
+            estimable[index] = outside <= 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
+        return root, gain[:, :, : self.whitened.shape[1]], estimable
+
+    @cached_property
+    def gain(self) -> FloatArray:
+        """P with ε_c = Σ_i P_i·ε_ΔX,i (m/N per m or rad), shape (b, m, n_p, n); zero for axes not measured."""
+        whitened_gain = self._estimator[1].reshape(self.batch, self.parameters, self.count, -1)
+        if self._across is not None:
+            whitened_gain = np.einsum("bpik,bij->bpjk", whitened_gain, self._across)
+        gain = np.zeros((self.batch, self.count, self.parameters, self.measurements.observation.shape[-2]))
+        gain[..., self.noise.axes] = (whitened_gain @ self.noise.whitener).swapaxes(1, 2)
+        return gain
+
+    @cached_property
+    def estimable(self) -> BoolArray:
+        """Whether each pose coordinate at each target can be predicted from the measurements, shape (b, t, n)."""
+        return self._estimator[2]
+
+    @cached_property
+    def identifies_targets(self) -> BoolArray:
+        """Whether every axis that matters at every target can be predicted, shape (b,)."""
+        needed = self.targets.importance > 0.0
+        identified: BoolArray = np.logical_and.reduce(self.estimable | ~needed, axis=(1, 2))
+        return identified
+
+    @cached_property
+    def noise_root(self) -> FloatArray:
+        """A_D·B, so that U = (A_D·B)(A_D·B)ᵀ, shape (b, t, n, n_p)."""
+        return self.targets.observation @ self._estimator[0][:, None]
+
+    @cached_property
+    def noise_variance(self) -> FloatArray:
+        """U_ii (theory.md 4.2), variance of the attained pose due to measurement noise, shape (b, t, n); NaN rows."""
+        return self._where_estimable((self.noise_root**2).sum(axis=-1))
+
+    @cached_property
+    def _parameter_error(self) -> FloatArray:
+        """Errors of the compliances per standard deviation of every load error, shape (b, n_p, total)."""
+        columns = []
+        for error, shared in zip(self.measurements.load_errors, self.shared, strict=True):
+            per_measurement = self.gain @ (self.measurements.compliance @ error)
+            if shared:
+                columns.append(per_measurement.sum(axis=1))
+            else:
+                columns.append(per_measurement.swapaxes(1, 2).reshape(self.batch, self.parameters, -1))
+        return np.concatenate(columns, axis=-1) if columns else np.zeros((self.batch, self.parameters, 1))
+
+    @cached_property
+    def force_root(self) -> FloatArray:
+        """A_D·E with E the compliance errors: Z·Σ_F·Zᵀ is its Gram matrix (theory.md 5.3), shape (b, t, n, total)."""
+        return self.targets.observation @ self._parameter_error[:, None]
+
+    @cached_property
+    def force_variance(self) -> FloatArray:
+        """(Z·Σ_F·Zᵀ)_ii, variance of the attained pose due to load errors, shape (b, t, n); NaN rows."""
+        return self._where_estimable((self.force_root**2).sum(axis=-1))
+
+    def force_sensitivity(self) -> FloatArray:
+        """Z = −A_D·Ã⁺·G·blkdiag(D_i) (theory.md 5.1), attained pose per load error, shape (b, t, n, m·n)."""
+        per_measurement = self.gain @ self.measurements.compliance
+        stacked = per_measurement.swapaxes(1, 2).reshape(self.batch, self.parameters, -1)
+        return -(self.targets.observation @ stacked[:, None])
+
+    def weighted(self, variance: FloatArray) -> FloatArray:
+        """Σ_i variance_ii/tol_i² per target, shape (b, t), from (b, t, n); NaN where an axis that matters is."""
+        importance = self.targets.importance
+        terms: FloatArray = np.where(importance > 0.0, variance * importance, 0.0).sum(axis=-1)
+        return terms
+
+    def aggregated(self, squares: FloatArray) -> FloatArray:
+        """Root of the mean or maximum over targets of squares (b, t), shape (b,)."""
+        if self.targets.aggregate == "max":
+            return np.sqrt(squares.max(axis=-1))
+        return np.sqrt((squares @ self.targets.weights) / self.targets.weights.sum())
+
+    def _where_estimable(self, values: FloatArray) -> FloatArray:
+        result: FloatArray = np.where(self.estimable, values, np.nan)
+        return result

@@ -1,0 +1,17 @@
+"""O3, Nahvi, Hollerbach & Hayward 1994 (theory.md 7): E-optimality of the parameters."""
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.criterion import Criterion
+
+
+class O3(Criterion):
+    """μ_min."""
+
+    name = "o3"
+    title = "O3 (smallest singular value)"
+    unit = "N/m"
+    maximise = True
+
+    def values(self, assessment: Assessment) -> FloatArray:
+        return assessment.singular_values[:, -1]

@@ -1,0 +1,68 @@
+"""What is read off a set of non-dominated designs: the recommended one, the knee, the hypervolume."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pymoo.indicators.hv import HV
+from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Front:
+    """Non-dominated designs, ordered by their first objective.
+
+    Attributes:
+        genes: shape (d, m, g).
+        criteria: every known criterion of each design, shape (d,) each.
+        objectives: names of the criteria that span the front.
+        recommended: index of the design with the least `total`.
+        knee: index of the compromise of the scaled front.
+        hypervolume: dominated by the front, in the objectives' units with maximised ones negated.
+        reference_point: of the hypervolume.
+        evaluations: designs evaluated by the search.
+    """
+
+    genes: FloatArray
+    criteria: dict[str, FloatArray]
+    objectives: tuple[str, ...]
+    recommended: int
+    knee: int
+    hypervolume: float
+    reference_point: FloatArray
+    evaluations: int
+
+    def __len__(self) -> int:
+        return len(self.genes)
+
+
+def non_dominated(values: FloatArray) -> IntArray:
+    """Indices of the non-dominated rows of values (d, k), all minimised; of equal rows the first is kept."""
+    _, unique = np.unique(values, axis=0, return_index=True)
+    candidates = np.sort(unique)
+    fronts = NonDominatedSorting().do(values[candidates], only_non_dominated_front=True)
+    indices: IntArray = np.sort(candidates[np.asarray(fronts, dtype=np.int64)])
+    return indices
+
+
+def knee(values: FloatArray) -> int:
+    """Compromise of the scaled front: the row of values (d, k) nearest to the ideal point when every objective is
+    scaled to [0, 1] over the front (theory.md 6, fig. 3.12).
+    """
+    low, high = values.min(axis=0), values.max(axis=0)
+    scaled = (values - low) / np.where(high > low, high - low, 1.0)
+    return int(np.argmin(np.linalg.norm(scaled, axis=1)))
+
+
+def reference_point(values: FloatArray) -> FloatArray:
+    """A point worse than every row of values (d, k): the largest of each objective and a tenth of its range more."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    point: FloatArray = high + 0.1 * np.where(high > low, high - low, np.maximum(np.abs(high), 1e-12))
+    return point
+
+
+def hypervolume(values: FloatArray, point: FloatArray) -> float:
+    """Hypervolume of values (d, k) with respect to `point`; rows that do not dominate it count nothing."""
+    inside: BoolArray = np.logical_and.reduce(values <= point, axis=1)
+    return float(HV(ref_point=point)(values[inside])) if inside.any() else 0.0

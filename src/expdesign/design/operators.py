@@ -1,0 +1,79 @@
+"""Variation of designs: real and discrete genes in one vector, and measurements as units.
+
+Simulated binary crossover and polynomial mutation are pymoo's; what is added is what they do not know: that some genes
+are indices, and that the order of the measurements means nothing.
+"""
+
+from typing import Any
+
+import numpy as np
+from pymoo.core.crossover import Crossover
+from pymoo.core.mutation import Mutation
+from pymoo.core.repair import Repair
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+
+from expdesign.arrays import FloatArray
+from expdesign.design.space import DesignSpace
+
+
+class DesignCrossover(Crossover):  # type: ignore[misc]
+    """SBX on continuous genes, exchange on discrete ones, and now and then exchange of whole measurements."""
+
+    def __init__(self, space: DesignSpace, exchange: float = 0.3) -> None:
+        super().__init__(2, 2)
+        self._space = space
+        self._exchange = exchange
+        self._sbx = SBX(eta=15, prob=1.0, prob_var=0.9)
+
+    def _do(self, problem: Any, X: FloatArray, *args: Any, random_state: Any = None, **kwargs: Any) -> FloatArray:
+        space, generator = self._space, random_state
+        children = np.asarray(self._sbx._do(problem, X.copy(), *args, random_state=generator, **kwargs)).copy()
+        count = X.shape[1]
+        shape = (count, space.measurements, space.genes)
+        parents = [X[i].reshape(shape) for i in (0, 1)]
+        swap_gene = generator.random(shape) < 0.5
+        mixed = [np.where(swap_gene, parents[1 - i], parents[i]) for i in (0, 1)]
+        swap_row = generator.random((count, space.measurements, 1)) < 0.5
+        rows = [np.where(swap_row, parents[1 - i], parents[i]) for i in (0, 1)]
+        whole = (generator.random(count) < self._exchange)[:, None, None]
+        for i in (0, 1):
+            child = np.where(space.discrete, mixed[i], children[i].reshape(shape))
+            children[i] = np.where(whole, rows[i], child).reshape(count, -1)
+        return children
+
+
+class DesignMutation(Mutation):  # type: ignore[misc]
+    """Polynomial mutation on continuous genes; a discrete gene is drawn anew, or moved to a neighbour."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__()
+        self._space = space
+        self._rate = min(1.0, 1.5 / max(1, space.measurements * space.genes))
+        self._polynomial = PM(eta=20, prob=1.0, prob_var=self._rate)
+
+    def _do(self, problem: Any, X: FloatArray, *args: Any, random_state: Any = None, **kwargs: Any) -> FloatArray:
+        space, generator = self._space, random_state
+        moved = np.asarray(self._polynomial._do(problem, X.copy(), *args, random_state=generator, **kwargs))
+        shape = (len(X), space.measurements, space.genes)
+        current = X.reshape(shape)
+        uniform = generator.random(shape)
+        drawn = np.minimum(np.floor(uniform * (space.upper + 1.0)), space.upper)
+        step = np.where(generator.random(shape) < 0.5, -1.0, 1.0)
+        neighbour = np.clip(np.rint(current) + step, space.lower, space.upper)
+        changed = np.where(generator.random(shape) < 0.5, drawn, neighbour)
+        discrete = np.where(generator.random(shape) < self._rate, changed, current)
+        mutated: FloatArray = np.where(space.discrete, discrete, moved.reshape(shape)).reshape(len(X), -1)
+        return mutated
+
+
+class CanonicalOrder(Repair):  # type: ignore[misc]
+    """Sorts the measurements of each design, so that permutations of one design are recognised as duplicates."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__()
+        self._space = space
+
+    def _do(self, problem: Any, X: FloatArray, **kwargs: Any) -> FloatArray:
+        genes = X.reshape(len(X), self._space.measurements, self._space.genes)
+        return self._space.canonical(genes).reshape(len(X), -1)

@@ -1,0 +1,100 @@
+"""A plan: the measurements of one design, as a table that a person takes to the laboratory."""
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.errors import InputError
+from expdesign.files.table import Table
+from expdesign.instrument.deflection_noise import series_by_pose
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Measurements of one design.
+
+    Attributes:
+        configurations: poses or joint coordinates, shape (m, n_q).
+        loads: parameters of the load in the order of its `columns`, shape (m, k).
+        series: series numbers, shape (m,).
+    """
+
+    configurations: FloatArray
+    loads: FloatArray
+    series: IntArray
+
+    def __len__(self) -> int:
+        return len(self.series)
+
+
+def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFrame:
+    """The plan in recordings form without the measured columns."""
+    robot, load = loaded.robot, loaded.load
+    columns: dict[str, FloatArray | IntArray] = {"sequence": np.arange(1, len(plan) + 1), "series": plan.series}
+    columns.update({name: plan.configurations[:, i] for i, name in enumerate(robot.configuration)})
+    for i, name in enumerate(load.columns):
+        if with_gravity or name not in robot.coordinates.gravity:
+            columns[name] = plan.loads[:, i]
+    return pd.DataFrame(columns)
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """CSV text of a frame: shortest decimal numbers that read back as the same floats, `\\n` ends a line."""
+    stream = io.StringIO()
+    frame.map(_cell).to_csv(stream, index=False, lineterminator="\n")
+    return stream.getvalue()
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, float | np.floating):
+        return repr(float(value) + 0.0)
+    return str(value)
+
+
+def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> Plan:
+    """The plan in a table in recordings form; measured columns, where there are some, are ignored.
+
+    Raises:
+        InputError: a column is missing or a cell is wrong.
+    """
+    robot, load = loaded.robot, loaded.load
+    configurations = table.numbers(robot.configuration)
+    loads = np.empty((len(table), len(load.columns)))
+    for i, name in enumerate(load.columns):
+        if name in robot.coordinates.gravity and not table.has(name):
+            loads[:, i] = robot.gravity[robot.coordinates.gravity.index(name)]
+        elif (name in robot.coordinates.centre_of_mass and not table.has(name)) or (
+            load.kind == "wrench" and not table.has(name) and table.has(*_any_of(load.columns, table))
+        ):
+            loads[:, i] = 0.0
+        else:
+            loads[:, i] = table.numbers((name,))[:, 0]
+    if load.kind == "payload" and np.any(loads[:, 0] < 0.0):
+        where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
+        raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    series = table.integers("series") if table.has("series") else series_by_pose(configurations)
+    if shared_reference and table.has("series"):
+        _same_pose_within_series(table, configurations, series)
+    return Plan(configurations, loads, series)
+
+
+def _any_of(columns: tuple[str, ...], table: Table) -> tuple[str, ...]:
+    """The first of `columns` that the table has, or the first of them where it has none."""
+    present = [column for column in columns if table.has(column)]
+    return (present[0] if present else columns[0],)
+
+
+def _same_pose_within_series(table: Table, configurations: FloatArray, series: IntArray) -> None:
+    for number in np.unique(series):
+        rows = np.flatnonzero(series == number)
+        other = rows[np.any(configurations[rows] != configurations[rows[0]], axis=1)]
+        if other.size:
+            what = f"series {number} has measurements at different poses, and so cannot share one unloaded measurement"
+            remedy = "Give every pose a series of its own, or leave `shared_reference` out."
+            raise InputError(what, where=table.where(int(other[0]), "series"), remedy=remedy)

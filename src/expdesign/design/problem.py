@@ -1,0 +1,75 @@
+"""A design problem: everything that a run configuration says, as objects that the search and the criteria work on."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.targets import Targets
+from expdesign.design.space import DesignSpace
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.errors import ExpdesignError, NotIdentifiableError
+from expdesign.instrument.deflection_noise import DeflectionNoise, series_by_pose
+
+
+@dataclass(frozen=True)
+class OptimiserSettings:
+    """How the front is searched."""
+
+    population: int
+    generations: int
+    seed: int
+    polish: bool
+
+
+@dataclass(frozen=True)
+class DesignProblem:
+    """What can be measured, with what noise and load errors, and where accuracy is wanted.
+
+    Attributes:
+        loaded: the robot under the load of the experiment, with the sources of load error.
+        noise: of the measured deflections.
+        targets: where accuracy is wanted.
+        target_wrenches: wrench at each target (N, N·m), shape (t, n).
+        space: the designs that can be chosen.
+        objectives: the criteria that span the front.
+        optimiser: settings of the search.
+        config: the configuration as resolved (robot written out, defaults filled in).
+        source: name of the configuration file.
+    """
+
+    loaded: LoadedRobot
+    noise: DeflectionNoise
+    targets: Targets
+    target_wrenches: FloatArray
+    space: DesignSpace
+    objectives: tuple[Criterion, ...]
+    optimiser: OptimiserSettings
+    config: dict[str, Any]
+    source: str
+
+    def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
+        """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""
+        measurements = self.loaded.measure(configurations, loads)
+        shared = tuple(source.shared for source in self.loaded.sources)
+        if self.noise.shared_reference and series is None:
+            series = series_by_pose(configurations)
+        return Assessment(measurements, self.noise, shared, self.targets, series)
+
+    def unidentified(self, assessment: Assessment) -> ExpdesignError | None:
+        """The error that says what the first design of an assessment cannot identify, or None."""
+        if bool(assessment.identifies_targets[0]):
+            return None
+        missing = ~assessment.estimable[0] & (self.targets.importance > 0.0)
+        target, axis = np.argwhere(missing)[0]
+        name = self.loaded.robot.coordinates.deflection[axis]
+        rank, parameters = int(assessment.rank[0]), assessment.parameters
+        what = (
+            f"the measurements identify {rank} of {parameters} stiffnesses, and {name} at target {target + 1} "
+            "depends on what they leave out"
+        )
+        remedy = "Measure more axes or more loads, so that every actuator carries load in some measurement."
+        return NotIdentifiableError(what, where=self.source, remedy=remedy)

@@ -1,0 +1,273 @@
+"""Read a design problem from a run configuration."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import Coordinates
+from expdesign.criteria.criterion import Criterion, known_criteria
+from expdesign.criteria.targets import Targets
+from expdesign.design.problem import DesignProblem, OptimiserSettings
+from expdesign.design.schema import ExperimentSection, LoadSection, NoiseSection, RunSection
+from expdesign.design.space import DesignSpace, PoseSet
+from expdesign.design.variables import Choices, Interval, Quantity, fixed
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.files.schema import validate
+from expdesign.files.table import read_table
+from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
+from expdesign.instrument.deflection_noise import DeflectionNoise
+from expdesign.loads.errors.source import LoadErrorSource
+from expdesign.loads.load import Load
+from expdesign.loads.payload import Payload
+from expdesign.loads.wrench import Wrench
+from expdesign.plugins import implementations
+from expdesign.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.robots.robot_file import read_robot, robot_from_document
+
+
+def read_problem(path: Path) -> DesignProblem:
+    """The design problem of a run configuration.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular at a target.
+    """
+    return problem_from_document(read_yaml(path))
+
+
+def problem_from_document(document: YamlDocument) -> DesignProblem:
+    """The design problem that a YAML document describes; see `read_problem`."""
+    section = validate(RunSection, document)
+    config = section.model_dump(mode="json", fallback=_plain)
+    if isinstance(section.robot, str):
+        robot_path = document.folder / section.robot
+        robot = _in_key(document, lambda: read_robot(robot_path), robot_path)
+        config["robot"] = read_yaml(robot_path).content
+    else:
+        robot = robot_from_document(document.part("robot"))
+    _gravity_matches(section, robot, document)
+    experiment = section.experiment
+    load = _load(experiment.load, robot, document)
+    loaded = LoadedRobot(robot, load, _sources(experiment, load, document), experiment.geometric_stiffness)
+    targets, wrenches = _targets(section, loaded, document)
+    return DesignProblem(
+        loaded=loaded,
+        noise=_noise(experiment.deflection_noise, robot.coordinates, document),
+        targets=targets,
+        target_wrenches=wrenches,
+        space=_space(experiment, robot, load, document),
+        objectives=_objectives(section.objectives, document),
+        optimiser=OptimiserSettings(
+            section.optimiser.population,
+            section.optimiser.generations,
+            section.optimiser.seed,
+            section.optimiser.polish,
+        ),
+        config=config,
+        source=document.source,
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Quantities as they stand in YAML."""
+    if isinstance(value, Interval):
+        return value.low if value.low == value.high else [value.low, value.high]
+    if isinstance(value, Choices):
+        return {"choices": list(value.values)}
+    raise TypeError(type(value).__name__)
+
+
+def _in_key(document: YamlDocument, read: Any, path: Path) -> Robot:
+    if not path.exists():
+        remedy = "Paths are relative to the configuration file."
+        raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
+    robot: Robot = read()
+    return robot
+
+
+def _gravity_matches(section: RunSection, robot: Robot, document: YamlDocument) -> None:
+    for index, target in enumerate(section.targets):
+        if target.gravity_m_s2 is not None and len(target.gravity_m_s2) != len(robot.gravity):
+            where = document.where(("targets", index, "gravity_m_s2"))
+            raise InputError(f"{len(robot.gravity)} components are needed here", where=where, remedy="In m/s².")
+
+
+def _load(section: LoadSection, robot: Robot, document: YamlDocument) -> Load:
+    where: KeyPath = ("experiment", "load")
+    coordinates = robot.coordinates
+    load: Load = Payload(coordinates) if section.kind == "payload" else Wrench(coordinates)
+    own = {"mass_kg", *coordinates.centre_of_mass, "gravity"} if section.kind == "payload" else set(coordinates.wrench)
+    for name in section.model_fields_set - own - {"kind"}:
+        what = f"`{name}` has no meaning for a {section.kind} on a {robot.kind}"
+        remedy = f"Known here: {', '.join(f'`{k}`' for k in sorted(own))}."
+        raise InputError(what, where=document.where((*where, name)), remedy=remedy)
+    if section.kind == "payload":
+        if section.mass_kg is None:
+            raise InputError("the key is missing", where=document.where((*where, "mass_kg")), remedy="Add it (kg).")
+        mass = section.mass_kg
+        if min(mass.values if isinstance(mass, Choices) else (mass.low,)) < 0.0:
+            raise InputError(
+                "a mass cannot be negative", where=document.where((*where, "mass_kg")), remedy="Correct it."
+            )
+        tilt = section.gravity
+        for name in tilt.model_fields_set - set(coordinates.tilt) if tilt else ():
+            remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.tilt)}."
+            raise InputError("unknown key", where=document.where((*where, "gravity", name)), remedy=remedy)
+    return load
+
+
+def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) -> tuple[LoadErrorSource, ...]:
+    known = {cls.source: cls for cls in implementations("expdesign.loads.errors", LoadErrorSource)}  # type: ignore[type-abstract]
+    sources = []
+    for index, entry in enumerate(experiment.load_error):
+        where: KeyPath = ("experiment", "load_error", index)
+        if entry.source not in known:
+            remedy = f"Known: {', '.join(sorted(known))}."
+            what = f"unknown source of load error `{entry.source}`"
+            raise InputError(what, where=document.where((*where, "source")), remedy=remedy)
+        kind = known[entry.source]
+        size = kind.dimension(load)
+        if size == 0:
+            what = f"a {load.kind} of this robot has no `{entry.source}` error"
+            raise InputError(what, where=document.where((*where, "source")), remedy="Use another source.")
+        deviation = np.atleast_1d(np.array(entry.std, dtype=float))
+        if deviation.size != size:
+            what = f"{size} standard deviation{'s are' if size > 1 else ' is'} needed here, not {deviation.size}"
+            raise InputError(what, where=document.where((*where, "std")), remedy=f"In {kind.unit}.")
+        sources.append(kind(deviation, entry.shared))
+    return tuple(sources)
+
+
+def _noise(section: NoiseSection, coordinates: Coordinates, document: YamlDocument) -> DeflectionNoise:
+    where: KeyPath = ("experiment", "deflection_noise")
+    if section.std is not None:
+        axes = [_axis(name, coordinates, document, (*where, "std")) for name in section.std]
+        if not axes:
+            raise InputError("no axis is measured", where=document.where((*where, "std")), remedy="Name at least one.")
+        order = np.argsort(axes)
+        deviations = np.array(list(section.std.values()))[order]
+        return DeflectionNoise.from_deviations(np.array(axes)[order], deviations, section.shared_reference)
+    rows = section.covariance or []
+    place = document.where((*where, "covariance"))
+    if len(rows) != coordinates.n or any(len(row) != coordinates.n for row in rows):
+        what = f"a matrix of {coordinates.n}×{coordinates.n} is needed here"
+        raise InputError(what, where=place, remedy=f"Order: {', '.join(coordinates.deflection)}.")
+    matrix = np.array(rows)
+    if np.any(np.diag(matrix) <= 0.0):
+        raise InputError("a variance is not positive", where=place, remedy="Correct the diagonal.")
+    scale = np.sqrt(np.diag(matrix))
+    if np.abs((matrix - matrix.T) / np.outer(scale, scale)).max() > 1e-6:
+        raise InputError("the matrix is not symmetric", where=place, remedy="Correct it.")
+    try:
+        return DeflectionNoise(np.arange(coordinates.n), (matrix + matrix.T) / 2.0, section.shared_reference)
+    except InputError as error:
+        raise InputError(error.what, where=place, remedy=error.remedy) from None
+
+
+def _axis(name: str, coordinates: Coordinates, document: YamlDocument, where: KeyPath) -> int:
+    if name not in coordinates.deflection:
+        remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.deflection)}."
+        raise InputError("unknown axis", where=document.where((*where, name)), remedy=remedy)
+    return coordinates.deflection.index(name)
+
+
+def _targets(section: RunSection, loaded: LoadedRobot, document: YamlDocument) -> tuple[Targets, FloatArray]:
+    robot, coordinates = loaded.robot, loaded.robot.coordinates
+    poses, observations, wrenches, importance = [], [], [], np.zeros((len(section.targets), coordinates.n))
+    for index, target in enumerate(section.targets):
+        where: KeyPath = ("targets", index)
+        pose = _vector(target.pose, robot.configuration, document, (*where, "pose"))
+        gravity = robot.gravity if target.gravity_m_s2 is None else np.array(target.gravity_m_s2)
+        load: Load
+        if target.payload is not None:
+            load = Payload(coordinates)
+            centre = target.payload.com_m or [0.0] * len(coordinates.centre_of_mass)
+            _vector(centre, coordinates.centre_of_mass, document, (*where, "payload", "com_m"))
+            parameters = np.array([target.payload.mass_kg, *centre, *gravity])
+        else:
+            load = Wrench(coordinates)
+            parameters = _vector(target.wrench or [], coordinates.wrench, document, (*where, "wrench"))
+        require_usable(robot, pose, document.where((*where, "pose")))
+        here = LoadedRobot(robot, load, (), loaded.geometric_stiffness)
+        observations.append(here.measure(pose, parameters).observation)
+        wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
+        poses.append(pose)
+        for name, tolerance in target.tolerance.items():
+            importance[index, _axis(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
+    weights = np.array([target.weight for target in section.targets])
+    arrays = (np.array(poses), np.array(observations), importance, weights)
+    return Targets(*arrays, coordinates.translations, section.aggregate), np.array(wrenches)
+
+
+def _vector(values: list[float], names: tuple[str, ...], document: YamlDocument, where: KeyPath) -> FloatArray:
+    if len(values) != len(names):
+        what = f"{len(names)} numbers are needed here, not {len(values)}"
+        raise InputError(what, where=document.where(where), remedy=f"Order: {', '.join(names)}." if names else "")
+    return np.array(values, dtype=float)
+
+
+def require_usable(robot: Robot, configuration: FloatArray, where: str) -> None:
+    """Raise where a single configuration (n_q,) is beyond the robot's limits or nearly singular.
+
+    Raises:
+        InputError: it is beyond the limits.
+        SingularConfigurationError: its scaled condition number is too large.
+    """
+    if float(robot.limit_excess(configuration)) > 1e-12:
+        what = f"the pose is beyond the robot's limits: {robot.limit_message(configuration)}"
+        raise InputError(what, where=where, remedy="Choose a pose within them, or correct `limits` in the robot file.")
+    condition = float(robot.jacobians(configuration).condition)
+    if condition > CONDITION_LIMIT:
+        what = (
+            f"the robot is singular or nearly so there (scaled condition number {condition:.3g} > {CONDITION_LIMIT:g})"
+        )
+        remedy = "Choose another pose, or correct the joints in the robot file."
+        raise SingularConfigurationError(what, where=where, remedy=remedy)
+
+
+def _space(experiment: ExperimentSection, robot: Robot, load: Load, document: YamlDocument) -> DesignSpace:
+    section = experiment.load
+    names = [name for name in load.columns if name not in robot.coordinates.gravity or load.kind == "wrench"]
+    quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
+    tilt: tuple[Quantity, ...] = ()
+    if load.kind == "payload":
+        given = section.gravity
+        tilt = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in robot.coordinates.tilt)
+    gravity = robot.gravity if load.kind == "payload" else None
+    poses = _poses(experiment, robot, document)
+    return DesignSpace(experiment.measurements, poses, quantities, tilt, robot.coordinates, gravity)
+
+
+def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) -> PoseSet:
+    where: KeyPath = ("experiment", "poses")
+    section = experiment.poses
+    if section.candidates is not None:
+        path = document.folder / section.candidates
+        if not path.exists():
+            place = document.where((*where, "candidates"))
+            raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")
+        return PoseSet(candidates=read_table(path).numbers(robot.configuration))
+    form = "bounds" if section.bounds is not None else "grid"
+    axes: dict[str, Quantity] = section.bounds or section.grid or {}
+    for name in axes:
+        if name not in robot.configuration:
+            remedy = f"Known here: {', '.join(f'`{k}`' for k in robot.configuration)}."
+            raise InputError("unknown coordinate", where=document.where((*where, form, name)), remedy=remedy)
+    return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
+
+
+def _objectives(names: list[str], document: YamlDocument) -> tuple[Criterion, ...]:
+    known = known_criteria()
+    where = document.where(("objectives",))
+    for index, name in enumerate(names):
+        if name not in known:
+            place = document.where(("objectives", index))
+            raise InputError(f"unknown criterion `{name}`", where=place, remedy=f"Known: {', '.join(known)}.")
+    if len(set(names)) != len(names):
+        raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
+    if len(names) < 2:
+        raise InputError("at least two criteria span a front", where=where, remedy="E.g. `[duir, feir]`.")
+    return tuple(known[name] for name in names)

@@ -1,0 +1,69 @@
+"""The design problem as pymoo sees it: a population of gene vectors in, objectives and constraints out, all at once."""
+
+import numpy as np
+from pymoo.core.problem import Problem
+
+from expdesign.arrays import FloatArray
+from expdesign.design.problem import DesignProblem
+from expdesign.robots.robot import CONDITION_LIMIT
+
+UNIDENTIFIED = 1e30
+"""Objective of a design that identifies too little. Such a design also violates a constraint, so that the number never
+reaches a front; it is finite only because NaN and infinity upset the ranking of the others."""
+
+
+class DesignPopulation(Problem):  # type: ignore[misc]
+    """Objectives (minimised) and constraints (≤ 0) of a population.
+
+    Constraints: the robot's limits (m or rad of excess), the scaled condition number (decades above its limit), and
+    the number of target axes that cannot be identified.
+    """
+
+    def __init__(self, problem: DesignProblem) -> None:
+        space = problem.space
+        self.design_problem = problem
+        self.evaluations = 0
+        self._signs = np.array([-1.0 if criterion.maximise else 1.0 for criterion in problem.objectives])
+        super().__init__(
+            n_var=space.measurements * space.genes,
+            n_obj=len(problem.objectives),
+            n_ieq_constr=3,
+            xl=np.tile(space.lower, space.measurements),
+            xu=np.tile(space.upper, space.measurements),
+        )
+
+    def genes(self, vectors: FloatArray) -> FloatArray:
+        """Gene rows (b, m, g) of gene vectors (b, m·g)."""
+        space = self.design_problem.space
+        return vectors.reshape(-1, space.measurements, space.genes)
+
+    def objectives(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Objectives (b, k), to be minimised, and constraints (b, 3) of designs given as genes (b, m, g)."""
+        problem = self.design_problem
+        robot = problem.loaded.robot
+        configurations, loads = problem.space.decode(genes)
+        assessment = problem.assess(configurations, loads)
+        condition = assessment.measurements.condition.max(axis=1)
+        singular = ~np.isfinite(condition)
+        if singular.any():
+            # The maps do not exist there; stand in another design so that the rest of the batch can be evaluated.
+            configurations = np.where(singular[:, None, None], problem.targets.configurations[0], configurations)
+            assessment = problem.assess(configurations, loads)
+        unidentified = ((~assessment.estimable) & (problem.targets.importance > 0.0)).sum(axis=(1, 2))
+        values = np.stack([criterion.values(assessment) for criterion in problem.objectives], axis=1) * self._signs
+        unusable = (unidentified > 0) | singular | ~np.isfinite(values).all(axis=1)
+        values[unusable] = UNIDENTIFIED
+        excess = robot.limit_excess(problem.space.decode(genes)[0]).max(axis=1)
+        violations = np.stack(
+            [
+                np.maximum(excess - 1e-12, -1.0),
+                np.where(singular, 300.0, np.log10(np.where(singular, 1.0, condition) / CONDITION_LIMIT)),
+                np.where(unusable, np.maximum(unidentified, 1), 0).astype(float),
+            ],
+            axis=1,
+        )
+        return values, violations
+
+    def _evaluate(self, x: FloatArray, out: dict[str, FloatArray], *args: object, **kwargs: object) -> None:
+        self.evaluations += len(x)
+        out["F"], out["G"] = self.objectives(self.genes(x))

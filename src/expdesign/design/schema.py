@@ -1,0 +1,184 @@
+"""The run configuration as it stands in YAML (interfaces.md, Run configuration): keys, types and their meaning."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from expdesign.design.variables import Choices, Interval, Quantity, fixed
+from expdesign.files.schema import Count, NonNegative, Number, Positive, Section, invalid
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def _quantity(value: Any) -> Quantity:
+    """A number, `[low, high]`, or `{choices: [...]}`."""
+    remedy = "Write a number, `[low, high]` or `{choices: [...]}`, in SI units."
+    if isinstance(value, Interval | Choices):
+        return value
+    if _is_number(value):
+        return fixed(float(value))
+    if isinstance(value, list):
+        if len(value) != 2 or not all(_is_number(v) for v in value):
+            raise invalid(f"{value} is not an interval of two finite numbers", remedy=remedy)
+        if value[0] > value[1]:
+            raise invalid(f"the bounds are the wrong way round: {value[0]} > {value[1]}", remedy="Write `[low, high]`.")
+        return Interval(float(value[0]), float(value[1]))
+    if isinstance(value, dict) and set(value) == {"choices"}:
+        choices = value["choices"]
+        if not isinstance(choices, list) or not choices or not all(_is_number(v) for v in choices):
+            raise invalid("`choices` needs a list of at least one finite number", remedy=remedy)
+        return Choices(tuple(dict.fromkeys(float(v) for v in choices)))
+    if isinstance(value, dict):
+        unknown = next((str(key) for key in value if key != "choices"), None)
+        raise invalid("unknown key" if unknown else "a number is needed here", unknown, remedy)
+    raise invalid(f"a number is needed here, not {value!r}", remedy=remedy)
+
+
+def _grid_axis(value: Any) -> Quantity:
+    """`[low, high, points]`, or one number."""
+    if isinstance(value, Interval | Choices):
+        return value
+    if _is_number(value):
+        return fixed(float(value))
+    remedy = "Write `[low, high, points]`."
+    if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
+        raise invalid(f"{value} is not an axis of a grid", remedy=remedy)
+    low, high, points = value
+    if not isinstance(points, int) or points < 1:
+        raise invalid(f"the number of points must be a whole number of at least 1, not {points}", remedy=remedy)
+    if low > high:
+        raise invalid(f"the bounds are the wrong way round: {low} > {high}", remedy=remedy)
+    if points == 1 and low != high:
+        raise invalid("one point cannot cover an interval", remedy="Use at least 2 points, or one number.")
+    step = (high - low) / max(points - 1, 1)
+    return Choices((*(float(low + i * step) for i in range(points - 1)), float(high)))
+
+
+QuantityField = Annotated[Any, BeforeValidator(_quantity)]
+GridAxis = Annotated[Any, BeforeValidator(_grid_axis)]
+
+
+class PosesSection(Section):
+    """`experiment.poses`: one of three forms."""
+
+    bounds: dict[str, QuantityField] | None = None
+    grid: dict[str, GridAxis] | None = None
+    candidates: str | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = [name for name in ("bounds", "grid", "candidates") if getattr(self, name) is not None]
+        if len(given) != 1:
+            named = " and ".join(f"`{name}`" for name in given) or "none"
+            raise invalid(
+                f"exactly one of `bounds`, `grid` and `candidates` is needed, not {named}", remedy="Keep one."
+            )
+        return self
+
+
+class TiltSection(Section):
+    """`experiment.load.gravity`: tilt of the base (rad)."""
+
+    tilt_x_rad: QuantityField | None = None
+    tilt_y_rad: QuantityField | None = None
+    tilt_rad: QuantityField | None = None
+
+
+class LoadSection(Section):
+    """`experiment.load`."""
+
+    kind: Literal["payload", "wrench"]
+    mass_kg: QuantityField | None = None
+    com_x_m: QuantityField | None = None
+    com_y_m: QuantityField | None = None
+    com_z_m: QuantityField | None = None
+    gravity: TiltSection | None = None
+    fx_N: QuantityField | None = None
+    fy_N: QuantityField | None = None
+    fz_N: QuantityField | None = None
+    mx_Nm: QuantityField | None = None
+    my_Nm: QuantityField | None = None
+    mz_Nm: QuantityField | None = None
+
+
+class NoiseSection(Section):
+    """`experiment.deflection_noise`."""
+
+    std: dict[str, Positive] | None = None
+    covariance: list[list[Number]] | None = None
+    shared_reference: Annotated[bool, Field(strict=True)] = False
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if (self.std is None) == (self.covariance is None):
+            raise invalid("exactly one of `std` and `covariance` is needed", remedy="Keep one.")
+        return self
+
+
+class LoadErrorSection(Section):
+    """One entry of `experiment.load_error`."""
+
+    source: str
+    std: NonNegative | list[NonNegative]
+    shared: Annotated[bool, Field(strict=True)] = True
+
+
+class ExperimentSection(Section):
+    """`experiment`."""
+
+    measurements: Count
+    poses: PosesSection
+    load: LoadSection
+    deflection_noise: NoiseSection
+    load_error: list[LoadErrorSection] = Field(default_factory=list)
+    geometric_stiffness: Annotated[bool, Field(strict=True)] = False
+
+
+class TargetPayloadSection(Section):
+    """`targets[].payload`."""
+
+    mass_kg: Positive
+    com_m: list[Number] | None = None
+
+
+class TargetSection(Section):
+    """One entry of `targets`."""
+
+    pose: list[Number]
+    payload: TargetPayloadSection | None = None
+    wrench: list[Number] | None = None
+    tolerance: dict[str, Positive]
+    weight: Positive = 1.0
+    gravity_m_s2: list[Number] | None = None
+
+    @model_validator(mode="after")
+    def _one_load(self) -> Self:
+        if (self.payload is None) == (self.wrench is None):
+            raise invalid("exactly one of `payload` and `wrench` is needed", remedy="Keep one.")
+        if not self.tolerance:
+            raise invalid("at least one axis must matter", "tolerance", "Write e.g. `{dz_m: 1.0e-6}`.")
+        return self
+
+
+class OptimiserSection(Section):
+    """`optimiser`."""
+
+    algorithm: Literal["nsga2"] = "nsga2"
+    population: Annotated[int, Field(strict=True, ge=4)] = 100
+    generations: Count = 200
+    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    polish: Annotated[bool, Field(strict=True)] = True
+
+
+class RunSection(Section):
+    """A run configuration."""
+
+    schema_version: Literal[1]
+    robot: str | dict[str, Any]
+    experiment: ExperimentSection
+    targets: Annotated[list[TargetSection], Field(min_length=1)]
+    aggregate: Literal["mean", "max"] = "mean"
+    objectives: list[str] = Field(default_factory=lambda: ["duir", "feir"])
+    optimiser: OptimiserSection = OptimiserSection()

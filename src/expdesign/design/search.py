@@ -1,0 +1,126 @@
+"""The search for the Pareto front: NSGA-II on whole populations (theory.md 6)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point
+from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.design.problem import DesignProblem
+from expdesign.design.pymoo_problem import DesignPopulation
+from expdesign.design.start import starting_designs
+from expdesign.errors import InfeasibleError, NotIdentifiableError
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of the search after a generation."""
+
+    generation: int
+    generations: int
+    front_size: int
+    hypervolume: float
+
+
+def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda progress: None) -> Front:
+    """The Pareto front of the problem's objectives.
+
+    The same problem and seed give the same front, bit for bit.
+
+    Raises:
+        InfeasibleError: no pose is within the robot's limits.
+        NotIdentifiableError: no design identifies what the targets need.
+    """
+    settings, space = problem.optimiser, problem.space
+    generator = np.random.default_rng(settings.seed)
+    population = DesignPopulation(problem)
+    if space.genes == 0:
+        only = np.zeros((1, space.measurements, 0))
+        starting_designs(problem, 1, generator)
+        values, violations = population.objectives(only)
+        return _front(problem, only, values, violations, reference_point(values), 1)
+    start = starting_designs(problem, settings.population, generator)
+    _require_identifiable(problem, population, start)
+    algorithm = NSGA2(
+        pop_size=settings.population,
+        sampling=Population.new(X=np.unique(start, axis=0)),
+        crossover=DesignCrossover(space),
+        mutation=DesignMutation(space),
+        repair=CanonicalOrder(space),
+        evaluator=Evaluator(),
+    )
+    algorithm.setup(population, termination=("n_gen", settings.generations), seed=settings.seed)
+    point: FloatArray | None = None
+    while algorithm.has_next():
+        algorithm.next()
+        values, violations = algorithm.pop.get("F"), algorithm.pop.get("G")
+        feasible = (violations <= 0.0).all(axis=1)
+        if feasible.any():
+            if point is None:
+                point = reference_point(values[feasible])
+            best = values[feasible][non_dominated(values[feasible])]
+            done = Progress(
+                algorithm.n_gen or settings.generations, settings.generations, len(best), hypervolume(best, point)
+            )
+            report(done)
+    genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
+    values, violations = population.objectives(genes)
+    return _front(problem, genes, values, violations, point, population.evaluations)
+
+
+def _front(
+    problem: DesignProblem,
+    genes: FloatArray,
+    values: FloatArray,
+    violations: FloatArray,
+    point: FloatArray | None,
+    evaluations: int,
+) -> Front:
+    feasible = np.flatnonzero((violations <= 0.0).all(axis=1))
+    if feasible.size == 0 or point is None:
+        raise InfeasibleError(
+            "the search met no design within the robot's limits that identifies what the targets need",
+            where=problem.source,
+            remedy="Widen `experiment.poses` or the loads, or allow more measurements.",
+        )
+    best = feasible[non_dominated(values[feasible])]
+    order = best[np.lexsort(values[best].T[::-1])]
+    criteria = all_criteria(problem.assess(*problem.space.decode(genes[order])))
+    return Front(
+        genes=genes[order],
+        criteria=criteria,
+        objectives=tuple(criterion.name for criterion in problem.objectives),
+        recommended=int(np.argmin(criteria["total"])),
+        knee=knee(values[order]),
+        hypervolume=hypervolume(values[order], point),
+        reference_point=point,
+        evaluations=evaluations,
+    )
+
+
+def all_criteria(assessment: Assessment) -> dict[str, FloatArray]:
+    """Every known criterion of the designs of an assessment, shape (b,) each."""
+    return {name: criterion.values(assessment) for name, criterion in known_criteria().items()}
+
+
+def _require_identifiable(problem: DesignProblem, population: DesignPopulation, start: FloatArray) -> None:
+    """Raise where no design of a first population, each of many random measurements, identifies the targets."""
+    configurations, loads = problem.space.decode(population.genes(start))
+    if problem.assess(configurations, loads).identifies_targets.any():
+        return
+    flat = configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
+    everything = problem.assess(*flat)
+    error = problem.unidentified(everything)
+    if error is not None:
+        raise NotIdentifiableError(
+            f"no design can serve the targets: of {flat[0].shape[1]} measurements together, {error.what}",
+            where=problem.source,
+            remedy=error.remedy,
+        )

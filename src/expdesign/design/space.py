@@ -1,0 +1,135 @@
+"""The design space: m measurements, each with a pose and a load out of the same sets.
+
+A design is coded as genes, m rows of one number per variable: the value itself for a continuous variable and an index
+for a discrete one. The quantities that the genes set are, in order, the configuration of the robot, the load's own
+parameters without gravity, and the tilt of the base.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.coordinates import Coordinates
+from expdesign.design.variables import Choices, Interval, Quantity, Rows, Variable, variables_for
+from expdesign.symbolic import BatchFunction
+
+
+@dataclass(frozen=True)
+class PoseSet:
+    """Where measurements may be taken: quantities of each coordinate, or rows of a table of candidates."""
+
+    quantities: tuple[Quantity, ...] | None = None
+    candidates: FloatArray | None = None
+
+
+def tilted_gravity(gravity: ca.SX, tilt: ca.SX) -> ca.SX:
+    """Gravity in O under a tilted base (interfaces.md): Ry(tilt_y)·Rx(tilt_x)·g in space, R(tilt)·g in the plane."""
+    if gravity.shape[0] == 2:
+        c, s = ca.cos(tilt[0]), ca.sin(tilt[0])
+        return ca.vertcat(c * gravity[0] - s * gravity[1], s * gravity[0] + c * gravity[1])
+    cx, sx, cy, sy = ca.cos(tilt[0]), ca.sin(tilt[0]), ca.cos(tilt[1]), ca.sin(tilt[1])
+    x, y, z = gravity[0], cx * gravity[1] - sx * gravity[2], sx * gravity[1] + cx * gravity[2]
+    return ca.vertcat(cy * x + sy * z, y, -sy * x + cy * z)
+
+
+class DesignSpace:
+    """Genes and what they stand for.
+
+    Args:
+        measurements: m.
+        poses: where measurements may be taken.
+        load: quantities of the load's own parameters (mass and centre of mass, or the wrench).
+        tilt: quantities of the tilt of the base (payloads only).
+        coordinates: names.
+        gravity: gravity in the base frame without tilt (m/s²); None for a wrench.
+    """
+
+    def __init__(
+        self,
+        measurements: int,
+        poses: PoseSet,
+        load: tuple[Quantity, ...],
+        tilt: tuple[Quantity, ...],
+        coordinates: Coordinates,
+        gravity: FloatArray | None,
+    ) -> None:
+        self.measurements = measurements
+        self.coordinates = coordinates
+        self.gravity = gravity
+        self._tilt = tilt
+        n_pose = poses.candidates.shape[1] if poses.candidates is not None else len(poses.quantities or ())
+        self.n_pose, self.n_load = n_pose, len(load)
+        variables: list[Variable] = []
+        quantities: dict[int, Quantity] = {}
+        if poses.candidates is not None:
+            variables.append(Variable(tuple(range(n_pose)), Rows(poses.candidates)))
+        else:
+            quantities.update(enumerate(poses.quantities or ()))
+        quantities.update({n_pose + i: quantity for i, quantity in enumerate((*load, *tilt))})
+        variables += variables_for(quantities)
+        self.variables = tuple(variables)
+        self._fixed = np.zeros(n_pose + len(load) + len(tilt))
+        for column, quantity in quantities.items():
+            self._fixed[column] = quantity.values[0] if isinstance(quantity, Choices) else quantity.low
+        if poses.candidates is not None:
+            self._fixed[:n_pose] = poses.candidates[0]
+        self.lower = np.array([variable.bounds[0] for variable in variables])
+        self.upper = np.array([variable.bounds[1] for variable in variables])
+        self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
+
+    @property
+    def genes(self) -> int:
+        """Number of genes of one measurement."""
+        return len(self.variables)
+
+    @property
+    def tilts(self) -> bool:
+        """Whether the base is, or can be, tilted."""
+        return any(not isinstance(q, Interval) or q.low != 0.0 or q.high != 0.0 for q in self._tilt)
+
+    def quantities(self, genes: FloatArray) -> FloatArray:
+        """Quantities (..., n_q) that genes (..., g) stand for; indices are rounded and clipped to their tables."""
+        values = np.broadcast_to(self._fixed, (*genes.shape[:-1], len(self._fixed))).copy()
+        for gene, variable in enumerate(self.variables):
+            if isinstance(variable.domain, Rows):
+                index = np.clip(np.rint(genes[..., gene]), 0, len(variable.domain.table) - 1).astype(np.int64)
+                values[..., list(variable.columns)] = variable.domain.table[index]
+            else:
+                values[..., variable.columns[0]] = genes[..., gene]
+        return values
+
+    @cached_property
+    def _tilted(self) -> BatchFunction:
+        tilt = ca.SX.sym("tilt", len(self._tilt))
+        return BatchFunction("tilt", [tilt], [tilted_gravity(ca.SX(np.asarray(self.gravity)), tilt)])
+
+    def decode(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Configurations (..., n) and load parameters with gravity (..., k) that genes (..., g) stand for."""
+        values = self.quantities(genes)
+        poses = values[..., : self.n_pose]
+        loads = values[..., self.n_pose : self.n_pose + self.n_load]
+        if self.gravity is None:
+            return poses, loads
+        gravity = np.broadcast_to(self.gravity, (*loads.shape[:-1], len(self.gravity)))
+        if self.tilts:
+            (gravity,) = self._tilted(values[..., self.n_pose + self.n_load :])
+        return poses, np.concatenate([loads, gravity], axis=-1)
+
+    def sample(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Uniformly drawn measurements, shape (count, g)."""
+        uniform = generator.random((count, self.genes))
+        continuous = self.lower + uniform * (self.upper - self.lower)
+        indices = np.minimum(np.floor(uniform * (self.upper + 1.0)), self.upper)
+        return np.where(self.discrete, indices, continuous)
+
+    def canonical(self, genes: FloatArray) -> FloatArray:
+        """The same designs (b, m, g), indices rounded and measurements sorted (their order carries no information)."""
+        rounded = np.where(self.discrete, np.rint(genes), genes)
+        rounded = np.clip(rounded, self.lower, self.upper)
+        for gene in reversed(range(self.genes)):
+            order = np.argsort(rounded[..., gene], axis=-1, kind="stable")
+            rounded = np.take_along_axis(rounded, order[..., None], axis=-2)
+        return rounded

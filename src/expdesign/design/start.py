@@ -1,0 +1,72 @@
+"""The first designs of a search: drawn at random from the measurements that the robot can reach."""
+
+import numpy as np
+from scipy.optimize import minimize
+
+from expdesign.arrays import FloatArray
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import InfeasibleError
+from expdesign.robots.robot import CONDITION_LIMIT
+
+_BATCH = 2000
+_BATCHES = 25
+
+
+def reachable_measurements(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
+    """Genes (count, g) of measurements within the robot's limits and away from singularities.
+
+    Raises:
+        InfeasibleError: none was found by sampling and by descending from the best samples; says which limit is in
+            the way.
+    """
+    space, robot = problem.space, problem.loaded.robot
+    found: list[FloatArray] = []
+    total = 0
+    for _ in range(_BATCHES):
+        genes = space.sample(_BATCH, generator)
+        kept = genes[robot.usable(space.decode(genes)[0])]
+        found.append(kept)
+        total += len(kept)
+        if total >= count:
+            break
+    if total == 0:
+        found = [_descend(problem, generator)]
+    pool = np.concatenate(found)
+    return pool[generator.integers(len(pool), size=count)] if len(pool) < count else pool[:count]
+
+
+def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
+    """Gene vectors (count, m·g) of designs whose every measurement can be reached."""
+    space = problem.space
+    genes = reachable_measurements(problem, count * space.measurements, generator)
+    designs = space.canonical(genes.reshape(count, space.measurements, space.genes))
+    return designs.reshape(count, -1)
+
+
+def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArray:
+    """One reachable measurement (1, g), sought by minimising the excess over the limits."""
+    space, robot = problem.space, problem.loaded.robot
+
+    def excess(genes: FloatArray) -> float:
+        poses = space.decode(genes)[0]
+        condition = float(robot.jacobians(poses).condition)
+        beyond = max(0.0, np.log10(min(condition, 1e300) / CONDITION_LIMIT))
+        return max(float(robot.limit_excess(poses)), 0.0) + beyond
+
+    samples = space.sample(_BATCH, generator)
+    scores = np.array([excess(sample) for sample in samples])
+    best = samples[np.argsort(scores, kind="stable")[:5]]
+    bounds = list(zip(space.lower, space.upper, strict=True))
+    for start in best:
+        if not space.discrete.any() and space.genes:
+            result = minimize(excess, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 2000})
+            start[:] = result.x
+        if bool(robot.usable(space.decode(start)[0])):
+            return start[None, :]
+    pose = space.decode(best[int(np.argmin([excess(genes) for genes in best]))])[0]
+    if float(robot.limit_excess(pose)) > 0.0:
+        nearest = robot.limit_message(pose)
+        what = f"no pose in `experiment.poses` is within the robot's limits; at the nearest one found {nearest}"
+    else:
+        what = "the robot is singular, or nearly so, at every pose in `experiment.poses`"
+    raise InfeasibleError(what, where=problem.source, remedy="Widen the poses, or correct the robot file.")

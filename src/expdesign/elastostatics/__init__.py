@@ -1,0 +1,1 @@
+"""Elastostatics: what the loads do to the robot, linear in the compliances of its actuators."""

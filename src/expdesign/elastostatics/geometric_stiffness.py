@@ -1,0 +1,49 @@
+"""Geometric stiffness K_G: the legs' forces change direction as the platform moves (conservative mapping).
+
+theory.md 2.3: dF = (K_C + K_G)·dX with K_G = ∂(J⁻ᵀτ)/∂X at constant actuator forces τ. The thesis drops the term; it is
+an option here. CasADi differentiates; the formulas per mechanism stand in the tests.
+"""
+
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.elastostatics.maps import actuator_forces, cartesian_compliance, observation_matrix
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Jacobians
+from expdesign.symbolic import BatchFunction
+
+
+@lru_cache(maxsize=32)
+def _geometric_stiffness_function(robot: ParallelRobot) -> BatchFunction:
+    pose = ca.SX.sym("X", robot.coordinates.n)
+    force = ca.SX.sym("tau", len(robot.stiffness))
+    lengths = robot.actuator_lengths(pose, ca.SX(robot.geometry))
+    wrench = (ca.jacobian(lengths, pose) @ robot.pose_rate_map(pose)).T @ force
+    return BatchFunction("geometric_stiffness", [pose, force], [ca.jacobian(wrench, pose)])
+
+
+def geometric_stiffness(robot: ParallelRobot, poses: FloatArray, forces: FloatArray) -> FloatArray:
+    """K_G(X, τ) in pose columns (N/m, N, N·m/m, N·m), shape (..., n, n), from poses (..., n) and τ (..., n_p)."""
+    (matrix,) = _geometric_stiffness_function(robot)(poses, forces)
+    return matrix
+
+
+def conservative_maps(
+    robot: ParallelRobot, poses: FloatArray, jacobians: Jacobians, wrenches: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Observation matrix and Cartesian compliance with the geometric stiffness taken into account.
+
+    K_G is taken at the approximate stiffness' first-order state: D' = (I + D·K_G)⁻¹·D and A' = (I + D·K_G)⁻¹·A, so
+    that A'·c = D'·ΔF still holds for the approximate compliances.
+
+    Returns:
+        A' of shape (..., n, n_p) and D' of shape (..., n, n).
+    """
+    compliance = cartesian_compliance(jacobians, robot.compliance)
+    stiffness = geometric_stiffness(robot, poses, actuator_forces(jacobians, wrenches))
+    softening = np.eye(robot.coordinates.n) + compliance @ stiffness
+    observation = np.linalg.solve(softening, observation_matrix(jacobians, wrenches))
+    return observation, np.linalg.solve(softening, compliance)

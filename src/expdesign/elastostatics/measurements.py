@@ -1,0 +1,88 @@
+"""What a batch of designs measures: the linear model of every deflection and of what load errors do to it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+
+from expdesign.arrays import FloatArray
+from expdesign.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.elastostatics.maps import cartesian_compliance, observation_matrix
+from expdesign.loads.errors.source import LoadErrorSource
+from expdesign.loads.load import Load
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Robot
+from expdesign.symbolic import BatchFunction
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Linear model of measurements, with any batch dimensions in front of the measurement index i.
+
+    Attributes:
+        observation: A_i, deflection per compliance (thesis 1.17), shape (..., n, n_p).
+        compliance: D_i with the approximate stiffness, deflection per load error (theory.md 5.1), shape (..., n, n).
+        load_errors: per source, L_i·diag(σ): wrench error per standard deviation of δ, shape (..., n, d).
+        condition: scaled condition number of the mechanism, shape (...).
+    """
+
+    observation: FloatArray
+    compliance: FloatArray
+    load_errors: tuple[FloatArray, ...]
+    condition: FloatArray
+
+
+class LoadedRobot:
+    """A robot under one kind of load with its sources of load error.
+
+    Args:
+        robot: the robot.
+        load: the kind of load.
+        sources: sources of load error.
+        geometric_stiffness: whether the change of geometry under load is taken into account (parallel robots).
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        load: Load,
+        sources: tuple[LoadErrorSource, ...] = (),
+        geometric_stiffness: bool = False,
+    ) -> None:
+        self.robot = robot
+        self.load = load
+        self.sources = sources
+        self.geometric_stiffness = geometric_stiffness
+
+    @cached_property
+    def _wrenches(self) -> BatchFunction:
+        dimension = len(self.robot.gravity)
+        rotation = ca.SX.sym("R", dimension, dimension)
+        parameters = ca.SX.sym("load", len(self.load.columns))
+        outputs = [self.load.wrench(parameters, rotation)]
+        for source in self.sources:
+            outputs.append(source.sensitivity(self.load, parameters, rotation) @ ca.diag(ca.SX(source.deviation)))
+        flat = ca.SX.sym("r", dimension * dimension)
+        # NumPy flattens rows first, CasADi columns first.
+        rows_first = ca.reshape(flat, dimension, dimension).T
+        outputs = [ca.substitute(output, rotation, rows_first) for output in outputs]
+        return BatchFunction("wrenches", [flat, parameters], outputs)
+
+    def wrenches(self, rotation: FloatArray, loads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+        """Wrenches (..., n) and, per source, scaled sensitivities (..., n, d) at R (..., d, d) and loads (..., k)."""
+        flat = rotation.reshape(*rotation.shape[:-2], -1)
+        wrench, *errors = self._wrenches(flat, loads)
+        columns = [len(source.deviation) for source in self.sources]
+        shaped = (error.reshape(*wrench.shape, width) for error, width in zip(errors, columns, strict=True))
+        return wrench, tuple(shaped)
+
+    def measure(self, configurations: FloatArray, loads: FloatArray) -> Measurements:
+        """The linear model at configurations (..., n_q) under loads (..., k), `load.columns` naming the latter."""
+        jacobians = self.robot.jacobians(configurations)
+        wrench, errors = self.wrenches(jacobians.rotation, loads)
+        if self.geometric_stiffness and isinstance(self.robot, ParallelRobot):
+            observation, compliance = conservative_maps(self.robot, configurations, jacobians, wrench)
+        else:
+            observation = observation_matrix(jacobians, wrench)
+            compliance = cartesian_compliance(jacobians, self.robot.compliance)
+        return Measurements(observation, compliance, errors, jacobians.condition)

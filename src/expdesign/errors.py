@@ -1,0 +1,47 @@
+"""Every error that a user can cause or must know about, in one hierarchy.
+
+Each says where it happened, what is wrong and what to do about it, so that a command can print one message and
+exit with status 2. Anything that is not an ``ExpdesignError`` is a defect of the program.
+"""
+
+
+class ExpdesignError(Exception):
+    """Base of all errors that are reported to the user as one message.
+
+    Args:
+        what: what is wrong.
+        where: the file, and the key or the row and column, that it concerns; empty where there is none.
+        remedy: what the user can do about it.
+    """
+
+    def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
+        self.what = what
+        self.where = where
+        self.remedy = remedy
+        super().__init__(self.message)
+
+    @property
+    def message(self) -> str:
+        """The parts in one line: where, what and what to do."""
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{head}. {self.remedy}" if self.remedy else head
+
+
+class InputError(ExpdesignError):
+    """A file or an argument does not say what it must say."""
+
+
+class SingularConfigurationError(ExpdesignError):
+    """The mechanism is singular, or nearly so, at a pose that a result would have to rely on."""
+
+
+class NotIdentifiableError(ExpdesignError):
+    """The measurements do not determine the parameters that a result needs."""
+
+
+class InfeasibleError(ExpdesignError):
+    """No design, or no command, satisfies every limit."""
+
+
+class ConvergenceError(ExpdesignError):
+    """An iteration ended without reaching its tolerance."""

@@ -1,0 +1,72 @@
+"""Writing results so that nobody ever meets a half-written one: write beside, then rename."""
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from expdesign.errors import InputError
+
+
+@contextmanager
+def output_folder(folder: Path) -> Iterator[Path]:
+    """A scratch folder beside `folder`; its files take their place in `folder` when the block ends well.
+
+    Files that `folder` already holds under other names stay. If the block raises, `folder` is as it was.
+
+    Raises:
+        InputError: the folder cannot be made or written.
+    """
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        if folder.exists() and not folder.is_dir():
+            raise InputError("is a file, not a folder", where=str(folder), remedy="Name another folder.")
+        scratch = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+    try:
+        yield scratch
+        if folder.exists():
+            for file in sorted(scratch.iterdir()):
+                os.replace(file, folder / file.name)
+        else:
+            scratch.chmod(0o755)
+            os.replace(scratch, folder)
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write `text` to `path` in one step, making its folder where it is missing.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, scratch = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
+                stream.write(text)
+            os.chmod(scratch, 0o644)
+            os.replace(scratch, path)
+        finally:
+            Path(scratch).unlink(missing_ok=True)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+
+
+def json_text(content: Any) -> str:
+    """`content` as JSON; a NaN or an infinity in it is a defect and raises `ValueError`."""
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def _cannot_write(path: Path, error: OSError) -> InputError:
+    remedy = "Name a place that exists and is writable, with room on the disk."
+    return InputError(f"cannot be written ({error.strerror or error})", where=str(path), remedy=remedy)

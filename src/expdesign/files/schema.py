@@ -1,0 +1,109 @@
+"""Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
+
+import difflib
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import KeyPath, YamlDocument, dotted
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
+NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
+Count = Annotated[int, Field(strict=True, ge=1)]
+
+
+class Section(BaseModel):
+    """A mapping in a YAML file: its keys are fixed, and an unknown one is answered with the nearest known one."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            raise PydanticCustomError("not_a_mapping", "a mapping (`key: value`) is needed here")
+        known = [f.alias or name for name, f in cls.model_fields.items()]
+        for key in data:
+            if key not in known:
+                raise unknown_key(str(key), known)
+        return data
+
+
+def unknown_key(key: str, known: list[str]) -> PydanticCustomError:
+    """The error for `key`, which names the nearest of `known` (or all of them, where none is near)."""
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    hint = f"Did you mean `{near[0]}`?" if near else "Known here: " + ", ".join(f"`{k}`" for k in known) + "."
+    return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": hint})
+
+
+S = TypeVar("S", bound=BaseModel)
+
+
+def validate(model: type[S], document: YamlDocument) -> S:
+    """`document` as `model`.
+
+    Raises:
+        InputError: the first thing that is wrong, with the number of further ones.
+    """
+    try:
+        return model.model_validate(document.content)
+    except ValidationError as error:
+        raise _as_input_error(error, document) from None
+
+
+def invalid(message: str, key: str | None = None, remedy: str = "") -> PydanticCustomError:
+    """An error raised inside a model's validator; `key` is the key below the validated mapping."""
+    context: dict[str, Any] = {"remedy": remedy}
+    if key is not None:
+        context["key"] = key
+    return PydanticCustomError("invalid", message.replace("{", "{{").replace("}", "}}"), context)
+
+
+_REMEDIES = {
+    "missing": ("the key is missing", "Add it."),
+    "float_type": ("a number is needed here", "Write a plain number (SI units, no unit text, no quotes)."),
+    "int_type": ("a whole number is needed here", "Write a whole number without quotes."),
+    "finite_number": ("a finite number is needed here", "NaN and infinity are not allowed."),
+    "string_type": ("a text is needed here", "Write a text."),
+    "bool_type": ("`true` or `false` is needed here", "Write `true` or `false`."),
+    "list_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
+    "tuple_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
+}
+
+
+def _as_input_error(error: ValidationError, document: YamlDocument) -> InputError:
+    details = error.errors(include_url=False)
+    first = details[0]
+    kind, context = first["type"], first.get("ctx") or {}
+    path = _existing(first["loc"], document.content, kind == "missing")
+    if "key" in context:
+        path = (*path, *str(context["key"]).split("."))
+    what, remedy = first["msg"], str(context.get("remedy", ""))
+    if kind in _REMEDIES:
+        what, remedy = _REMEDIES[kind]
+        value = first.get("input")
+        if kind != "missing" and isinstance(value, str | int | float | None):
+            what += f", not {value!r}"
+    elif kind == "value_error":
+        what = what.removeprefix("Value error, ")
+    if len(details) > 1:
+        others = sorted({dotted(_existing(d["loc"], document.content, True)) for d in details[1:]} - {dotted(path)})
+        remedy += f" (Also wrong: {', '.join(others[:3])}.)" if others else ""
+    return InputError(what[:1].lower() + what[1:], where=document.where(path), remedy=remedy.strip())
+
+
+def _existing(loc: tuple[int | str, ...], content: Any, keep_last: bool) -> KeyPath:
+    """The part of pydantic's location that is a key path of the file (it also names the members of unions)."""
+    path: list[int | str] = []
+    for index, key in enumerate(loc):
+        is_key = isinstance(content, dict) and key in content
+        is_index = isinstance(content, list) and isinstance(key, int) and key < len(content)
+        if is_key or is_index:
+            path.append(key)
+            content = content[key]
+        elif keep_last and index == len(loc) - 1:
+            path.append(key)
+    return tuple(path)

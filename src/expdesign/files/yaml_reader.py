@@ -1,0 +1,160 @@
+"""YAML with the number formats of YAML 1.2, no duplicate keys, and the line on which every key stands."""
+
+import re
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from expdesign.errors import InputError
+
+KeyPath = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class YamlDocument:
+    """The content of a YAML file.
+
+    Attributes:
+        source: name of the file, for messages.
+        folder: what relative paths inside the document are relative to.
+        content: plain Python data.
+        lines: line number (from 1) of each key path.
+        prefix: key path of `content` inside the file, where it is a part of it.
+    """
+
+    source: str
+    folder: Path
+    content: Any
+    lines: dict[KeyPath, int] = field(default_factory=dict)
+    prefix: KeyPath = ()
+
+    def where(self, path: KeyPath = ()) -> str:
+        """File, line and key of `path`, as a person would look it up."""
+        full = self.prefix + path
+        known = full
+        while known and known not in self.lines:
+            known = known[:-1]
+        place = f"{self.source}, line {self.lines[known]}" if known in self.lines else self.source
+        return f"{place}, {dotted(full)}" if full else place
+
+    def part(self, *path: str | int) -> "YamlDocument":
+        """The document below `path`, which must exist."""
+        content = self.content
+        for key in path:
+            content = content[key]
+        return YamlDocument(self.source, self.folder, content, self.lines, self.prefix + path)
+
+
+def dotted(path: KeyPath) -> str:
+    """`("targets", 0, "pose")` as `targets[0].pose`."""
+    text = ""
+    for key in path:
+        text += f"[{key}]" if isinstance(key, int) else (f".{key}" if text else key)
+    return text
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe loader whose numbers are those of YAML 1.2 (`1e8` is a number, `1:30` and `010` are not surprises)."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in _REPLACED]
+    for _REPLACED in [("tag:yaml.org,2002:float", "tag:yaml.org,2002:int", "tag:yaml.org,2002:timestamp")]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver("tag:yaml.org,2002:int", re.compile(r"^[-+]?[0-9]+$"), list("-+0123456789"))
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
+    ),
+    list("-+.0123456789"),
+)
+
+
+def _construct_int(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
+    return int(node.value)
+
+
+def _construct_float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
+    return float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
+_Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
+
+
+def read_yaml(path: Path) -> YamlDocument:
+    """Read a YAML file.
+
+    Raises:
+        InputError: the file is missing, is not text, is not YAML, or names a key twice.
+    """
+    return parse_yaml(read_text(path), str(path), path.parent)
+
+
+def read_text(path: Path) -> str:
+    """The text of a UTF-8 file (a byte-order mark is ignored), or an `InputError` that says why there is none."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError("there is no such file", where=str(path), remedy="Check the path.") from None
+    except IsADirectoryError:
+        raise InputError("this is a folder, not a file", where=str(path), remedy="Name a file in it.") from None
+    except UnicodeDecodeError as error:
+        remedy = "Save the file as UTF-8 text."
+        raise InputError(f"not UTF-8 text (byte {error.start})", where=str(path), remedy=remedy) from None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"cannot be read ({reason})", where=str(path), remedy="Check the path and its rights."
+        ) from None
+
+
+def parse_yaml(text: str, source: str, folder: Path) -> YamlDocument:
+    """Read YAML from text; see `read_yaml`."""
+    try:
+        loader = _Loader(text)
+        try:
+            node = loader.get_single_node()
+            lines: dict[KeyPath, int] = {}
+            if node is not None:
+                _walk(node, (), lines, source, set())
+            content = loader.construct_document(node) if node is not None else None
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f", line {mark.line + 1}" if mark else ""
+        what = f"not valid YAML: {error.problem or error.context or 'it cannot be parsed'}"
+        remedy = "Correct the syntax there (indentation, a missing colon or bracket)."
+        raise InputError(what, where=f"{source}{line}", remedy=remedy) from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise InputError(f"not valid YAML: {error}", where=source, remedy="Correct the syntax.") from None
+    return YamlDocument(source, folder, content, lines)
+
+
+def _walk(node: yaml.Node, path: KeyPath, lines: dict[KeyPath, int], source: str, above: set[int]) -> None:
+    """Note the line of every key below `node`, and refuse duplicate keys and aliases that contain themselves."""
+    if id(node) in above:
+        where = f"{source}, line {node.start_mark.line + 1}"
+        raise InputError("an alias refers to itself", where=where, remedy="Write the value out.")
+    above = above | {id(node)}
+    if isinstance(node, yaml.MappingNode):
+        seen: set[Hashable] = set()
+        for key_node, value_node in node.value:
+            key = str(key_node.value) if isinstance(key_node, yaml.ScalarNode) else "?"
+            line = key_node.start_mark.line + 1
+            if key in seen and key != "<<":
+                where = f"{source}, line {line}, {dotted((*path, key))}"
+                raise InputError("this key stands here twice", where=where, remedy="Keep one of them.")
+            seen.add(key)
+            lines[(*path, key)] = line
+            _walk(value_node, (*path, key), lines, source, above)
+    elif isinstance(node, yaml.SequenceNode):
+        for index, item in enumerate(node.value):
+            lines[(*path, index)] = item.start_mark.line + 1
+            _walk(item, (*path, index), lines, source, above)

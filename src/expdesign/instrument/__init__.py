@@ -1,0 +1,1 @@
+"""The instrument that measures deflections: its noise, and what its readings have in common."""

@@ -1,0 +1,23 @@
+"""A payload: a mass whose centre of mass has a place on the platform (interfaces.md, Conventions; theory.md 5.2)."""
+
+import casadi as ca
+
+from expdesign.coordinates import Coordinates
+from expdesign.loads.load import Load
+
+
+class Payload(Load):
+    """Weight m·g at R·c from the origin of P; the parameters end with the gravity vector that acts on the mass."""
+
+    kind = "payload"
+
+    def __init__(self, coordinates: Coordinates) -> None:
+        super().__init__(coordinates)
+        self.columns = ("mass_kg", *coordinates.centre_of_mass, *coordinates.gravity)
+
+    def wrench(self, parameters: ca.SX, rotation: ca.SX) -> ca.SX:
+        dimension = len(self.coordinates.gravity)
+        force = parameters[0] * parameters[-dimension:]
+        if not self.coordinates.centre_of_mass:
+            return force
+        return ca.vertcat(force, ca.cross(rotation @ parameters[1:4], force))

@@ -1,0 +1,19 @@
+"""A free wrench, as a force actuator or a cable applies it; it does not depend on the pose."""
+
+import casadi as ca
+
+from expdesign.coordinates import Coordinates
+from expdesign.loads.load import Load
+
+
+class Wrench(Load):
+    """Forces and moments at the origin of P along the axes of O."""
+
+    kind = "wrench"
+
+    def __init__(self, coordinates: Coordinates) -> None:
+        super().__init__(coordinates)
+        self.columns = coordinates.wrench
+
+    def wrench(self, parameters: ca.SX, rotation: ca.SX) -> ca.SX:
+        return parameters

@@ -1,0 +1,21 @@
+"""Find the implementations that lie in a package, so that adding one is adding one file."""
+
+import importlib
+import inspect
+import pkgutil
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def implementations(package: str, base: type[T]) -> list[type[T]]:
+    """Concrete subclasses of `base` that are defined in the modules of `package`, in the order of the modules."""
+    found: list[type[T]] = []
+    path = importlib.import_module(package).__path__
+    for info in sorted(pkgutil.iter_modules(path), key=lambda module: module.name):
+        module = importlib.import_module(f"{package}.{info.name}")
+        for value in vars(module).values():
+            defined_here = isinstance(value, type) and value.__module__ == module.__name__
+            if defined_here and issubclass(value, base) and not inspect.isabstract(value):
+                found.append(value)
+    return found

@@ -1,0 +1,84 @@
+"""Planar bipod: two legs from two base points to one tool point (theory.md 2.1)."""
+
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import PLANAR
+from expdesign.files.schema import Number, Positive, invalid, validate
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.hexapod import LimitsSection
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import STANDARD_GRAVITY, RobotSection
+
+Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class BipodSection(RobotSection):
+    """A bipod's robot file."""
+
+    kind: str
+    home: Point
+    base_joints: Annotated[list[Point], Field(min_length=2, max_length=2)]
+    actuator_stiffness: Annotated[list[Positive], Field(min_length=2, max_length=2)]
+    limits: LimitsSection = LimitsSection()
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 2:
+            raise invalid("two components are needed here", "gravity_m_s2", "Write `[gx, gy]` in m/s².")
+        return self
+
+
+class Bipod(ParallelRobot):
+    """Two-leg planar robot; pose `[x, y]` of the tool point relative to `home`."""
+
+    kind = "bipod"
+    coordinates = PLANAR
+    configuration = PLANAR.pose
+
+    def __init__(
+        self,
+        *,
+        base_joints: FloatArray,
+        home: FloatArray,
+        stiffness: FloatArray,
+        gravity: FloatArray | None = None,
+        leg_length: tuple[float, float] | None = None,
+        name: str = "bipod",
+    ) -> None:
+        """See the robot file of interfaces.md; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
+        self.name = name
+        self.base_joints = np.asarray(base_joints, dtype=float)
+        self.home = np.asarray(home, dtype=float)
+        self.stiffness = np.asarray(stiffness, dtype=float)
+        self.gravity = np.array([0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.leg_length = leg_length
+        self.geometry = self.base_joints.ravel()
+        self.geometry_names = tuple(f"base {leg} {axis}" for leg in (1, 2) for axis in "xy")
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(BipodSection, document)
+        return cls(
+            base_joints=np.array(section.base_joints),
+            home=np.array(section.home),
+            stiffness=np.array(section.actuator_stiffness),
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            leg_length=section.limits.pair(),
+            name=section.name,
+        )
+
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        return ca.SX.eye(2)
+
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        base = ca.reshape(geometry, 2, 2)
+        legs = ca.repmat(ca.SX(self.home) + pose, 1, 2) - base
+        return ca.sqrt(ca.sum1(legs**2)).T
+
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        return np.zeros(2), 1.0

@@ -1,0 +1,121 @@
+"""Hexapod (Gough-Stewart platform): six legs of any placement between base and platform (theory.md 2.2)."""
+
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import SPATIAL
+from expdesign.files.schema import Number, Positive, Section, invalid, validate
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.orientation import Orientation, rotation_matrix
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import STANDARD_GRAVITY, RobotSection
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+SixPoints = Annotated[list[Point], Field(min_length=6, max_length=6)]
+
+
+class LimitsSection(Section):
+    """`limits` of a parallel robot's file."""
+
+    leg_length: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.leg_length is not None and self.leg_length[0] >= self.leg_length[1]:
+            message = (
+                f"the shortest leg ({self.leg_length[0]:g}) is not shorter than the longest ({self.leg_length[1]:g})"
+            )
+            raise invalid(message, "leg_length", "Write `[shortest, longest]` in m.")
+        return self
+
+    def pair(self) -> tuple[float, float] | None:
+        """`leg_length` as a tuple."""
+        return None if self.leg_length is None else (self.leg_length[0], self.leg_length[1])
+
+
+class HexapodSection(RobotSection):
+    """A hexapod's robot file."""
+
+    kind: str
+    orientation: Orientation = "fixed-xyz"
+    home: Point
+    base_joints: SixPoints
+    platform_joints: SixPoints
+    actuator_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)]
+    limits: LimitsSection = LimitsSection()
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
+            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
+        return self
+
+
+class Hexapod(ParallelRobot):
+    """Six-leg parallel robot; pose `[x, y, z, rx, ry, rz]` relative to `home`."""
+
+    kind = "hexapod"
+    coordinates = SPATIAL
+    configuration = SPATIAL.pose
+
+    def __init__(
+        self,
+        *,
+        base_joints: FloatArray,
+        platform_joints: FloatArray,
+        home: FloatArray,
+        stiffness: FloatArray,
+        orientation: Orientation = "fixed-xyz",
+        gravity: FloatArray | None = None,
+        leg_length: tuple[float, float] | None = None,
+        name: str = "hexapod",
+    ) -> None:
+        """See the robot file of interfaces.md; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
+        self.name = name
+        self.base_joints = np.asarray(base_joints, dtype=float)
+        self.platform_joints = np.asarray(platform_joints, dtype=float)
+        self.home = np.asarray(home, dtype=float)
+        self.stiffness = np.asarray(stiffness, dtype=float)
+        self.orientation: Orientation = orientation
+        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.leg_length = leg_length
+        self.geometry = np.concatenate([self.base_joints.ravel(), self.platform_joints.ravel()])
+        self.geometry_names = tuple(
+            f"{side} {leg} {axis}" for side in ("base", "platform") for leg in range(1, 7) for axis in "xyz"
+        )
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(HexapodSection, document)
+        return cls(
+            base_joints=np.array(section.base_joints),
+            platform_joints=np.array(section.platform_joints),
+            home=np.array(section.home),
+            stiffness=np.array(section.actuator_stiffness),
+            orientation=section.orientation,
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            leg_length=section.limits.pair(),
+            name=section.name,
+        )
+
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        return rotation_matrix(pose[3:6], self.orientation)
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Vectors from base joint to platform joint in base axes (m), 3×6 (theory.md 2.2: l = p + R b − a)."""
+        base = ca.reshape(geometry[:18], 3, 6)
+        platform = ca.reshape(geometry[18:], 3, 6)
+        position = ca.SX(self.home) + pose[0:3]
+        return ca.repmat(position, 1, 6) + self.rotation(pose) @ platform - base
+
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
+
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        centre: FloatArray = self.platform_joints.mean(axis=0)
+        spread = float(np.sqrt(((self.platform_joints - centre) ** 2).sum(axis=1).mean()))
+        return centre, spread or 1.0

@@ -1,0 +1,122 @@
+"""Parallel robots: everything from one expression, the actuator lengths q(X; geometry).
+
+theory.md section 2: ∂q/∂X = J̌⁻¹ (1.13), J⁻¹ = J̌⁻¹·T with Ẋ = T·η, T = blkdiag(I, E⁻¹), ω = E·α̇. All derivatives are
+CasADi's; the inverses of these small matrices are taken numerically, for whole batches.
+"""
+
+from abc import abstractmethod
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.robots.orientation import angular_velocity_map
+from expdesign.robots.robot import Jacobians, Robot, invert
+from expdesign.symbolic import BatchFunction
+
+
+class ParallelRobot(Robot):
+    """A platform on legs whose lengths are commanded.
+
+    Attributes:
+        geometry: nominal joint coordinates in the order of `geometry_names` (m), shape (n_g,).
+        geometry_names: e.g. `base 3 x`.
+        leg_length: shortest and longest leg (m), or None.
+    """
+
+    geometry: FloatArray
+    geometry_names: tuple[str, ...]
+    leg_length: tuple[float, float] | None
+
+    @abstractmethod
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        """R of the platform at a symbolic pose."""
+
+    @abstractmethod
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Lengths of the legs q (m), shape (n_p,), at a symbolic pose and geometry."""
+
+    @abstractmethod
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        """Reference point in the platform frame (m) and length (m) that make twists commensurable (see `condition`)."""
+
+    def pose_rate_map(self, pose: ca.SX) -> ca.SX:
+        """T(X) with Ẋ = T·η (theory.md section 1), n×n."""
+        n, translations = self.coordinates.n, self.coordinates.translations
+        rates = ca.SX.eye(n)
+        if n > translations:
+            velocity_map = angular_velocity_map(self.rotation(pose), pose[translations:])
+            rates[translations:, translations:] = ca.inv_minor(velocity_map)
+        return rates
+
+    def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        pose_map = ca.solve(ca.jacobian(lengths, configuration), ca.SX.eye(self.coordinates.n))
+        forward = ca.solve(self.pose_rate_map(configuration), pose_map)
+        return forward, pose_map, self.rotation(configuration)
+
+    @cached_property
+    def _kinematics(self) -> BatchFunction:
+        pose = ca.SX.sym("X", self.coordinates.n)
+        lengths = self.actuator_lengths(pose, ca.SX(self.geometry))
+        outputs = [ca.jacobian(lengths, pose), self.pose_rate_map(pose), self.rotation(pose)]
+        return BatchFunction("kinematics", [pose], outputs)
+
+    @cached_property
+    def _lengths(self) -> BatchFunction:
+        pose = ca.SX.sym("X", self.coordinates.n)
+        return BatchFunction("lengths", [pose], [self.actuator_lengths(pose, ca.SX(self.geometry))])
+
+    def lengths(self, poses: FloatArray) -> FloatArray:
+        """Leg lengths (m) at poses (..., n), shape (..., n_p)."""
+        (lengths,) = self._lengths(poses)
+        return lengths
+
+    def jacobians(self, configurations: FloatArray) -> Jacobians:
+        length_rates, pose_rates, rotation = self._kinematics(configurations)
+        inverse_forward = length_rates @ pose_rates
+        forward = invert(inverse_forward)
+        condition = self._condition(inverse_forward, forward, rotation)
+        return Jacobians(forward, pose_rates @ forward, rotation, condition)
+
+    def _condition(self, inverse: FloatArray, forward: FloatArray, rotation: FloatArray) -> FloatArray:
+        """Scaled condition number κ = ‖J⁻¹S‖_F ‖S⁻¹J‖_F / n.
+
+        S refers the twist to a point amid the platform joints and divides rotations by their spread, so that κ depends
+        neither on units nor on where the platform frame lies; κ = 1 for an isotropic mechanism, and κ lies between
+        κ₂/n and κ₂ of the scaled matrix.
+        """
+        n, translations = self.coordinates.n, self.coordinates.translations
+        if n > translations:
+            point, length = self.scaling_frame()
+            lever = (rotation @ point)[..., None, :]
+            # u·v + (b×u)·ω with v = v_c − ω×lever gives the moment column ((b − lever)×u) of the centred twist.
+            centred = inverse.copy()
+            centred[..., 3:] -= np.cross(np.broadcast_to(lever, inverse[..., :3].shape), inverse[..., :3])
+            centred[..., 3:] /= length
+            centred_forward = forward.copy()
+            centred_forward[..., :3, :] += np.cross(forward[..., 3:, :], lever.swapaxes(-1, -2), axis=-2)
+            centred_forward[..., 3:, :] *= length
+        else:
+            centred, centred_forward = inverse, forward
+        norms = np.linalg.norm(centred, axis=(-2, -1)) * np.linalg.norm(centred_forward, axis=(-2, -1))
+        condition: FloatArray = np.nan_to_num(norms / n, nan=np.inf, posinf=np.inf)
+        return condition
+
+    def limit_excess(self, configurations: FloatArray) -> FloatArray:
+        if self.leg_length is None:
+            return np.full(configurations.shape[:-1], -np.inf)
+        lengths = self.lengths(configurations)
+        shortest, longest = self.leg_length
+        excess: FloatArray = np.maximum(shortest - lengths, lengths - longest).max(axis=-1)
+        return excess
+
+    def limit_message(self, configuration: FloatArray) -> str:
+        if self.leg_length is None:
+            return "the robot has no limits"
+        lengths = self.lengths(configuration)
+        excess = np.maximum(self.leg_length[0] - lengths, lengths - self.leg_length[1])
+        leg = int(np.argmax(excess))
+        shortest, longest = self.leg_length
+        return f"leg {leg + 1} would be {lengths[leg]:.6g} m long (limits {shortest:g} to {longest:g} m)"

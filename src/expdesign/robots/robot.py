@@ -1,0 +1,123 @@
+"""What every robot gives to the rest of the program.
+
+A robot is one symbolic expression of its kinematics. From it follow, by differentiation, the two maps on which
+all of elastostatics rests: how small changes of actuator length move the platform (J̌), and how a wrench on the
+platform loads the actuators (Jᵀ). Everything to the right of this package works on these maps and does not ask
+which kind of robot they came from.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.coordinates import Coordinates
+from expdesign.files.schema import Number, Section
+from expdesign.files.yaml_reader import YamlDocument
+
+#: A configuration whose scaled condition number (`Jacobians.condition`) exceeds this is treated as singular: a unit
+#: error along the best direction becomes a hundred along the worst, and the linear deflection model has no meaning.
+CONDITION_LIMIT = 100.0
+
+STANDARD_GRAVITY = 9.80665
+"""m/s², the magnitude that interfaces.md prescribes."""
+
+
+@dataclass(frozen=True)
+class Jacobians:
+    """The kinematic maps at a batch of configurations (n pose coordinates, n_p actuators).
+
+    Attributes:
+        forward: J, twist of the platform per actuator speed (thesis 1.5), shape (..., n, n_p).
+        pose: J̌, rate of the pose coordinates per actuator speed (thesis 1.13), shape (..., n, n_p).
+        rotation: R, orientation of the platform in base axes, shape (..., d, d) with d = 2 or 3.
+        condition: scaled condition number ≥ 1, `inf` where singular, shape (...).
+    """
+
+    forward: FloatArray
+    pose: FloatArray
+    rotation: FloatArray
+    condition: FloatArray
+
+
+class RobotSection(Section):
+    """Keys that the files of all kinds of robots share."""
+
+    name: str
+    gravity_m_s2: list[Number] | None = None
+    markers: dict[str, list[Number]] = Field(default_factory=dict)
+    instrument: list[Number] | None = None
+
+
+class Robot(ABC):
+    """One robot: its kinematics, the approximate stiffness of its actuators, and gravity where it stands.
+
+    Attributes:
+        name: for reports.
+        stiffness: apK, approximate actuator stiffness (N/m or N·m/rad), shape (n_p,).
+        gravity: gravity in the base frame O (m/s²), shape (d,).
+    """
+
+    kind: ClassVar[str]
+    coordinates: ClassVar[Coordinates]
+    configuration: tuple[str, ...]
+    name: str
+    stiffness: FloatArray
+    gravity: FloatArray
+
+    @classmethod
+    @abstractmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        """The robot that a robot file describes; raises `InputError`."""
+
+    @abstractmethod
+    def jacobians(self, configurations: FloatArray) -> Jacobians:
+        """J, J̌, R and the scaled condition number at configurations of shape (..., n_q)."""
+
+    @abstractmethod
+    def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ and R as expressions of a symbolic configuration (for exact derivatives)."""
+
+    @abstractmethod
+    def limit_excess(self, configurations: FloatArray) -> FloatArray:
+        """How far each configuration (..., n_q) is beyond the robot's limits (m or rad), ≤ 0 within; shape (...)."""
+
+    @abstractmethod
+    def limit_message(self, configuration: FloatArray) -> str:
+        """Which limit the configuration (n_q,) is nearest to or beyond, in words."""
+
+    @property
+    def compliance(self) -> FloatArray:
+        """Compliances 1/apK (m/N or rad/(N·m)), shape (n_p,) (thesis 1.19)."""
+        return 1.0 / self.stiffness
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Names of the actuators, as they appear in results."""
+        return tuple(f"leg {i + 1}" for i in range(len(self.stiffness)))
+
+    def usable(self, configurations: FloatArray) -> BoolArray:
+        """Whether each configuration (..., n_q) is within the limits and regular; boolean, shape (...)."""
+        regular = self.jacobians(configurations).condition <= CONDITION_LIMIT
+        usable: BoolArray = regular & (self.limit_excess(configurations) <= 1e-12)
+        return usable
+
+
+def invert(matrices: FloatArray) -> FloatArray:
+    """Inverses of a batch (..., n, n); NaN where a matrix is exactly singular or not finite."""
+    try:
+        inverse: FloatArray = np.linalg.inv(matrices)
+        return inverse
+    except np.linalg.LinAlgError:
+        flat = matrices.reshape(-1, *matrices.shape[-2:])
+        inverses = np.full_like(flat, np.nan)
+        for index, matrix in enumerate(flat):
+            try:
+                inverses[index] = np.linalg.inv(matrix)
+            except np.linalg.LinAlgError:
+                continue
+        return inverses.reshape(matrices.shape)

@@ -1,0 +1,36 @@
+"""Read a robot from its YAML file; the kinds are found by the files that lie beside this one."""
+
+import difflib
+from pathlib import Path
+
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.plugins import implementations
+from expdesign.robots.robot import Robot
+
+
+def read_robot(path: Path) -> Robot:
+    """The robot described by a YAML file.
+
+    Raises:
+        InputError: the file is missing or wrong.
+    """
+    return robot_from_document(read_yaml(path))
+
+
+def robot_from_document(document: YamlDocument) -> Robot:
+    """The robot described by a mapping with the keys of a robot file; see `read_robot`."""
+    content = document.content
+    if not isinstance(content, dict):
+        remedy = "A robot file has the keys `name`, `kind`, ..."
+        raise InputError("a mapping (`key: value`) is needed here", where=document.where(), remedy=remedy)
+    kinds = {robot.kind: robot for robot in implementations("expdesign.robots", Robot)}  # type: ignore[type-abstract]
+    if "kind" not in content:
+        remedy = f"Add `kind:` with one of {', '.join(sorted(kinds))}."
+        raise InputError("the key is missing", where=document.where(("kind",)), remedy=remedy)
+    kind = content["kind"]
+    if kind not in kinds:
+        near = difflib.get_close_matches(str(kind), list(kinds), n=1)
+        remedy = f"Did you mean `{near[0]}`?" if near else f"Known kinds: {', '.join(sorted(kinds))}."
+        raise InputError(f"unknown kind of robot `{kind}`", where=document.where(("kind",)), remedy=remedy)
+    return kinds[kind].from_document(document)

@@ -1,0 +1,61 @@
+"""Evaluate CasADi expressions on whole NumPy batches without copying."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+
+
+class BatchFunction:
+    """Symbolic expressions as a function of NumPy arrays with leading batch dimensions.
+
+    Args:
+        name: identifier for messages of the engine.
+        inputs: symbolic column vectors.
+        outputs: expressions of the inputs, matrices or column vectors.
+    """
+
+    def __init__(self, name: str, inputs: Sequence[ca.SX], outputs: Sequence[ca.SX]) -> None:
+        dense = [ca.densify(output) for output in outputs]
+        self._function = ca.Function(name, list(inputs), dense)
+        self._widths = [symbol.shape[0] for symbol in inputs]
+        self._shapes = [output.shape for output in dense]
+        self._mapped: dict[int, ca.Function] = {}
+
+    @property
+    def function(self) -> ca.Function:
+        """The CasADi function of one sample."""
+        return self._function
+
+    def __call__(self, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+        """Evaluate.
+
+        Args:
+            arrays: one per input, shape (..., width); their batch dimensions are broadcast against each other.
+
+        Returns:
+            One array per output, shape (..., rows, columns), or (..., rows) for a column vector.
+        """
+        batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        count = int(np.prod(batch, dtype=np.int64))
+        if count not in self._mapped:
+            self._mapped[count] = self._function.map(count) if count else self._function
+        flat = [
+            np.ascontiguousarray(np.broadcast_to(array, (*batch, width)), dtype=np.float64)
+            for array, width in zip(arrays, self._widths, strict=True)
+        ]
+        # CasADi stores columns first, so a sample's matrix appears transposed in a C-ordered array.
+        results = [np.empty((count, columns, rows)) for rows, columns in self._shapes]
+        if count:
+            buffer, evaluate = self._mapped[count].buffer()
+            for index, array in enumerate(flat):
+                buffer.set_arg(index, memoryview(array))  # type: ignore[call-arg, arg-type]
+            for index, result in enumerate(results):
+                buffer.set_res(index, memoryview(result))  # type: ignore[call-arg, arg-type]
+            evaluate()
+        return tuple(
+            result.reshape(*batch, rows) if columns == 1 else result.swapaxes(-1, -2).reshape(*batch, rows, columns)
+            for result, (rows, columns) in zip(results, self._shapes, strict=True)
+        )
