@@ -43,7 +43,7 @@ def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFr
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    """CSV text of a frame: shortest decimal numbers that read back as the same floats, `\\n` ends a line."""
+    """CSV text of a frame: shortest decimal numbers that read back as the same floats, line feeds."""
     stream = io.StringIO()
     frame.map(_cell).to_csv(stream, index=False, lineterminator="\n")
     return stream.getvalue()
@@ -65,16 +65,13 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     """
     robot, load = loaded.robot, loaded.load
     configurations = table.numbers(robot.configuration)
+    if not any(table.has(name) for name in load.columns):
+        table.require(load.columns[:1])
+    defaults = load.defaults(robot.gravity)
     loads = np.empty((len(table), len(load.columns)))
     for i, name in enumerate(load.columns):
-        if name in robot.coordinates.gravity and not table.has(name):
-            loads[:, i] = robot.gravity[robot.coordinates.gravity.index(name)]
-        elif (name in robot.coordinates.centre_of_mass and not table.has(name)) or (
-            load.kind == "wrench" and not table.has(name) and table.has(*_any_of(load.columns, table))
-        ):
-            loads[:, i] = 0.0
-        else:
-            loads[:, i] = table.numbers((name,))[:, 0]
+        given = table.has(name) or np.isnan(defaults[i])
+        loads[:, i] = table.numbers((name,))[:, 0] if given else defaults[i]
     if load.kind == "payload" and np.any(loads[:, 0] < 0.0):
         where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
         raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
@@ -82,12 +79,6 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     if shared_reference and table.has("series"):
         _same_pose_within_series(table, configurations, series)
     return Plan(configurations, loads, series)
-
-
-def _any_of(columns: tuple[str, ...], table: Table) -> tuple[str, ...]:
-    """The first of `columns` that the table has, or the first of them where it has none."""
-    present = [column for column in columns if table.has(column)]
-    return (present[0] if present else columns[0],)
 
 
 def _same_pose_within_series(table: Table, configurations: FloatArray, series: IntArray) -> None:

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import casadi as ca
 
+from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 
 
@@ -29,6 +30,10 @@ class Load(ABC):
             parameters: values of `columns`, shape (k,).
             rotation: R of the platform, shape (d, d).
         """
+
+    @abstractmethod
+    def defaults(self, gravity: FloatArray) -> FloatArray:
+        """Value of each column that a table leaves out, NaN where it must be given, shape (k,)."""
 
 
 def small_rotation(vector: ca.SX, angles: ca.SX) -> ca.SX:

@@ -1,7 +1,9 @@
 """A payload: a mass whose centre of mass has a place on the platform (interfaces.md, Conventions; theory.md 5.2)."""
 
 import casadi as ca
+import numpy as np
 
+from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.loads.load import Load
 
@@ -21,3 +23,6 @@ class Payload(Load):
         if not self.coordinates.centre_of_mass:
             return force
         return ca.vertcat(force, ca.cross(rotation @ parameters[1:4], force))
+
+    def defaults(self, gravity: FloatArray) -> FloatArray:
+        return np.array([np.nan, *np.zeros(len(self.coordinates.centre_of_mass)), *gravity])

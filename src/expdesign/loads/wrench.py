@@ -1,7 +1,9 @@
 """A free wrench, as a force actuator or a cable applies it; it does not depend on the pose."""
 
 import casadi as ca
+import numpy as np
 
+from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.loads.load import Load
 
@@ -17,3 +19,6 @@ class Wrench(Load):
 
     def wrench(self, parameters: ca.SX, rotation: ca.SX) -> ca.SX:
         return parameters
+
+    def defaults(self, gravity: FloatArray) -> FloatArray:
+        return np.zeros(self.coordinates.n)
