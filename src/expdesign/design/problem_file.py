@@ -219,6 +219,11 @@ def require_usable(robot: Robot, configuration: FloatArray, where: str) -> None:
     if float(robot.limit_excess(configuration)) > 1e-12:
         what = f"the pose is beyond the robot's limits: {robot.limit_message(configuration)}"
         raise InputError(what, where=where, remedy="Choose a pose within them, or correct `limits` in the robot file.")
+    require_regular(robot, configuration, where)
+
+
+def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None:
+    """Raise a `SingularConfigurationError` where the robot is nearly singular at a configuration (n_q,)."""
     condition = float(robot.jacobians(configuration).condition)
     if condition > CONDITION_LIMIT:
         what = (

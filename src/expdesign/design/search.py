@@ -15,8 +15,8 @@ from expdesign.design.front import Front, hypervolume, knee, non_dominated, refe
 from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.start import starting_designs
-from expdesign.errors import InfeasibleError, NotIdentifiableError
+from expdesign.design.start import require_identifiable, starting_designs
+from expdesign.errors import InfeasibleError
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         values, violations = population.objectives(only)
         return _front(problem, only, values, violations, reference_point(values), 1)
     start = starting_designs(problem, settings.population, generator)
-    _require_identifiable(problem, population, start)
+    require_identifiable(problem, population.genes(start))
     algorithm = NSGA2(
         pop_size=settings.population,
         sampling=Population.new(X=np.unique(start, axis=0)),
@@ -108,19 +108,3 @@ def _front(
 def all_criteria(assessment: Assessment) -> dict[str, FloatArray]:
     """Every known criterion of the designs of an assessment, shape (b,) each."""
     return {name: criterion.values(assessment) for name, criterion in known_criteria().items()}
-
-
-def _require_identifiable(problem: DesignProblem, population: DesignPopulation, start: FloatArray) -> None:
-    """Raise where no design of a first population, each of many random measurements, identifies the targets."""
-    configurations, loads = problem.space.decode(population.genes(start))
-    if problem.assess(configurations, loads).identifies_targets.any():
-        return
-    flat = configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
-    everything = problem.assess(*flat)
-    error = problem.unidentified(everything)
-    if error is not None:
-        raise NotIdentifiableError(
-            f"no design can serve the targets: of {flat[0].shape[1]} measurements together, {error.what}",
-            where=problem.source,
-            remedy=error.remedy,
-        )

@@ -5,7 +5,7 @@ from scipy.optimize import minimize
 
 from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InfeasibleError
+from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.robots.robot import CONDITION_LIMIT
 
 _BATCH = 2000
@@ -41,6 +41,29 @@ def starting_designs(problem: DesignProblem, count: int, generator: np.random.Ge
     genes = reachable_measurements(problem, count * space.measurements, generator)
     designs = space.canonical(genes.reshape(count, space.measurements, space.genes))
     return designs.reshape(count, -1)
+
+
+def require_identifiable(problem: DesignProblem, genes: FloatArray) -> float:
+    """Share of random designs (b, m, g) that identify what the targets need.
+
+    Raises:
+        NotIdentifiableError: none does, and either all their measurements together do not, or the variables are
+            continuous, so that random designs are as good as any in this respect.
+    """
+    configurations, loads = problem.space.decode(genes)
+    assessment = problem.assess(configurations, loads)
+    share = float(assessment.identifies_targets.mean())
+    if share > 0.0:
+        return share
+    together = problem.assess(
+        configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
+    )
+    for candidate, count in ((together, together.count), (assessment, assessment.count)):
+        error = problem.unidentified(candidate)
+        if error is not None and (candidate is together or not problem.space.discrete.any()):
+            what = f"no design can serve the targets: of {count} measurements, {error.what}"
+            raise NotIdentifiableError(what, where=problem.source, remedy=error.remedy)
+    return share
 
 
 def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArray:

@@ -82,3 +82,10 @@ class Bipod(ParallelRobot):
 
     def scaling_frame(self) -> tuple[FloatArray, float]:
         return np.zeros(2), 1.0
+
+    def reference_configuration(self) -> FloatArray:
+        """The apex of an equilateral triangle on the base joints: a bipod's zero pose may lie on its base line."""
+        first, second = self.base_joints
+        span = second - first
+        apex: FloatArray = (first + second) / 2.0 + np.sqrt(0.75) * np.array([-span[1], span[0]]) - self.home
+        return apex

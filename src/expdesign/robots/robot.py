@@ -100,6 +100,10 @@ class Robot(ABC):
         """Names of the actuators, as they appear in results."""
         return tuple(f"leg {i + 1}" for i in range(len(self.stiffness)))
 
+    def reference_configuration(self) -> FloatArray:
+        """A configuration (n_q,) at which a sound robot of this kind is regular."""
+        return np.zeros(len(self.configuration))
+
     def usable(self, configurations: FloatArray) -> BoolArray:
         """Whether each configuration (..., n_q) is within the limits and regular; boolean, shape (...)."""
         regular = self.jacobians(configurations).condition <= CONDITION_LIMIT

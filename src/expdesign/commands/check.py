@@ -1,0 +1,61 @@
+"""`expdesign check`: what is wrong with a file, or not identifiable."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from expdesign.commands.console import note
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import problem_from_document, require_regular
+from expdesign.design.start import require_identifiable, starting_designs
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import robot_from_document
+
+
+def command(
+    file: Annotated[Path, typer.Argument(help="A robot or a configuration (YAML), or recordings (CSV).")],
+) -> None:
+    """Read a robot, a configuration or recordings, and say what is wrong or not identifiable.
+
+    Example: expdesign check configs/hexapod-h1.yaml
+    """
+    document = read_yaml(file)
+    content = document.content if isinstance(document.content, dict) else {}
+    if "experiment" in content or "schema_version" in content or "targets" in content:
+        print(f"{file}: {check_problem(problem_from_document(document))}")
+    elif "kind" in content or "base_joints" in content:
+        print(f"{file}: {check_robot(robot_from_document(document), str(file))}")
+    else:
+        remedy = "A robot file has the key `kind`, a run configuration `schema_version`."
+        raise InputError("neither a robot nor a run configuration", where=str(file), remedy=remedy)
+
+
+def check_robot(robot: Robot, source: str) -> str:
+    """Raise where a robot is singular at its reference configuration, or say in words that it is usable."""
+    reference = robot.reference_configuration()
+    require_regular(robot, reference, f"{source}, reference pose")
+    if float(robot.limit_excess(reference)) > 0.0:
+        note(f"{source}: at the reference pose {robot.limit_message(reference)}")
+    condition = float(robot.jacobians(reference).condition)
+    return (
+        f"{robot.kind} `{robot.name}` with {len(robot.stiffness)} actuators is usable "
+        f"(scaled condition number {condition:.3g} at its reference pose)."
+    )
+
+
+def check_problem(problem: DesignProblem) -> str:
+    """Raise what keeps a problem from being solved, or say in words what it asks for."""
+    designs = starting_designs(problem, 100, np.random.default_rng(problem.optimiser.seed))
+    space = problem.space
+    genes = designs.reshape(len(designs), space.measurements, space.genes)
+    share = require_identifiable(problem, genes)
+    continuous = int((~space.discrete).sum())
+    return (
+        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {space.measurements} measurements with "
+        f"{continuous} continuous and {space.genes - continuous} discrete variables each, "
+        f"{len(problem.targets.weights)} target(s); {share:.0%} of random designs identify what the targets need."
+    )
