@@ -10,6 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.coordinates import PLANAR
 from expdesign.files.schema import Number, Positive, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.drawing import Drawing, Part
 from expdesign.robots.hexapod import LimitsSection
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import STANDARD_GRAVITY, RobotSection
@@ -89,3 +90,14 @@ class Bipod(ParallelRobot):
         span = second - first
         apex: FloatArray = (first + second) / 2.0 + np.sqrt(0.75) * np.array([-span[1], span[0]]) - self.home
         return apex
+
+    def drawing(self, configurations: FloatArray) -> Drawing:
+        origin = self.home + configurations
+        base = np.broadcast_to(self.base_joints, (*origin.shape[:-1], 2, 2))
+        points = np.concatenate([base, origin[..., None, :]], axis=-2)
+        parts = (
+            Part("base joints", "base", ((0, 1),)),
+            Part("legs", "actuator", ((0, 2), (1, 2))),
+            Part("tool point", "platform", ((2,),)),
+        )
+        return Drawing(points, origin, parts)

@@ -10,6 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.coordinates import SPATIAL
 from expdesign.files.schema import Number, Positive, Section, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.drawing import Drawing, Part
 from expdesign.robots.orientation import Orientation, rotation_matrix
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import STANDARD_GRAVITY, RobotSection
@@ -119,3 +120,15 @@ class Hexapod(ParallelRobot):
         centre: FloatArray = self.platform_joints.mean(axis=0)
         spread = float(np.sqrt(((self.platform_joints - centre) ** 2).sum(axis=1).mean()))
         return centre, spread or 1.0
+
+    def drawing(self, configurations: FloatArray) -> Drawing:
+        origin = self.home + configurations[..., :3]
+        rotation = self.jacobians(configurations).rotation
+        platform = origin[..., None, :] + self.platform_joints @ rotation.swapaxes(-1, -2)
+        points = np.concatenate([np.broadcast_to(self.base_joints, platform.shape), platform], axis=-2)
+        parts = (
+            Part("base joints", "base", ((*range(6), 0),)),
+            Part("legs", "actuator", tuple((leg, leg + 6) for leg in range(6))),
+            Part("platform joints", "platform", ((*range(6, 12), 6),)),
+        )
+        return Drawing(points, origin, parts)

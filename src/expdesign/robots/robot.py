@@ -18,6 +18,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.files.schema import Number, Section
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.drawing import Drawing
 
 #: A configuration whose scaled condition number (`Jacobians.condition`) exceeds this is treated as singular: a unit
 #: error along the best direction becomes a hundred along the worst, and the linear deflection model has no meaning.
@@ -89,6 +90,10 @@ class Robot(ABC):
     @abstractmethod
     def limit_message(self, configuration: FloatArray) -> str:
         """Which limit the configuration (n_q,) is nearest to or beyond, in words."""
+
+    def drawing(self, configurations: FloatArray) -> Drawing | None:
+        """The robot at configurations of shape (..., n_q) as points and lines; None for a kind that is not drawn."""
+        return None
 
     @property
     def compliance(self) -> FloatArray:
