@@ -1,0 +1,168 @@
+"""Kinematics of every robot of the table against finite differences, hand formulas and the vectors of theory.md 11."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.symbolic import BatchFunction
+from tests import oracle
+from tests.cases import ROBOTS, robot
+from tests.oracle import Array
+
+every_robot = pytest.mark.parametrize("name", ROBOTS)
+
+
+def some_poses(name: str, count: int = 12) -> Array:
+    """Random poses and the zero pose (or the middle of the workspace of a robot that has none)."""
+    poses = ROBOTS[name].poses(np.random.default_rng(3), count)
+    poses[0] = (np.array(ROBOTS[name].low) + np.array(ROBOTS[name].high)) / 2.0
+    return poses
+
+
+def central_difference(function: object, poses: Array, step: float) -> Array:
+    """∂f/∂X for f of poses (..., n) to (..., k), shape (..., k, n)."""
+    columns = []
+    for axis in range(poses.shape[-1]):
+        shift = np.zeros(poses.shape[-1])
+        shift[axis] = step
+        columns.append((function(poses + shift) - function(poses - shift)) / (2.0 * step))  # type: ignore[operator]
+    return np.stack(columns, axis=-1)
+
+
+def scaled(here: ParallelRobot, matrices: Array) -> Array:
+    """Pose or twist rows with rotations multiplied by the size of the platform, so that rows can be compared."""
+    n, translations = here.coordinates.n, here.coordinates.translations
+    length = 1.0 if n == translations else np.ptp(here.platform_joints[:, 0])  # type: ignore[attr-defined]
+    return matrices * np.where(np.arange(n) < translations, 1.0, length)[:, None]
+
+
+def relative(difference: Array, reference: Array) -> float:
+    """Largest relative error of a batch of matrices in the Frobenius norm."""
+    return float((np.linalg.norm(difference, axis=(-2, -1)) / np.linalg.norm(reference, axis=(-2, -1))).max())
+
+
+@every_robot
+def test_lengths_are_those_of_the_leg_vectors(name: str) -> None:
+    poses = some_poses(name)
+    np.testing.assert_allclose(robot(name).lengths(poses), oracle.kinematics(robot(name), poses).lengths, rtol=1e-14)
+
+
+@every_robot
+def test_pose_jacobian_is_the_inverse_derivative_of_the_lengths(name: str) -> None:
+    here, poses = robot(name), some_poses(name)
+    rates = central_difference(here.lengths, poses, 1e-5)
+    exact = here.jacobians(poses).pose
+    assert relative(scaled(here, exact - np.linalg.inv(rates)), scaled(here, exact)) < 1e-6
+
+
+@every_robot
+def test_jacobians_are_those_of_the_hand_formulas(name: str) -> None:
+    here, poses = robot(name), some_poses(name)
+    jacobians, by_hand = here.jacobians(poses), oracle.kinematics(here, poses)
+    assert relative(scaled(here, jacobians.forward - by_hand.forward), scaled(here, by_hand.forward)) < 1e-11
+    assert relative(scaled(here, jacobians.pose - by_hand.pose), scaled(here, by_hand.pose)) < 1e-11
+    np.testing.assert_allclose(jacobians.rotation, by_hand.rotation, atol=1e-15)
+
+
+@every_robot
+def test_forward_jacobian_gives_the_velocity_of_every_platform_joint_along_its_leg(name: str) -> None:
+    """J·q̇ is a twist: the joint velocity v + ω×b, taken along the leg, is the leg's speed."""
+    here, poses = robot(name), some_poses(name)
+    twists, by_hand = here.jacobians(poses).forward, oracle.kinematics(here, poses)
+    speeds = np.einsum("...kd,...dj->...kj", by_hand.directions, twists[..., : len(here.home), :])
+    if here.coordinates.n == 6:
+        omega = twists[..., 3:, :].swapaxes(-1, -2)
+        moved = np.cross(omega[..., :, None, :], by_hand.arms[..., None, :, :])
+        speeds += np.einsum("...kd,...jkd->...kj", by_hand.directions, moved)
+    np.testing.assert_allclose(speeds, np.broadcast_to(np.eye(len(here.stiffness)), speeds.shape), atol=1e-10)
+
+
+@every_robot
+def test_pose_rates_follow_from_the_derivative_of_the_rotation(name: str) -> None:
+    """T = J̌·J⁻¹ is blkdiag(I, E⁻¹) with [ω]ₓ = Ṙ·Rᵀ by finite differences."""
+    here, poses = robot(name), some_poses(name)
+    jacobians = here.jacobians(poses)
+    rates = jacobians.pose @ np.linalg.inv(jacobians.forward)
+    n, translations = here.coordinates.n, here.coordinates.translations
+    expected = np.broadcast_to(np.eye(n), rates.shape).copy()
+    if n > translations:
+
+        def flat(angles: Array) -> Array:
+            full = np.concatenate([poses[:, :3], angles], axis=1)
+            return here.jacobians(full).rotation.reshape(len(poses), 9)
+
+        derivative = central_difference(flat, poses[:, 3:], 1e-5).reshape(-1, 3, 3, 3)
+        spin = np.einsum("aijk,alj->akil", derivative, jacobians.rotation)
+        omega = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=1)
+        expected[:, 3:, 3:] = np.linalg.inv(omega)
+    np.testing.assert_allclose(rates, expected, atol=1e-8)
+
+
+@every_robot
+def test_symbolic_and_numeric_jacobians_agree(name: str) -> None:
+    here, poses = robot(name), some_poses(name)
+    pose = ca.SX.sym("X", here.coordinates.n)
+    forward, pose_map, turned = BatchFunction("symbolic", [pose], [*here.jacobian_expressions(pose)])(poses)
+    jacobians = here.jacobians(poses)
+    assert relative(scaled(here, forward - jacobians.forward), scaled(here, jacobians.forward)) < 1e-9
+    assert relative(scaled(here, pose_map - jacobians.pose), scaled(here, jacobians.pose)) < 1e-9
+    np.testing.assert_allclose(turned, jacobians.rotation, atol=1e-15)
+
+
+@every_robot
+def test_any_batch_dimensions_give_the_same_numbers(name: str) -> None:
+    here, poses = robot(name), some_poses(name)
+    alone = np.stack([here.jacobians(pose).forward for pose in poses])
+    folded = here.jacobians(poses.reshape(3, 2, 2, -1))
+    np.testing.assert_array_equal(folded.forward.reshape(alone.shape), here.jacobians(poses).forward)
+    np.testing.assert_allclose(here.jacobians(poses).forward, alone, rtol=1e-12, atol=1e-13 * np.abs(alone).max())
+    assert folded.condition.shape == (3, 2, 2)
+    assert here.jacobians(poses[:0]).forward.shape == (0, here.coordinates.n, here.coordinates.n)
+
+
+def test_orientation_conventions_are_those_of_the_interfaces() -> None:
+    angles = np.array([0.3, -0.5, 0.7])
+    x, y, z = (oracle.about(axis, angles[axis]) for axis in range(3))
+    pose = np.concatenate([np.zeros(3), angles])
+    np.testing.assert_allclose(robot("H1").jacobians(pose).rotation, z @ y @ x, atol=1e-15)
+    np.testing.assert_allclose(robot("moving-xyz").jacobians(pose).rotation, x @ y @ z, atol=1e-15)
+
+
+def test_bipod_vectors() -> None:
+    here, pose = robot("bipod"), np.array([0.10, 0.60])
+    np.testing.assert_allclose(here.lengths(pose), [0.8485281374, 0.7211102551], atol=5e-11)
+    expected = [[0.8485281374, -0.7211102551], [0.5656854249, 0.7211102551]]
+    np.testing.assert_allclose(here.jacobians(pose).forward, expected, atol=5e-11)
+    np.testing.assert_array_equal(here.jacobians(pose).pose, here.jacobians(pose).forward)
+
+
+def test_hexapod_lengths_vector() -> None:
+    pose = np.array([0.02, -0.01, 0.005, 0.05, -0.08, 0.1])
+    expected = [0.3309226019, 0.3179121455, 0.3011360712, 0.3288839707, 0.2931977809, 0.3299981331]
+    np.testing.assert_allclose(robot("H1").lengths(pose), expected, atol=5e-11)
+
+
+def test_vertical_stiffness_sum_of_the_default_hexapod() -> None:
+    """theory.md 2.2 (C2): Σu_iz² = 4.514, which calibrates 23.64 N/µm to 5.24 N/µm per leg."""
+    directions = oracle.kinematics(robot("H1"), np.zeros(6)).directions
+    total = float((directions[:, 2] ** 2).sum())
+    assert total == pytest.approx(4.514, abs=5e-4)
+    assert 260.0 / 11e-6 / total == pytest.approx(5.24e6, abs=5e3)
+
+
+@every_robot
+def test_length_limits_are_an_excess_in_metres(name: str) -> None:
+    case = ROBOTS[name]
+    here, poses = case.make(), some_poses(name)
+    assert np.all(here.limit_excess(poses) == -np.inf)
+    lengths = here.lengths(poses)
+    here.leg_length = (float(lengths.min()) + 0.001, float(lengths.max()) - 0.002)
+    excess = here.limit_excess(poses)
+    below, above = here.leg_length[0] - lengths, lengths - here.leg_length[1]
+    np.testing.assert_allclose(excess, np.maximum(below, above).max(axis=-1), atol=1e-15)
+    assert excess.max() == pytest.approx(0.002, abs=1e-12)
+    worst = int(np.argmax(excess))
+    leg = int(np.argmax(np.maximum(below, above)[worst]))
+    assert here.limit_message(poses[worst]).startswith(f"leg {leg + 1} ")
+    np.testing.assert_array_equal(here.usable(poses), (excess <= 1e-12) & (here.jacobians(poses).condition <= 100.0))
