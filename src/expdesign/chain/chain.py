@@ -1,0 +1,163 @@
+"""The measurement chain of a robot with a set of effects, evaluated with exact sensitivities.
+
+Δq = c∘τ, ΔX = J̌·Δq (theory.md 2.3) is what remains with no effects. The expression of one row is built once and mapped
+over all rows; where effects carry states, the rows of every series are worked through in order, all series at once, and
+the sensitivities of the states are carried along.
+"""
+
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row, RowData, row_symbols
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Robot
+from expdesign.symbolic import BatchFunction
+
+
+class Chain:
+    """Predicted deflections as a function of compliances and effect parameters.
+
+    Args:
+        robot: the robot.
+        effects: physics beyond the base model, acting in this order within a link.
+
+    Attributes:
+        parameters: compliances first (`c1`, ... in units of 1/apK), then those of the effects.
+    """
+
+    def __init__(self, robot: Robot, effects: tuple[Effect, ...] = ()) -> None:
+        self.robot = robot
+        self.effects = effects
+        compliances = tuple(
+            Parameter(f"c{i + 1}", scale=1.0, neutral=1.0, low=1e-6) for i in range(len(robot.stiffness))
+        )
+        self.parameters = compliances + tuple(p for effect in effects for p in effect.parameters)
+        self.slices: list[slice] = []
+        start = len(compliances)
+        for effect in effects:
+            self.slices.append(slice(start, start + len(effect.parameters)))
+            start += len(effect.parameters)
+        self.states = sum(effect.states for effect in effects)
+
+    @property
+    def compliances(self) -> int:
+        """Number of compliances, which come first among the parameters."""
+        return len(self.robot.stiffness)
+
+    def start(self) -> FloatArray:
+        """Approximate compliances and neutral effects, shape (p,)."""
+        return np.concatenate([np.ones(self.compliances), *(effect.neutral() for effect in self.effects)])
+
+    def scales(self) -> FloatArray:
+        """Typical size of every parameter, shape (p,)."""
+        return np.array([parameter.scale for parameter in self.parameters])
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the parameters, shape (p,) each."""
+        return np.array([p.low for p in self.parameters]), np.array([p.high for p in self.parameters])
+
+    def predict(self, rows: RowData, values: FloatArray) -> FloatArray:
+        """Deflections as the instrument reads them (m, rad) at parameter values (p,), shape (N, n)."""
+        return self._run(rows, values, derivatives=False)[0]
+
+    def predict_with_sensitivities(self, rows: RowData, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Deflections (N, n) and their derivatives with respect to the parameters (N, n, p)."""
+        deflections, sensitivities = self._run(rows, values, derivatives=True)
+        assert sensitivities is not None
+        return deflections, sensitivities
+
+    def expression(self, row: Row, state: ca.SX, theta: ca.SX, *, instrument: bool = True) -> tuple[ca.SX, ca.SX]:
+        """Reading of one row and the next states, as expressions."""
+        robot = self.robot
+        parts = [theta[s] for s in self.slices]
+        forward, pose_map = row.forward, row.pose_map
+        if any(effect.changes_geometry for effect in self.effects):
+            forward, pose_map = self._true_maps(row, parts)
+        wrench = row.wrench
+        for effect, part in zip(self.effects, parts, strict=True):
+            wrench = effect.load(wrench, row, part)
+        force = forward.T @ wrench
+        compliance = theta[: self.compliances] / ca.SX(robot.stiffness)
+        elongation = compliance * force
+        following, offset = [], 0
+        for effect, part in zip(self.effects, parts, strict=True):
+            own = state[offset : offset + effect.states]
+            elongation, own = effect.actuator(elongation, force, compliance, row, own, part)
+            following.append(own)
+            offset += effect.states
+        deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
+        for effect, part in zip(self.effects, parts, strict=True):
+            deflection = effect.structure(deflection, wrench, row, part)
+        reading = deflection
+        if instrument:
+            for effect, part in zip(self.effects, parts, strict=True):
+                reading = effect.reading(reading, row, part)
+        return reading, ca.vertcat(ca.SX.zeros(0), *following)
+
+    def _true_maps(self, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX]:
+        """J and J̌ of the true geometry at the commanded pose, to first order in the error of the geometry.
+
+        With the error of the geometry moderate, the pose that the commanded lengths really lead to differs from the
+        commanded one by δX = −J̌·(q(X; true) − q(X; nominal)); the maps are those of the true geometry there.
+        """
+        robot = self.robot
+        assert isinstance(robot, ParallelRobot)
+        nominal = ca.SX(robot.geometry)
+        geometry = nominal
+        for effect, part in zip(self.effects, parts, strict=True):
+            geometry = effect.geometry(geometry, part)
+        change = robot.actuator_lengths(row.pose, geometry) - robot.actuator_lengths(row.pose, nominal)
+        pose = row.pose - row.pose_map @ change
+        symbol = ca.SX.sym("X", robot.coordinates.n)
+        rates = ca.jacobian(robot.actuator_lengths(symbol, geometry), symbol)
+        pose_map = ca.solve(ca.substitute(rates, symbol, pose), ca.SX.eye(robot.coordinates.n))
+        forward = ca.solve(ca.substitute(robot.pose_rate_map(symbol), symbol, pose), pose_map)
+        return forward, pose_map
+
+    @cached_property
+    def _value(self) -> BatchFunction:
+        row, state, theta, reading, following = self._symbolic()
+        return BatchFunction("chain", [row.flat(), state, theta], [reading, following])
+
+    @cached_property
+    def _derivatives(self) -> BatchFunction:
+        row, state, theta, reading, following = self._symbolic()
+        outputs = [reading, following, ca.jacobian(reading, theta), ca.jacobian(reading, state)]
+        outputs += [ca.jacobian(following, theta), ca.jacobian(following, state)]
+        return BatchFunction("chain_derivatives", [row.flat(), state, theta], outputs)
+
+    def _symbolic(self) -> tuple[Row, ca.SX, ca.SX, ca.SX, ca.SX]:
+        row = row_symbols(self.robot)
+        state = ca.SX.sym("state", self.states)
+        theta = ca.SX.sym("theta", len(self.parameters))
+        reading, following = self.expression(row, state, theta)
+        return row, state, theta, reading, following
+
+    def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
+        count, width = len(rows), len(self.parameters)
+        n = self.robot.coordinates.n
+        function = self._derivatives if derivatives else self._value
+        if self.states == 0:
+            results = function(rows.values, np.zeros((count, 0)), values)
+            return results[0], results[2].reshape(count, n, width) if derivatives else None
+        deflections = np.zeros((count, n))
+        sensitivities = np.zeros((count, n, width))
+        state = np.zeros((int(rows.series.max()) + 1, self.states))
+        state_sensitivity = np.zeros((*state.shape, width))
+        for position in range(int(rows.position.max()) + 1):
+            chosen = np.flatnonzero(rows.position == position)
+            series = rows.series[chosen]
+            results = function(rows.values[chosen], state[series], values)
+            deflections[chosen] = results[0]
+            state[series] = results[1].reshape(len(chosen), self.states)
+            if derivatives:
+                shape = (len(chosen), n, -1)
+                before = state_sensitivity[series]
+                sensitivities[chosen] = results[2].reshape(*shape[:2], width) + results[3].reshape(shape) @ before
+                shape = (len(chosen), self.states, -1)
+                state_sensitivity[series] = results[4].reshape(shape) + results[5].reshape(shape) @ before
+        return deflections, sensitivities if derivatives else None

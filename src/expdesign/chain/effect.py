@@ -1,0 +1,123 @@
+"""What a physical effect is, and where on the measurement chain it acts.
+
+The chain runs from left to right,
+
+    assumed load → actual load → actuator forces → actuator length changes → structure → pose → instrument reading,
+
+and the base model is the chain with nothing on it but linear actuator springs: Δq = c∘(Jᵀ·F), ΔX = J̌·Δq. An effect
+overrides the links at which it acts; each override takes what comes from the left and returns what goes to the right.
+At the neutral values of its parameters every effect is the identity, so that base model and effect are nested and their
+comparison is a test of the parameters.
+
+To add an effect: one file in `chain/effects` with one subclass of `Effect`. Identification, prediction, compensation
+and diagnosis find it there.
+"""
+
+from abc import ABC
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of an effect.
+
+    Attributes:
+        name: with its unit.
+        scale: typical size, by which it is scaled in fits.
+        neutral: value at which the effect vanishes (for a shape, a typical value).
+        low, high: bounds.
+        shape: whether it only shapes the effect (a pitch, a time constant) and means nothing while the others are
+            neutral; then `starts` lists the values from which fits start.
+        starts: see `shape`.
+    """
+
+    name: str
+    scale: float
+    neutral: float = 0.0
+    low: float = float("-inf")
+    high: float = float("inf")
+    shape: bool = False
+    starts: tuple[float, ...] = ()
+
+
+class Effect(ABC):
+    """One kind of physics at one component of a robot.
+
+    Attributes:
+        physics: identifier of interfaces.md.
+        component: e.g. `leg 3`, `payload`.
+        variant: which of several forms, where there are some; empty otherwise.
+        parameters: in the order of `theta` in the overrides.
+        states: number of states that the effect carries from row to row of a series, all 0 at its start.
+        changes_geometry: whether `geometry` is overridden, which makes the kinematic maps symbolic.
+    """
+
+    physics: ClassVar[str]
+    component: str
+    variant: str = ""
+    parameters: tuple[Parameter, ...]
+    states: int = 0
+    changes_geometry: ClassVar[bool] = False
+
+    @classmethod
+    def candidates(cls, robot: Robot, points: LoadedPoints) -> "list[Effect]":
+        """The forms of this effect that these recordings could show, one per component and variant."""
+        raise NotImplementedError
+
+    @property
+    def key(self) -> str:
+        """Identifier of physics, component and variant."""
+        return f"{self.physics} / {self.component}" + (f" / {self.variant}" if self.variant else "")
+
+    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
+        """True joint coordinates, from the nominal ones."""
+        return geometry
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        """Actual wrench (n,), from the assumed one."""
+        return wrench
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        """Length changes of the actuators (n_p,) and the effect's next states, from those so far.
+
+        Args:
+            elongation: length changes so far (n_p,), c∘τ in the base model.
+            force: actuator forces τ (n_p,).
+            compliance: c (n_p,).
+            row: the row.
+            state: the effect's states after the row before (zero at the start of a series).
+            theta: parameters.
+        """
+        return elongation, state
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        """Deflection of the platform (n,) in pose coordinates, from the one due to the actuators."""
+        return deflection
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        """What the instrument reads (n,), from what the platform does."""
+        return reading
+
+    def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
+        """The parameters as people know them (names of interfaces.md), as expressions of `theta`."""
+        return {parameter.name: theta[i] for i, parameter in enumerate(self.parameters)}
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        """What a technician should know, from reported values with their 95 % intervals."""
+        listed = ", ".join(f"{name} = {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g})" for name, v in values.items())
+        return f"{self.component}: {self.physics.replace('_', ' ')}, {listed}."
+
+    def neutral(self) -> FloatArray:
+        """Parameters at which the effect vanishes, shapes at their first start."""
+        return np.array([p.starts[0] if p.starts else p.neutral for p in self.parameters])

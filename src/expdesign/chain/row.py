@@ -1,0 +1,145 @@
+"""One row of recordings as symbols, and many rows as the numbers that stand for them."""
+
+from dataclasses import dataclass, fields
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class Row:
+    """What the links of the chain may use of one row (n coordinates, n_p actuators, d = 2 or 3).
+
+    Attributes:
+        pose: commanded configuration (n_q,).
+        wrench: assumed change of the load (n,) at the origin of P along the axes of O.
+        absolute: assumed whole load (n,).
+        gravity: in O (d,).
+        rotation: R of the platform (d, d).
+        rates: T with Ẋ = T·η (n, n).
+        forward: J (n, n_p).
+        pose_map: J̌ (n, n_p).
+        lengths: commanded actuator lengths (n_p,), m or rad.
+        warming: temperature above that of the series' first row, per actuator (n_p,), K.
+        elapsed: time since the series' first row (1,), s.
+        clock: time since the first row of all (1,), s.
+        interval: time since the row before in the series (1,), s.
+        first: 1 for the first row of a series (1,).
+    """
+
+    pose: ca.SX
+    wrench: ca.SX
+    absolute: ca.SX
+    gravity: ca.SX
+    rotation: ca.SX
+    rates: ca.SX
+    forward: ca.SX
+    pose_map: ca.SX
+    lengths: ca.SX
+    warming: ca.SX
+    elapsed: ca.SX
+    clock: ca.SX
+    interval: ca.SX
+    first: ca.SX
+
+    def flat(self) -> ca.SX:
+        """All symbols as one column vector, columns of matrices first."""
+        return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
+
+
+def row_symbols(robot: Robot) -> Row:
+    """Symbols of one row of a robot's recordings."""
+    n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
+    shapes = {
+        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "gravity": (d, 1), "rotation": (d, d),
+        "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (n_p, 1),
+        "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
+    }  # fmt: skip
+    return Row(**{name: ca.SX.sym(name, *shape) for name, shape in shapes.items()})
+
+
+@dataclass(frozen=True)
+class RowData:
+    """Numbers of N rows in the order of `Row.flat`, and how the rows follow each other.
+
+    Attributes:
+        values: shape (N, width).
+        series: index of the series of each row, shape (N,).
+        position: place of each row in its series, from 0, shape (N,).
+    """
+
+    values: FloatArray
+    series: IntArray
+    position: IntArray
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+def row_data(points: LoadedPoints, robot: Robot) -> RowData:
+    """The numbers of loaded points.
+
+    Temperatures of the legs are those of their sensors where there are some, else the one of the row; without time,
+    rows count as one second apart (the tool then has no time constants to offer, see `Effect.needs`).
+    """
+    count = len(points)
+    n_p = len(robot.stiffness)
+    jacobians = robot.jacobians(points.configurations)
+    if isinstance(robot, ParallelRobot):
+        lengths = robot.lengths(points.configurations)
+        # J̌ = T·J, and J is square here.
+        rates = jacobians.pose @ np.linalg.inv(jacobians.forward)
+    else:
+        lengths = points.configurations[:, :n_p]
+        rates = np.broadcast_to(np.eye(robot.coordinates.n), (count, robot.coordinates.n, robot.coordinates.n))
+    series, first_row, position = _series_structure(points.series)
+    time = points.time if points.time is not None else np.arange(count, dtype=float)
+    previous = np.arange(count)
+    later = position > 0
+    order = np.lexsort((position, series))
+    previous[order[1:]] = order[:-1]
+    previous = np.where(later, previous, np.arange(count))
+    warming = np.zeros((count, n_p))
+    if points.leg_temperature is not None:
+        warming = points.leg_temperature - points.leg_temperature[first_row]
+    elif points.temperature is not None:
+        warming = np.repeat((points.temperature - points.temperature[first_row])[:, None], n_p, axis=1)
+
+    def columns_first(matrices: FloatArray) -> FloatArray:
+        return matrices.swapaxes(-1, -2).reshape(count, -1)
+
+    values = np.concatenate(
+        [
+            points.configurations,
+            points.wrenches,
+            points.absolute,
+            points.gravity,
+            columns_first(jacobians.rotation),
+            columns_first(rates),
+            columns_first(jacobians.forward),
+            columns_first(jacobians.pose),
+            lengths,
+            warming,
+            (time - time[first_row])[:, None],
+            (time - time[:1])[:, None],
+            (time - time[previous])[:, None],
+            (position == 0).astype(float)[:, None],
+        ],
+        axis=1,
+    )
+    return RowData(values, series, position)
+
+
+def _series_structure(numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Index of the series, row at which it starts, and place in it, of every row (rows in order of time)."""
+    _, start, index = np.unique(numbers, return_index=True, return_inverse=True)
+    position = np.empty(len(numbers), dtype=np.int64)
+    order = np.argsort(index, kind="stable")
+    sizes = np.bincount(index)
+    position[order] = np.arange(len(numbers)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return index, start[index], position

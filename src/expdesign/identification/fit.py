@@ -1,0 +1,159 @@
+"""Weighted non-linear least squares on the measurement chain, with exact sensitivities."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import RowData
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+
+RANK_TOLERANCE = 1e-9
+"""Singular values of the scaled sensitivities below this fraction of the largest count as zero."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """What a fit compares the chain with.
+
+    Attributes:
+        recordings: the recordings.
+        rows: the same rows as the chain reads them.
+        whitening: of their residuals.
+    """
+
+    recordings: Recordings
+    rows: RowData
+    whitening: Whitening
+
+    def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
+        """Whitened measured minus predicted readings (N, k)."""
+        predicted = chain.predict(self.rows, values)[:, self.recordings.axes]
+        return self.whitening.apply(self.recordings.deflections - predicted)
+
+    def residuals_with_sensitivities(self, chain: Chain, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened residuals (N, k) and whitened derivatives of the prediction (N, k, p)."""
+        predicted, sensitivities = chain.predict_with_sensitivities(self.rows, values)
+        axes = self.recordings.axes
+        residuals = self.whitening.apply(self.recordings.deflections - predicted[:, axes])
+        return residuals, self.whitening.apply(sensitivities[:, axes])
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted chain.
+
+    Attributes:
+        chain: the model.
+        values: its parameters, shape (p,).
+        covariance: of the parameters, with the noise level as whitened, shape (p, p); rows of parameters that the data
+            do not determine are infinite.
+        determined: which parameters the data determine, shape (p,).
+        residuals: whitened, shape (N, k).
+        sensitivities: whitened derivatives of the prediction, shape (N, k, p).
+        chi2: sum of squared whitened residuals.
+        dof: readings minus rank.
+        rank: of the sensitivities.
+    """
+
+    chain: Chain
+    values: FloatArray
+    covariance: FloatArray
+    determined: BoolArray
+    residuals: FloatArray
+    sensitivities: FloatArray
+    chi2: float
+    dof: int
+    rank: int
+
+
+def fit(
+    chain: Chain, data: Data, start: FloatArray | None = None, prior: tuple[FloatArray, FloatArray] | None = None
+) -> Fit:
+    """The parameters that minimise the sum of squared whitened residuals, within their bounds.
+
+    The base model is linear in the compliances, and is solved in one step through a QR factorisation of the scaled
+    sensitivities; with effects, a trust-region method starts there.
+
+    Args:
+        chain: the model.
+        data: what it is compared with.
+        start: parameters to start from; neutral effects if left out.
+        prior: mean and standard deviation of the parameters, shape (p,) each (infinite where there is no prior).
+    """
+    start = chain.start() if start is None else start
+    scales = chain.scales()
+    if not chain.effects:
+        residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
+        step, *_ = _solve(sensitivities.reshape(-1, len(start)) * scales, residuals.ravel(), start, scales, prior)
+        return summarise(chain, data, start + step * scales, prior)
+    low, high = chain.bounds()
+    inside = np.clip(start, low + 1e-9 * scales, high - 1e-9 * scales)
+
+    def function(values: FloatArray) -> FloatArray:
+        return _with_prior(data.residuals(chain, values).ravel(), values, prior)
+
+    def jacobian(values: FloatArray) -> FloatArray:
+        sensitivities = data.residuals_with_sensitivities(chain, values)[1].reshape(-1, len(values))
+        if prior is not None:
+            sensitivities = np.vstack([sensitivities, np.diag(1.0 / prior[1])])
+        return -sensitivities
+
+    result = least_squares(function, inside, jac=jacobian, bounds=(low, high), x_scale=scales, max_nfev=100)
+    return summarise(chain, data, result.x, prior)
+
+
+def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatArray, FloatArray] | None = None) -> Fit:
+    """The fit at given parameter values."""
+    residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
+    scales = chain.scales()
+    matrix = sensitivities.reshape(-1, len(values)) * scales
+    _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
+    return Fit(
+        chain=chain,
+        values=values,
+        covariance=covariance,
+        determined=determined,
+        residuals=residuals,
+        sensitivities=sensitivities,
+        chi2=float((residuals**2).sum()),
+        dof=residuals.size - rank,
+        rank=rank,
+    )
+
+
+def _with_prior(residuals: FloatArray, values: FloatArray, prior: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    if prior is None:
+        return residuals
+    return np.concatenate([residuals, (prior[0] - values) / prior[1]])
+
+
+def _solve(
+    matrix: FloatArray,
+    residuals: FloatArray,
+    values: FloatArray,
+    scales: FloatArray,
+    prior: tuple[FloatArray, FloatArray] | None,
+) -> tuple[FloatArray, FloatArray, BoolArray, int]:
+    """Gauss-Newton step in units of `scales`, covariance of the parameters, which are determined, and the rank."""
+    if prior is not None:
+        matrix = np.vstack([matrix, np.diag(scales / prior[1])])
+        residuals = np.concatenate([residuals, (prior[0] - values) / prior[1]])
+    columns = np.linalg.norm(matrix, axis=0)
+    safe = np.where(columns > 0.0, columns, 1.0)
+    left, singular, right = np.linalg.svd(matrix / safe, full_matrices=False)
+    kept = singular > RANK_TOLERANCE * (singular[0] if singular.size else 1.0)
+    rank = int(kept.sum())
+    step = (right[kept].T / singular[kept]) @ (left[:, kept].T @ residuals) / safe
+    root = (right[kept].T / singular[kept]) / safe[:, None] * scales[:, None]
+    covariance = root @ root.T
+    hidden = np.linalg.norm(right[~kept], axis=0) if rank < len(kept) else np.zeros(len(columns))
+    if len(kept) < matrix.shape[1]:
+        hidden = np.ones(matrix.shape[1])
+    determined: BoolArray = hidden < 1e3 * RANK_TOLERANCE
+    covariance[~determined, :] = np.inf
+    covariance[:, ~determined] = np.inf
+    return step, covariance, determined, rank

@@ -1,0 +1,222 @@
+"""Read recordings and points from CSV tables; every fault is named with file, row and column (interfaces.md)."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.errors import InputError
+from expdesign.files.table import Table, read_table
+from expdesign.loads.payload import Payload
+from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.robots.robot import Robot
+
+LARGEST_DEFLECTION = 0.1
+"""m; a larger "deflection" is a wrong unit or an absolute pose."""
+LARGEST_ROTATION = 0.2
+"""rad; likewise."""
+CONTRADICTION = 0.01
+"""Relative difference of a payload and a wrench that are both given, above which they contradict each other."""
+LEVER = 0.05
+"""m; moments below `CONTRADICTION` × force × this lever are not compared."""
+
+
+def read_recordings(path: Path, robot: Robot) -> Recordings:
+    """Recordings of a robot.
+
+    Raises:
+        InputError: the file is missing, or anything in it is missing, not a number, or cannot be right.
+    """
+    return recordings_from_table(read_table(path), robot)
+
+
+def read_points(path: Path, robot: Robot) -> LoadedPoints:
+    """Points at which a prediction or a command is wanted; measured columns are ignored. Raises `InputError`."""
+    return _points(read_table(path), robot, measured=False)
+
+
+def recordings_from_table(table: Table, robot: Robot) -> Recordings:
+    """Recordings in a table; see `read_recordings`."""
+    table.require(("sequence", "series"))
+    points = _points(table, robot, measured=True)
+    order = _order(table)
+    coordinates = robot.coordinates
+    axes = np.array([i for i, name in enumerate(coordinates.deflection) if table.has(name)], dtype=np.int64)
+    if axes.size == 0:
+        if table.has("px_m") or table.has("marker"):
+            what = "recordings of marker positions are not supported for this kind of robot"
+            raise InputError(what, where=table.where(), remedy="Convert them to deflections.")
+        columns = ", ".join(coordinates.deflection)
+        raise InputError("there is no measured column", where=table.where(), remedy=f"At least one of {columns}.")
+    names = tuple(coordinates.deflection[i] for i in axes)
+    deflections = table.numbers(names)[order]
+    for k, axis in enumerate(axes):
+        largest = LARGEST_DEFLECTION if axis < coordinates.translations else LARGEST_ROTATION
+        wrong = np.flatnonzero(np.abs(deflections[:, k]) > largest)
+        if wrong.size:
+            what = f"{deflections[wrong[0], k]:g} cannot be a deflection (the largest taken for one is {largest:g})"
+            where = table.where(int(order[wrong[0]]), names[k])
+            raise InputError(what, where=where, remedy="Check the unit (m, rad), and that it is not an absolute pose.")
+    return Recordings(
+        **vars(points),
+        axes=axes,
+        deflections=deflections,
+        deviations=_deviations(table, robot, axes, order),
+        test=_test_rows(table, order),
+    )
+
+
+def _order(table: Table) -> IntArray:
+    """Rows in the order of their sequence numbers, or of the file where there are none."""
+    if not table.has("sequence"):
+        return np.arange(len(table))
+    order: IntArray = np.argsort(table.integers("sequence"), kind="stable")
+    return order
+
+
+def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
+    order = _order(table)
+    coordinates = robot.coordinates
+    configurations = table.numbers(robot.configuration)[order]
+    sequence = table.integers("sequence") if table.has("sequence") else np.arange(len(table)) + 1
+    repeated = pd.Series(sequence).duplicated().to_numpy()
+    if repeated.any():
+        row = int(np.argmax(repeated))
+        what = f"the sequence number {sequence[row]} stands there twice"
+        raise InputError(what, where=table.where(row, "sequence"), remedy="Number the rows in the order of recording.")
+    sequence = sequence[order]
+    series = table.integers("series")[order] if table.has("series") else sequence
+    time = table.numbers(("time_s",))[order, 0] if table.has("time_s") else None
+    if time is not None and np.any(np.diff(time) < 0.0):
+        row = int(order[int(np.argmax(np.diff(time) < 0.0)) + 1])
+        what = "time runs backwards in the order of `sequence`"
+        raise InputError(what, where=table.where(row, "time_s"), remedy="Correct `sequence` or `time_s`.")
+    if measured:
+        _one_command_per_series(table, robot, configurations, series, order)
+    gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
+    for i, name in enumerate(coordinates.gravity):
+        if table.has(name):
+            gravity[:, i] = table.numbers((name,))[order, 0]
+    payload = _payload(table, robot, order)
+    wrenches = _wrenches(table, robot, configurations, payload, gravity, order)
+    absolute = wrenches.copy()
+    absolute_names = tuple(f"abs_{name}" for name in coordinates.wrench)
+    if any(table.has(name) for name in absolute_names):
+        for i, name in enumerate(absolute_names):
+            absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
+    legs = tuple(f"leg{i + 1}_degC" for i in range(len(robot.stiffness)))
+    known = {
+        "sequence", "series", "time_s", "mass_kg", "split", "temperature_degC", *legs, *absolute_names,
+        *robot.configuration, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
+        *coordinates.gravity, *coordinates.centre_of_mass,
+    }  # fmt: skip
+    extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
+    return LoadedPoints(
+        source=table.source,
+        lines=table.lines[order],
+        sequence=sequence,
+        series=series,
+        time=time,
+        configurations=configurations,
+        wrenches=wrenches,
+        absolute=absolute,
+        payload=payload,
+        gravity=gravity,
+        temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
+        leg_temperature=table.numbers(legs)[order] if legs and table.has(*legs) else None,
+        extra=extra.reset_index(drop=True),
+    )
+
+
+def _one_command_per_series(
+    table: Table, robot: Robot, configurations: FloatArray, series: IntArray, order: IntArray
+) -> None:
+    first = {int(number): int(row) for row, number in reversed(list(enumerate(series)))}
+    reference = configurations[[first[int(number)] for number in series]]
+    differs = np.abs(configurations - reference) > 1e-9
+    if differs.any():
+        row, column = np.argwhere(differs)[0]
+        what = f"the command differs from that of the first row of series {series[row]}"
+        remedy = "Rows of one series share one command; give the row a series of its own, or correct the command."
+        raise InputError(what, where=table.where(int(order[row]), robot.configuration[column]), remedy=remedy)
+
+
+def _payload(table: Table, robot: Robot, order: IntArray) -> FloatArray | None:
+    columns = ("mass_kg", *robot.coordinates.centre_of_mass)
+    if not table.has("mass_kg"):
+        return None
+    payload = table.numbers(columns)[order]
+    wrong = np.flatnonzero(payload[:, 0] < 0.0)
+    if wrong.size:
+        where = table.where(int(order[wrong[0]]), "mass_kg")
+        raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    return payload
+
+
+def _wrenches(
+    table: Table,
+    robot: Robot,
+    configurations: FloatArray,
+    payload: FloatArray | None,
+    gravity: FloatArray,
+    order: IntArray,
+) -> FloatArray:
+    coordinates = robot.coordinates
+    given = None
+    if payload is None or any(table.has(name) for name in coordinates.wrench):
+        if payload is None and not any(table.has(name) for name in coordinates.wrench):
+            remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
+            raise InputError("there is no load", where=table.where(), remedy=remedy)
+        given = table.numbers(coordinates.wrench)[order]
+    if payload is None:
+        assert given is not None
+        return given
+    loaded = LoadedRobot(robot, Payload(coordinates))
+    rotation = robot.jacobians(configurations).rotation
+    weights = loaded.wrenches(rotation, np.concatenate([payload, gravity], axis=1))[0]
+    if given is not None:
+        _no_contradiction(table, robot, given, weights, order)
+    return weights
+
+
+def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray, order: IntArray) -> None:
+    split = robot.coordinates.translations
+    force = np.maximum(np.linalg.norm(given[:, :split], axis=1), np.linalg.norm(weights[:, :split], axis=1))
+    moment = np.maximum(np.linalg.norm(given[:, split:], axis=1), np.linalg.norm(weights[:, split:], axis=1))
+    allowed = np.empty_like(given)
+    allowed[:, :split] = force[:, None]
+    allowed[:, split:] = np.maximum(moment, LEVER * force)[:, None]
+    differs = np.abs(given - weights) > CONTRADICTION * allowed + 1e-12
+    if differs.any():
+        row, column = np.argwhere(differs)[0]
+        what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
+        remedy = "They describe the same load; correct one of them, or leave one out."
+        raise InputError(what, where=table.where(int(order[row]), robot.coordinates.wrench[column]), remedy=remedy)
+
+
+def _deviations(table: Table, robot: Robot, axes: IntArray, order: IntArray) -> FloatArray | None:
+    names = tuple(robot.coordinates.deviation[i] for i in axes)
+    present = [name for name in names if table.has(name)]
+    if not present:
+        return None
+    deviations = table.numbers(names)[order]
+    wrong = deviations <= 0.0
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        what = f"a standard deviation must be positive, not {deviations[row, column]:g}"
+        raise InputError(what, where=table.where(int(order[row]), names[column]), remedy="Correct it.")
+    return deviations
+
+
+def _test_rows(table: Table, order: IntArray) -> BoolArray:
+    if not table.has("split"):
+        return np.zeros(len(table), dtype=bool)
+    split = table.frame["split"].str.strip().to_numpy()
+    wrong = np.flatnonzero(~np.isin(split, ["train", "test", ""]))
+    if wrong.size:
+        what = f"`{split[wrong[0]]}` is neither `train` nor `test`"
+        raise InputError(what, where=table.where(int(wrong[0]), "split"), remedy="Correct it.")
+    test: BoolArray = (split == "test")[order]
+    return test

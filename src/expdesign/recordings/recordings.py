@@ -1,0 +1,74 @@
+"""Recordings and points as arrays (interfaces.md, Recordings)."""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class LoadedPoints:
+    """Rows of commands and loads in the order of their sequence; what `predict` and `compensate` need.
+
+    Attributes:
+        source: name of the file, for messages.
+        lines: line of the file on which each row stands, shape (N,).
+        sequence: order in time, shape (N,).
+        series: number of the series of each row, shape (N,).
+        time: s since the first row, shape (N,), or None.
+        configurations: commanded poses or joint coordinates, shape (N, n_q).
+        wrenches: assumed change of the load, at the origin of P along the axes of O (N, N·m), shape (N, n).
+        absolute: assumed whole load, shape (N, n); differs where the reference state was loaded itself.
+        payload: mass (kg) and centre of mass (m, platform frame), shape (N, 1 or 4), or None where only wrenches are
+            known.
+        gravity: in O (m/s²), shape (N, d).
+        temperature: °C, shape (N,), or None.
+        leg_temperature: °C, shape (N, n_p), or None.
+        extra: columns that have no meaning here, kept for reports.
+    """
+
+    source: str
+    lines: IntArray
+    sequence: IntArray
+    series: IntArray
+    time: FloatArray | None
+    configurations: FloatArray
+    wrenches: FloatArray
+    absolute: FloatArray
+    payload: FloatArray | None
+    gravity: FloatArray
+    temperature: FloatArray | None
+    leg_temperature: FloatArray | None
+    extra: pd.DataFrame
+
+    def __len__(self) -> int:
+        return len(self.sequence)
+
+
+@dataclass(frozen=True)
+class Recordings(LoadedPoints):
+    """Loaded points with measured deflections.
+
+    Attributes:
+        axes: indices of the measured components, shape (k,).
+        deflections: shape (N, k), in m and rad.
+        deviations: their standard deviations, shape (N, k), or None where they are not known.
+        test: rows that must not be fitted, shape (N,).
+    """
+
+    axes: IntArray
+    deflections: FloatArray
+    deviations: FloatArray | None
+    test: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+    def rows(self, chosen: BoolArray | IntArray) -> "Recordings":
+        """The recordings of some rows; effects with memory need whole series."""
+        per_row: dict[str, Any] = {
+            item.name: value[chosen]
+            for item in fields(self)
+            if isinstance(value := getattr(self, item.name), np.ndarray) and item.name != "axes"
+        }
+        return replace(self, **per_row, extra=self.extra.iloc[np.arange(len(self))[chosen]])
