@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
+from tests.oracle import Array
 
 from expdesign.coordinates import Coordinates
 from expdesign.criteria.assessment import Assessment
@@ -23,7 +24,6 @@ from expdesign.robots.bipod import Bipod
 from expdesign.robots.hexapod import Hexapod
 from expdesign.robots.orientation import Orientation
 from expdesign.robots.parallel import ParallelRobot
-from tests.oracle import Array
 
 
 def symmetric_hexapod(
@@ -148,7 +148,7 @@ ROBOTS: dict[str, RobotCase] = {
 }
 
 
-@lru_cache(maxsize=None)
+@cache
 def robot(name: str) -> ParallelRobot:
     """The robot of the table, made once."""
     return ROBOTS[name].make()

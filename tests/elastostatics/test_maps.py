@@ -2,6 +2,10 @@
 
 import numpy as np
 import pytest
+from tests import oracle
+from tests.cases import ROBOTS, robot
+from tests.oracle import Array
+from tests.robots.test_kinematics import central_difference, relative, scaled
 
 from expdesign.elastostatics.geometric_stiffness import conservative_maps, geometric_stiffness
 from expdesign.elastostatics.maps import (
@@ -11,10 +15,6 @@ from expdesign.elastostatics.maps import (
     observation_matrix,
 )
 from expdesign.robots.parallel import ParallelRobot
-from tests import oracle
-from tests.cases import ROBOTS, robot
-from tests.oracle import Array
-from tests.robots.test_kinematics import central_difference, relative, scaled
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 
@@ -33,7 +33,7 @@ def restoring_wrench(here: ParallelRobot, poses: Array, forces: Array, rests: Ar
 
 
 def loaded_pose(here: ParallelRobot, poses: Array, wrenches: Array, compliance: Array) -> Array:
-    """Equilibrium of the springs under load with the commands of `poses`: q(X) = q_cmd + c∘(JᵀF), by Newton's method."""
+    """Equilibrium of the springs with the commands of `poses`: q(X) = q_cmd + c∘(JᵀF), by Newton's method."""
     command = oracle.kinematics(here, poses).lengths
     found = poses.copy()
     for _ in range(30):

@@ -1,6 +1,7 @@
 """Test vectors of theory.md 11 to their printed digits."""
 
 import numpy as np
+from tests.cases import robot
 
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import known_criteria
@@ -15,7 +16,6 @@ from expdesign.elastostatics.maps import (
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.loads.wrench import Wrench
-from tests.cases import robot
 
 TARGET, TARGET_LOAD = np.array([0.10, 0.60]), np.array([0.0, -1000.0])
 POSE, LOAD = np.array([-0.20, 0.55]), np.array([200.0, -900.0])

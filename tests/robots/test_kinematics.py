@@ -3,12 +3,12 @@
 import casadi as ca
 import numpy as np
 import pytest
-
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.symbolic import BatchFunction
 from tests import oracle
 from tests.cases import ROBOTS, robot
 from tests.oracle import Array
+
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.symbolic import BatchFunction
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

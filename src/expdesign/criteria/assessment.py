@@ -3,7 +3,8 @@
 theory.md 3-5: with the whitened observation matrix Ã = G·A_M = Q·R, the information is M = ÃᵀÃ = RᵀR, the estimator's
 gain is M⁻¹A_MᵀGᵀG = R⁻¹QᵀG, and nothing needs M itself, whose condition number would be squared. Where Ã is rank
 deficient, only functions of the compliances that lie in its row space can be estimated; what cannot be is NaN here, and
-never the number that a pseudo-inverse would put in its place.
+never the number that a pseudo-inverse would put in its place. A design with a measurement at a singular configuration,
+whose maps do not exist, is NaN as a whole, and the other designs of its batch are not touched by it.
 """
 
 from functools import cached_property
@@ -54,9 +55,18 @@ class Assessment:
         return reference_whitener(self.series)
 
     @cached_property
+    def _exists(self) -> BoolArray:
+        """Whether the maps of all measurements exist, shape (b,)."""
+        exists: BoolArray = np.logical_and.reduce(np.isfinite(self.measurements.observation), axis=(1, 2, 3))
+        return exists
+
+    @cached_property
     def whitened(self) -> FloatArray:
-        """Ã = G·A_M, shape (b, m·k, n_p), in N/m."""
-        rows = self.noise.whitener @ self.measurements.observation[:, :, self.noise.axes, :]
+        """Ã = G·A_M, shape (b, m·k, n_p), in N/m; 0 where it does not exist, which identifies nothing."""
+        observation = self.measurements.observation
+        if not self._exists.all():
+            observation = np.where(self._exists[:, None, None, None], observation, 0.0)
+        rows = self.noise.whitener @ observation[:, :, self.noise.axes, :]
         if self._across is not None:
             rows = np.einsum("bij,bjkp->bikp", self._across, rows)
         return rows.reshape(self.batch, -1, self.parameters)
@@ -73,11 +83,12 @@ class Assessment:
 
     @cached_property
     def singular_values(self) -> FloatArray:
-        """Singular values of Ã, falling, shape (b, n_p); exactly 0 beyond the rank."""
+        """Singular values of Ã, falling, shape (b, n_p); exactly 0 beyond the rank, NaN where Ã does not exist."""
         values = np.linalg.svd(self._factors[1], compute_uv=False)
         index = np.arange(self.parameters)
-        clipped: FloatArray = np.where(index < self.rank[:, None], values, 0.0)
-        return clipped
+        clipped = np.where(index < self.rank[:, None], values, 0.0)
+        existing: FloatArray = np.where(self._exists[:, None], clipped, np.nan)
+        return existing
 
     @cached_property
     def _scale(self) -> FloatArray:
@@ -96,10 +107,10 @@ class Assessment:
 
     @cached_property
     def condition(self) -> FloatArray:
-        """Condition number of Ã, shape (b,); `inf` where it is rank deficient."""
+        """Condition number of Ã, shape (b,); `inf` where it is rank deficient, NaN where it does not exist."""
         values = self.singular_values
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(values[:, -1] > 0.0, values[:, 0] / values[:, -1], np.inf)
+            ratio = np.where(values[:, -1] == 0.0, np.inf, values[:, 0] / values[:, -1])
         return ratio
 
     @cached_property
@@ -122,6 +133,7 @@ class Assessment:
             scaled = rows / self._scale[index]
             outside = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
             estimable[index] = outside <= 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
+        estimable &= self._exists[:, None, None]
         return root, gain[:, :, : self.whitened.shape[1]], estimable
 
     @cached_property
@@ -148,13 +160,14 @@ class Assessment:
 
     @cached_property
     def noise_root(self) -> FloatArray:
-        """A_D·B, so that U = (A_D·B)(A_D·B)ᵀ, shape (b, t, n, n_p)."""
-        return self.targets.observation @ self._estimator[0][:, None]
+        """A_D·B, so that U = (A_D·B)(A_D·B)ᵀ, shape (b, t, n, n_p); NaN rows where not estimable."""
+        return self._where_estimable(self.targets.observation @ self._estimator[0][:, None])
 
     @cached_property
     def noise_variance(self) -> FloatArray:
         """U_ii (theory.md 4.2), variance of the attained pose due to measurement noise, shape (b, t, n); NaN rows."""
-        return self._where_estimable((self.noise_root**2).sum(axis=-1))
+        variance: FloatArray = (self.noise_root**2).sum(axis=-1)
+        return variance
 
     @cached_property
     def _parameter_error(self) -> FloatArray:
@@ -170,19 +183,24 @@ class Assessment:
 
     @cached_property
     def force_root(self) -> FloatArray:
-        """A_D·E with E the compliance errors: Z·Σ_F·Zᵀ is its Gram matrix (theory.md 5.3), shape (b, t, n, total)."""
-        return self.targets.observation @ self._parameter_error[:, None]
+        """A_D·E with E the compliance errors: Z·Σ_F·Zᵀ is its Gram matrix (theory.md 5.3), shape (b, t, n, total);
+        NaN rows where not estimable.
+        """
+        return self._where_estimable(self.targets.observation @ self._parameter_error[:, None])
 
     @cached_property
     def force_variance(self) -> FloatArray:
         """(Z·Σ_F·Zᵀ)_ii, variance of the attained pose due to load errors, shape (b, t, n); NaN rows."""
-        return self._where_estimable((self.force_root**2).sum(axis=-1))
+        variance: FloatArray = (self.force_root**2).sum(axis=-1)
+        return variance
 
     def force_sensitivity(self) -> FloatArray:
-        """Z = −A_D·Ã⁺·G·blkdiag(D_i) (theory.md 5.1), attained pose per load error, shape (b, t, n, m·n)."""
+        """Z = −A_D·Ã⁺·G·blkdiag(D_i) (theory.md 5.1), attained pose per load error, shape (b, t, n, m·n); NaN
+        rows where not estimable.
+        """
         per_measurement = self.gain @ self.measurements.compliance
         stacked = per_measurement.swapaxes(1, 2).reshape(self.batch, self.parameters, -1)
-        return -(self.targets.observation @ stacked[:, None])
+        return self._where_estimable(-(self.targets.observation @ stacked[:, None]))
 
     def weighted(self, variance: FloatArray) -> FloatArray:
         """Σ_i variance_ii/tol_i² per target, shape (b, t), from (b, t, n); NaN where an axis that matters is."""
@@ -196,6 +214,7 @@ class Assessment:
             return np.sqrt(squares.max(axis=-1))
         return np.sqrt((squares @ self.targets.weights) / self.targets.weights.sum())
 
-    def _where_estimable(self, values: FloatArray) -> FloatArray:
-        result: FloatArray = np.where(self.estimable, values, np.nan)
+    def _where_estimable(self, rows: FloatArray) -> FloatArray:
+        """Rows (b, t, n, …) of the pose coordinates, NaN where the coordinate cannot be estimated."""
+        result: FloatArray = np.where(self.estimable[..., None], rows, np.nan)
         return result
