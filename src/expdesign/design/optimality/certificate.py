@@ -1,0 +1,212 @@
+"""Lower bounds that no plan can beat: how far a design is from the best possible (theory.md 10).
+
+The convex relaxation over weighted candidates (`weights.py`) gives, for any Q, a bound that needs one number from the
+design space: the largest sensitivity d = ‖R·Q‖² of any measurement in it. The candidates are refined until the bound
+meets the relaxation's optimum. Over finitely many candidates the largest d is found by looking at all of them. Over a
+continuum it is sought by many gradient ascents, which is not a proof: the text that comes with a bound says so, and how
+sure the search was.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.design.optimality.information import Kind, MeasurementInformation
+from expdesign.design.optimality.sqp import MinimaxSearch
+from expdesign.design.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
+from expdesign.design.problem import DesignProblem
+
+TOLERANCE = 1e-4
+"""Relative gap of the squared criterion at which the refinement of candidates ends."""
+ENUMERABLE = 1_000_000
+"""Largest number of candidates that are all looked at."""
+_SAMPLES, _STARTS, _ROUNDS = 6000, 64, 25
+
+
+class LowerBound(NamedTuple):
+    """A number that no plan can beat (None where there is none), and what it was certified on, in words."""
+
+    value: float | None
+    certified_on: str
+
+
+def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
+    """Lower bound on DUIR over all plans of as many measurements as the configuration has.
+
+    Args:
+        problem: the design problem.
+        front: designs (d, m, g) that are known; their measurements are among the candidates.
+    """
+    return _Certificate(problem, "duir").bound(front)
+
+
+def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
+    """Lower bound on `total`, and so on √(DUIR² + FEIR²) of every plan, by the relaxation of theory.md 10.4."""
+    return _Certificate(problem, "total").bound(front)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Outcome of a search for the largest d: where, how large, and in words."""
+
+    genes: FloatArray
+    largest: float
+    words: str
+    exact: bool
+
+
+class _Certificate:
+    """The refinement of candidates for one bound."""
+
+    def __init__(self, problem: DesignProblem, kind: Kind) -> None:
+        self._problem, self._kind = problem, kind
+        self._information = MeasurementInformation(problem, kind)
+        self._relaxation: Relaxation = self._information.relaxation()
+        self._generator = np.random.default_rng(problem.optimiser.seed)
+        self._loads = self._information.load_genes()
+        self._whole = self._enumerated()
+
+    def bound(self, front: FloatArray | None) -> LowerBound:
+        if not (self._relaxation.targets != 0.0).any():
+            return LowerBound(None, "no axis of any target has a tolerance")
+        candidates = self._candidates(front)
+        if len(candidates) == 0:
+            return LowerBound(None, "no measurement within the robot's limits was found")
+        rows = self._information.rows(candidates)
+        best, words, gap, value = 0.0, "", np.inf, np.inf
+        for _ in range(_ROUNDS):
+            weights = optimal_weights(self._relaxation, rows)
+            support = np.flatnonzero(weights.candidates > 0.0)
+            dual = dual_of(self._relaxation, rows[support], weights.candidates[support], weights.mixture)
+            found = self._largest(dual, candidates, rows)
+            value, bound = weights.value, dual.bound(found.largest)
+            if bound > best:
+                best, words = bound, found.words
+            gap = 1.0 - best / value
+            if gap <= TOLERANCE:
+                break
+            # Candidates without weight that are far from mattering are dropped, so that the pool stays small.
+            keep = dual.sensitivities(rows) > 0.5 * found.largest
+            keep[support] = True
+            candidates = np.concatenate([candidates[keep], found.genes])
+            rows = np.concatenate([rows[keep], self._information.rows(found.genes)])
+        # Rounding in d and in the traces is below 1e-9 of the bound.
+        return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap))
+
+    def _text(self, words: str, gap: float) -> str:
+        m = self._problem.space.measurements
+        quantity = "DUIR" if self._kind == "duir" else "total"
+        parts = [
+            f"{quantity} of every plan of {m} measurement{'s' if m > 1 else ''}, by the dual of the convex relaxation "
+            f"(repeated measurements allowed, weights continuous); {words}"
+        ]
+        if self._problem.noise.shared_reference:
+            parts.append("measurements that share a reference are counted as independent with half the covariance")
+        if self._kind == "total":
+            parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
+        parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
+        return "; ".join(parts)
+
+    def _usable(self, genes: FloatArray) -> FloatArray:
+        usable: BoolArray = self._problem.loaded.robot.usable(self._problem.space.decode(genes)[0])
+        return genes[usable]
+
+    def _enumerated(self) -> FloatArray | None:
+        """Every measurement that can be extreme (j, g), where the design space has finitely many; else None."""
+        space = self._problem.space
+        continuous = np.flatnonzero(~space.discrete)
+        if not self._information.convex_in_load and continuous.size:
+            return None
+        if np.setdiff1d(continuous, self._loads.index).size:
+            return None
+        extreme = self._information.convex_in_load
+        others = np.setdiff1d(np.arange(space.genes), self._loads.index if extreme else [])
+        axes = [np.arange(space.upper[gene] + 1.0) for gene in others]
+        vertices = self._loads.vertices if extreme else np.zeros((1, 0))
+        if float(np.prod([len(axis) for axis in axes])) * len(vertices) > ENUMERABLE:
+            return None
+        grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
+        genes = np.empty((len(grid), len(vertices), space.genes))
+        genes[..., others] = grid[:, None]
+        if extreme:
+            genes[..., self._loads.index] = vertices
+        return self._usable(genes.reshape(-1, space.genes))
+
+    def _candidates(self, front: FloatArray | None) -> FloatArray:
+        space = self._problem.space
+        if self._whole is not None:
+            return self._whole
+        sampled = space.sample(_SAMPLES, self._generator)
+        if self._information.convex_in_load and self._loads.index.size:
+            drawn = self._generator.integers(len(self._loads.vertices), size=len(sampled))
+            sampled[:, self._loads.index] = self._loads.vertices[drawn]
+        parts = [sampled] if front is None else [sampled, front.reshape(-1, space.genes)]
+        return self._usable(np.concatenate(parts))
+
+    def _largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> _Search:
+        known = dual.sensitivities(rows)
+        order = np.argsort(-known, kind="stable")
+        if self._whole is not None:
+            words = f"its sensitivity was evaluated at all {len(candidates)} measurements"
+            if self._information.convex_in_load and self._loads.index.size:
+                words += " with extreme loads, where it is largest because it is convex in the load"
+            return _Search(candidates[order[:20]], float(known[order[0]]), words, True)
+        return self._ascend(dual, candidates[self._starts(candidates, order)], float(known[order[0]]))
+
+    def _starts(self, candidates: FloatArray, order: IntArray) -> IntArray:
+        """The best candidates, and as many from the better half at random."""
+        best = order[: _STARTS // 2]
+        rest = order[_STARTS // 2 : max(_STARTS, len(order) // 2)]
+        others = self._generator.permutation(rest)[: _STARTS - len(best)]
+        return np.concatenate([best, others])
+
+    def _ascend(self, dual: Dual, starts: FloatArray, known: float) -> _Search:
+        information = self._information
+        size = max(known, 1e-300)
+
+        def pieces(genes: FloatArray, index: IntArray) -> tuple[FloatArray, "_Slopes"]:
+            values, gradient = information.sensitivity(dual, genes[:, 0])
+            return -values[:, None] / size, _Slopes(-gradient[:, None, None, :] / size)
+
+        search = MinimaxSearch(self._problem, pieces)
+        genes = search.minimise(self._at_best_load(dual, starts)[:, None], iterations=60, tolerance=1e-8)
+        genes = search.minimise(self._at_best_load(dual, genes[:, 0])[:, None], iterations=60, tolerance=1e-8)
+        ends = self._usable(genes[:, 0])
+        if len(ends) == 0:
+            return _Search(starts, known, "no ascent of its sensitivity ended within the robot's limits", False)
+        values = information.sensitivity(dual, ends)[0]
+        largest = max(known, float(values.max()))
+        reached = values > (1.0 - 1e-5) * largest
+        levels, counts = np.unique(np.round(np.log(values), 5), return_counts=True)
+        once = int((counts == 1).sum())
+        words = (
+            f"its sensitivity was maximised over the continuous bounds by {len(ends)} gradient ascents, of which "
+            f"{int(reached.sum())} reached the largest value found; they ended at {len(levels)} different values, "
+            f"{once} of them met once, so that an ascent from a new start would end at an unknown maximum with a "
+            f"probability of about {once / len(ends):.0%} (not a proof over the continuum)"
+        )
+        order = np.argsort(-values, kind="stable")
+        return _Search(ends[order], largest, words, False)
+
+    def _at_best_load(self, dual: Dual, genes: FloatArray) -> FloatArray:
+        """The same measurements (b, g), each with the extreme load at which d is largest."""
+        if not self._information.convex_in_load or self._loads.index.size == 0:
+            return genes
+        vertices = self._loads.vertices
+        spread = np.repeat(genes[:, None], len(vertices), axis=1)
+        spread[..., self._loads.index] = vertices
+        flat = spread.reshape(-1, genes.shape[1])
+        values = dual.sensitivities(self._information.rows(flat)).reshape(len(genes), -1)
+        return spread[np.arange(len(genes)), values.argmax(axis=1)]
+
+
+class _Slopes:
+    """Gradients that are known already."""
+
+    def __init__(self, gradients: FloatArray) -> None:
+        self._gradients = gradients
+
+    def __call__(self) -> FloatArray:
+        return self._gradients

@@ -1,0 +1,126 @@
+"""Information of single measurements, for bounds: candidates drawn from the design space, and their maps R.
+
+For DUIR, R_j = G·A_j. For the total error, load errors that all measurements share are estimated along with the
+compliances, R_j = [G·A_j, G·D_j·L_j], with their own covariance as prior, and those that differ from measurement to
+measurement add to the noise, V_j = V + D_j·Σ_j·D_jᵀ (theory.md 10.4): no linear unbiased estimator, weighted least
+squares among them, does better than the generalised least squares that this describes. Where measurements share their
+unloaded reference, V is taken as V/2: the covariance of a series is V⊗½(I + 11ᵀ) ⪰ V⊗½I, so that independent
+measurements with half the covariance tell more.
+
+Parameters are scaled: compliances by the approximate ones, load errors by their standard deviations.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Literal
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.design.optimality.sensitivity import DesignModel
+from expdesign.design.optimality.weights import Dual, Relaxation
+from expdesign.design.problem import DesignProblem
+from expdesign.design.variables import Rows
+
+Kind = Literal["duir", "total"]
+_CHUNK = 20000
+
+
+@dataclass(frozen=True)
+class LoadGenes:
+    """Genes that set the load itself.
+
+    Attributes:
+        index: of the genes.
+        vertices: every combination of their extreme values, shape (v, len(index)).
+    """
+
+    index: IntArray
+    vertices: FloatArray
+
+
+class MeasurementInformation:
+    """Maps R of single measurements of a problem."""
+
+    def __init__(self, problem: DesignProblem, kind: Kind) -> None:
+        self.problem, self.kind = problem, kind
+        self.model = DesignModel(problem)
+        chain = self.model.chain
+        none = np.zeros(len(chain.shared), dtype=bool)
+        self.common: BoolArray = chain.shared if kind == "total" else none
+        self.own: BoolArray = ~chain.shared if kind == "total" else none
+        self._sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
+        self._scale = problem.loaded.robot.compliance
+
+    def relaxation(self, count: int | None = None) -> Relaxation:
+        """The convex problem for plans of `count` measurements (those of the configuration where left out)."""
+        targets = self.problem.targets
+        rows = np.sqrt(targets.importance)[..., None] * targets.observation * self._scale
+        if targets.aggregate == "mean":
+            rows = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * rows
+            rows = np.linalg.qr(rows.reshape(-1, rows.shape[-1]), mode="r")[None]
+        nuisance = int(self.common.sum())
+        padded = np.concatenate([rows, np.zeros((*rows.shape[:2], nuisance))], axis=2)
+        prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
+        return Relaxation(padded, prior, self.problem.space.measurements if count is None else count)
+
+    def rows(self, genes: FloatArray) -> FloatArray:
+        """R (j, k, q) of measurements with genes (j, g)."""
+        parts = []
+        for start in range(0, len(genes), _CHUNK):
+            tape = self.model.chain.run(self.problem.space.quantities(genes[start : start + _CHUNK]))
+            parts.append(self._assembled(tape.observation, tape.errors)[0])
+        return np.concatenate(parts)
+
+    def _assembled(self, observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """R, and the inverse root W of the noise with which it is weighted, R = W·[A, B]."""
+        stacked = self._sharpness * np.concatenate([observation * self._scale, errors[..., self.common]], axis=2)
+        root = np.broadcast_to(np.eye(stacked.shape[1]), (len(stacked), stacked.shape[1], stacked.shape[1]))
+        if self.own.any():
+            own = self._sharpness * errors[..., self.own]
+            root = np.linalg.inv(np.linalg.cholesky(root + own @ own.swapaxes(1, 2)))
+            stacked = root @ stacked
+        return stacked, root
+
+    def sensitivity(self, dual: Dual, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with genes (b, g)."""
+        tape = self.model.chain.run(self.problem.space.quantities(genes))
+        rows, root = self._assembled(tape.observation, tape.errors)
+        products = rows @ dual.matrix
+        # d = tr(yᵀ·V⁻¹·y) with y = [A, B]·Q: ∂d = 2·tr(yᵀ·V⁻¹·∂y) − tr(yᵀ·V⁻¹·∂V·V⁻¹·y), ∂V from B_own·B_ownᵀ.
+        weighted = root.swapaxes(1, 2) @ products
+        by_rows = 2.0 * self._sharpness * weighted @ dual.matrix.T
+        parameters = tape.observation.shape[-1]
+        by_errors = np.zeros_like(tape.errors)
+        by_errors[..., self.common] = by_rows[..., parameters:]
+        if self.own.any():
+            own = self._sharpness * tape.errors[..., self.own]
+            by_errors[..., self.own] = -2.0 * self._sharpness * weighted @ (weighted.swapaxes(1, 2) @ own)
+        by_quantities = self.model.chain.pull(tape, by_rows[..., :parameters] * self._scale, by_errors)
+        return (products**2).sum(axis=(1, 2)), self.model.to_genes(by_quantities)
+
+    @property
+    def convex_in_load(self) -> bool:
+        """Whether d is convex in every load quantity, so that only extreme loads need be looked at.
+
+        At a fixed pose the wrench, and every load error's effect, is affine in each quantity of the load taken alone,
+        and d is the square of a linear function of them (theory.md 10.1), as long as the weighting does not depend on
+        the load and the compliance map does not.
+        """
+        loaded = self.problem.loaded
+        own = [source.source for source in loaded.sources if not source.shared] if self.kind == "total" else []
+        return not loaded.geometric_stiffness and all(name == "wrench" for name in own)
+
+    def load_genes(self) -> LoadGenes:
+        """The genes that set the load (not the tilt of the base), and their extreme combinations."""
+        space = self.problem.space
+        index, ends = [], []
+        for gene, variable in enumerate(space.variables):
+            if space.n_pose <= variable.columns[0] < space.n_pose + space.n_load:
+                index.append(gene)
+                if isinstance(variable.domain, Rows):
+                    values = variable.domain.table[:, 0]
+                    ends.append((float(values.argmin()), float(values.argmax())))
+                else:
+                    ends.append(variable.bounds)
+        return LoadGenes(np.array(index, dtype=np.int64), np.array(list(product(*ends))).reshape(-1, len(index)))

@@ -1,0 +1,87 @@
+"""KKT proximity measure: how far a design is from satisfying the conditions of Pareto optimality.
+
+Deb & Abouhawwash (2016): a design is reached as the minimiser of an achievement function along its own direction, i.e.
+of t subject to (f_k − f_k(x))/span_k ≤ t, with bounds and limits g ≤ 0. The measure is the least violation of its KKT
+conditions over all multipliers u ≥ 0,
+
+    min_u ‖Σ u_j·∇φ_j + Σ u_l·∇g_l‖² + (1 − Σ u_j)² + Σ (u_l·g_l)² ,
+
+here solved exactly as a non-negative least-squares problem. It lies between 0 (a KKT point) and 1. Genes are in parts
+of their range, objectives in parts of their span over the front; discrete genes are held.
+"""
+
+import numpy as np
+from scipy.optimize import nnls
+
+from expdesign.arrays import FloatArray
+from expdesign.design.optimality.limits import MARGIN, Limits
+from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.problem import DesignProblem
+
+
+def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
+    """KKT proximity (d,) of the designs of a front, genes (d, m, g); NaN where a design has no gradient.
+
+    The spans of the objectives are those of the designs given, so that a front should be given as a whole.
+    """
+    objectives = Objectives(problem)
+    space = problem.space
+    state = objectives.model.run(genes)
+    found = [objectives.pieces(k, state) for k in range(objectives.count)]
+    values = np.stack([pieces[0].value for pieces in found], axis=1)
+    span = objectives.spans(values)
+    free = (~space.discrete) & (space.upper > space.lower)
+    width = np.where(free, space.upper - space.lower, 0.0)
+    tie = objectives.tie(genes)
+    columns, slack = [], []
+    for k, pieces in enumerate(found):
+        for piece in pieces:
+            gradient = piece.gradient(state) * width
+            if tie is not None:
+                gradient = tie(gradient, np.arange(len(genes)))
+            columns.append(gradient[:, :, free] / span[k])
+            slack.append((piece.value - values[:, k]) / span[k])
+    limits, limit_gradients = Limits(problem).rows(genes)
+    scaled_limits = (limit_gradients * width)[..., free]
+    position = ((genes - space.lower) / np.where(free, space.upper - space.lower, 1.0))[..., free]
+    measure = np.full(len(genes), np.nan)
+    for index in np.flatnonzero(state.regular):
+        measure[index] = _violation(
+            np.stack([column[index].ravel() for column in columns], axis=1),
+            np.array([gap[index] for gap in slack]),
+            limits[index] - MARGIN,
+            scaled_limits[index],
+            position[index].ravel(),
+        )
+    return measure
+
+
+def _violation(
+    gradients: FloatArray, slack: FloatArray, limits: FloatArray, limit_gradients: FloatArray, position: FloatArray
+) -> float:
+    """The least-squares value for one design.
+
+    Args:
+        gradients: of the pieces of the objectives, columns, shape (n, j).
+        slack: how far each piece is below its objective, ≤ 0, shape (j,).
+        limits: rows g ≤ 0 of the measurements, shape (m, r).
+        limit_gradients: shape (m, r, free).
+        position: free genes in parts of their range, shape (n,).
+    """
+    n, j = gradients.shape
+    m, r, width = limit_gradients.shape
+    rows = np.zeros((n, m * r))
+    for i in range(m):
+        rows[i * width : (i + 1) * width, i * r : (i + 1) * r] = limit_gradients[i].T
+    constraints = np.concatenate([rows, -np.eye(n), np.eye(n)], axis=1)
+    gaps = np.concatenate([slack, limits.ravel(), -position, position - 1.0])
+    norms = np.linalg.norm(constraints, axis=0)
+    useful = (norms > 0.0) & (gaps[j:] > -0.5 * np.maximum(norms, 1.0))
+    keep = np.concatenate([np.ones(j, dtype=bool), useful])
+    stationary = np.concatenate([gradients, constraints], axis=1)[:, keep]
+    total = np.concatenate([np.ones(j), np.zeros(constraints.shape[1])])[keep]
+    system = np.vstack([stationary, total, np.diag(gaps[keep])])
+    right = np.zeros(len(system))
+    right[n] = 1.0
+    _, residual = nnls(system, right, maxiter=50 * system.shape[1])
+    return float(residual**2)

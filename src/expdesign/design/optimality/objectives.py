@@ -1,0 +1,97 @@
+"""The objectives of a front, all to be minimised, as smooth pieces."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.criterion import Criterion
+from expdesign.design.optimality.partials import Piece, pieces
+from expdesign.design.optimality.sensitivity import DesignModel, DesignState
+from expdesign.design.problem import DesignProblem
+
+
+class Objectives:
+    """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted."""
+
+    def __init__(self, problem: DesignProblem, further: tuple[Criterion, ...] = ()) -> None:
+        self.model = DesignModel(problem)
+        self._criteria = (*problem.objectives, *further)
+        self.count = len(problem.objectives)
+        self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self._criteria]
+
+    def pieces(self, index: int, state: DesignState) -> list[Piece]:
+        """Smooth functions of which objective `index` is the largest, that one first."""
+        found = pieces(self._criteria[index], state)
+        if self._signs[index] > 0.0:
+            return found
+        return [
+            Piece(
+                -piece.value, *(None if part is None else -part for part in (piece.noise, piece.force, piece.singular))
+            )
+            for piece in found
+        ]
+
+    def values(self, genes: FloatArray) -> FloatArray:
+        """All criteria (b, k), minimised, of designs with genes (b, m, g)."""
+        state = self.model.run(genes)
+        columns = [self.pieces(k, state)[0].value for k in range(len(self._criteria))]
+        return np.stack(columns, axis=1)
+
+    @staticmethod
+    def spans(values: FloatArray) -> FloatArray:
+        """Range of each objective over a front (d, k), shape (k,); its size where the front is a point."""
+        finite = values[np.isfinite(values).all(axis=1)]
+        if len(finite) == 0:
+            return np.ones(values.shape[1])
+        span = finite.max(axis=0) - finite.min(axis=0)
+        size = np.abs(finite).max(axis=0)
+        result: FloatArray = np.maximum(np.maximum(span, 1e-3 * size), 1e-300)
+        return result
+
+    def tie(self, genes: FloatArray) -> Callable[[FloatArray, IntArray], FloatArray] | None:
+        """Projection that keeps poses equal where measurements of genes (b, m, g) share their unloaded reference.
+
+        It takes changes of genes (c, m, g) and the indices (c,) of the designs that they belong to.
+        """
+        series = self.model.series(genes)
+        if series is None:
+            return None
+        space = self.model.problem.space
+        pose = np.array([variable.columns[0] < space.n_pose for variable in space.variables])
+        same = (series[:, :, None] == series[:, None, :]).astype(float)
+        mean = same / same.sum(axis=2, keepdims=True)
+        return lambda steps, index: np.where(pose, mean[index] @ steps, steps)
+
+    def scalarised(self, centres: FloatArray, weights: FloatArray) -> "Scalarised":
+        """Functions φ = (f_k − centre_k)·weight_k per design, shape (b, k) each; a weight of 0 leaves f_k out."""
+        return Scalarised(self, centres, weights)
+
+
+class Scalarised:
+    """Pieces of the achievement function max_k (f_k − centre_k)·weight_k of each design (see `sqp.Pieces`)."""
+
+    def __init__(self, objectives: Objectives, centres: FloatArray, weights: FloatArray) -> None:
+        self._objectives, self._centres, self._weights = objectives, centres, weights
+        self._used = np.flatnonzero((weights > 0.0).any(axis=0))
+
+    def __call__(self, genes: FloatArray, index: IntArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
+        state = self._objectives.model.run(genes)
+        found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), state)]
+        weights = self._weights[index]
+        columns = []
+        for k, piece in found:
+            with np.errstate(invalid="ignore"):
+                value = (piece.value - self._centres[index, k]) * weights[:, k]
+            columns.append(np.where(weights[:, k] > 0.0, value, _ABSENT))
+        values = np.where(state.regular[:, None], np.stack(columns, axis=1), np.nan)
+
+        def gradients() -> FloatArray:
+            slopes = [piece.gradient(state) * weights[:, k, None, None] for k, piece in found]
+            return np.stack(slopes, axis=1)
+
+        return values, gradients
+
+
+_ABSENT = -1e4
+"""Value of a piece that is left out: far below the others, so that it is never the largest."""

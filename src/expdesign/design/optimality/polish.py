@@ -1,0 +1,120 @@
+"""Gradient refinement of a front (theory.md 6): from good designs to designs that satisfy the optimality conditions.
+
+Points are laid out evenly along the front, its ends among them. Each point is pursued along a fixed direction in the
+space of the objectives, min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches convex and concave
+parts alike, from the best design known for it; then again from what its neighbours found.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.criterion import Criterion, known_criteria
+from expdesign.design.front import non_dominated
+from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.sqp import MinimaxSearch
+from expdesign.design.problem import DesignProblem
+
+Report = Callable[[str], None]
+_FIRST, _LATER, _LAST = 12, 12, 60
+"""Steps of the first, the middle and the last round."""
+
+
+def polish(
+    problem: DesignProblem, genes: FloatArray, report: Report = lambda text: None, *, points: int | None = None
+) -> FloatArray:
+    """Designs that improve a front, to be merged with it.
+
+    Args:
+        problem: the design problem.
+        genes: feasible designs, e.g. a front, shape (d, m, g).
+        report: told in words about each round.
+        points: how many designs along the front are wanted; as many as the search's population where left out.
+
+    Returns:
+        Genes (d', m, g), within bounds and limits, among them the best found for each objective alone and for `total`.
+        Discrete genes are those of the designs that they came from. The same arguments give the same designs.
+    """
+    space = problem.space
+    if len(genes) == 0 or not (~space.discrete).any():
+        return genes
+    return _Polish(problem, points or problem.optimiser.population).run(genes, report)
+
+
+class _Polish:
+    """The rounds of one refinement."""
+
+    def __init__(self, problem: DesignProblem, points: int) -> None:
+        known = known_criteria()
+        further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
+        self._problem, self._points = problem, points
+        self._objectives = Objectives(problem, further)
+        self._count = self._objectives.count
+        self._robot = problem.loaded.robot
+
+    def run(self, genes: FloatArray, report: Report) -> FloatArray:
+        pool, values = self._usable(genes)
+        if len(pool) == 0:
+            return genes
+        schedule = (_FIRST, _LATER, _LATER, _LAST)
+        for number, iterations in enumerate(schedule, start=1):
+            centres, weights = self._aims(values)
+            starts = self._starts(values, centres, weights)
+            found = self._minimise(pool[starts], centres, weights, iterations)
+            pool, values = self._usable(np.concatenate([pool, found]))
+            kept = self._kept(values)
+            pool, values = pool[kept], values[kept]
+            report(f"polish {number}/{len(schedule)}: {len(non_dominated(values[:, : self._count]))} designs")
+        return pool
+
+    def _usable(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Designs that are within the limits and identify everything, and their criteria."""
+        genes = self._problem.space.canonical(genes)
+        values = self._objectives.values(genes)
+        usable = self._robot.usable(self._problem.space.decode(genes)[0]).all(axis=1) & np.isfinite(values).all(axis=1)
+        return genes[usable], values[usable]
+
+    def _kept(self, values: FloatArray) -> IntArray:
+        """The non-dominated designs, with the best of each criterion even where that one is not an objective."""
+        best = np.argmin(values, axis=0)
+        return np.unique(np.concatenate([non_dominated(values[:, : self._count]), best]))
+
+    def _aims(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Centres z and weights (b, k) of the achievement functions: the ends and `total` first, then the front."""
+        total = values.shape[1]
+        front = values[non_dominated(values[:, : self._count])]
+        span = Objectives.spans(values)
+        single = np.eye(total) / span
+        centres = np.tile(values.min(axis=0), (total, 1))
+        along = _spread(front[:, : self._count] / span[: self._count], self._points) * span[: self._count]
+        inner = np.zeros((len(along), total))
+        inner[:, : self._count] = along
+        weights = np.zeros_like(inner)
+        weights[:, : self._count] = 1.0 / span[: self._count]
+        return np.concatenate([centres, inner]), np.concatenate([single, weights])
+
+    def _starts(self, values: FloatArray, centres: FloatArray, weights: FloatArray) -> IntArray:
+        """For each aim the design of the pool that serves it best."""
+        achieved = (
+            (values[None] - centres[:, None]) * weights[:, None] - np.where(weights > 0.0, 0.0, 1e9)[:, None]
+        ).max(axis=2)
+        best: IntArray = np.argmin(achieved, axis=1)
+        return best
+
+    def _minimise(self, starts: FloatArray, centres: FloatArray, weights: FloatArray, iterations: int) -> FloatArray:
+        pieces = self._objectives.scalarised(centres, weights)
+        search = MinimaxSearch(self._problem, pieces, self._objectives.tie(starts))
+        return search.minimise(starts, iterations=iterations, radius=0.1)
+
+
+def _spread(front: FloatArray, count: int) -> FloatArray:
+    """Points (count, k) evenly spaced along a front (d, k) of two objectives; of more objectives, its own points."""
+    if front.shape[1] != 2 or len(front) == 1:
+        order = np.argsort(front[:, 0], kind="stable")
+        chosen = np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(np.int64))
+        return front[order][chosen]
+    line = front[np.lexsort((-front[:, 1], front[:, 0]))]
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = np.linspace(0.0, length[-1], count)
+    return np.stack([np.interp(at, length, line[:, k]) for k in (0, 1)], axis=1)

@@ -1,0 +1,183 @@
+"""Many small convex quadratic programs at once, by a primal-dual interior-point method.
+
+Each is  min t + ½·dᵀHd + ν·Σs  subject to  φ + J·d ≤ t,  c_i + N_i·d_i ≤ s_i,  s ≥ 0,  low ≤ d ≤ high,  where the
+limit rows N_i concern the genes d_i of measurement i alone, which keeps the cost of a row independent of the number of
+measurements (Nocedal & Wright 2006, chapters 16 and 18.5, for the method and the exact penalty). The numbers should be
+scaled so that steps, and changes of φ, are of the order of 1.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+
+_ITERATIONS = 40
+_TOLERANCE = 1e-9
+_BACK = 0.995
+
+
+@dataclass(frozen=True)
+class Programs:
+    """b programs in n = m·g variables.
+
+    Attributes:
+        hessian: H, positive definite, shape (b, n, n).
+        values: φ, shape (b, j).
+        gradients: J, shape (b, j, n).
+        limits: c, shape (b, m, r).
+        limit_gradients: N, shape (b, m, r, g).
+        low: shape (b, n), below `high` everywhere.
+        high: shape (b, n).
+        penalty: ν, shape (b,).
+    """
+
+    hessian: FloatArray
+    values: FloatArray
+    gradients: FloatArray
+    limits: FloatArray
+    limit_gradients: FloatArray
+    low: FloatArray
+    high: FloatArray
+    penalty: FloatArray
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """Minimisers d (b, n), multipliers of the pieces (b, j), which add up to 1, and of the limits (b, m, r)."""
+
+    step: FloatArray
+    pieces: FloatArray
+    limits: FloatArray
+
+
+def solve(programs: Programs) -> Solutions:
+    """Solve all programs to a relative duality gap of 1e-9 (fewer digits where rounding does not permit more)."""
+    iterate = _Iterate(programs)
+    for _ in range(_ITERATIONS):
+        gap, residuals = iterate.residuals()
+        unfinished = np.maximum(gap, residuals.worst) > _TOLERANCE
+        if not unfinished.any():
+            break
+        iterate.advance(0.1 * gap, residuals, unfinished)
+    return Solutions(iterate.d, iterate.lam, iterate.mu)
+
+
+@dataclass(frozen=True)
+class _Residuals:
+    """What the optimality conditions lack: stationarity in d and t, and the two kinds of rows."""
+
+    by_d: FloatArray
+    by_t: FloatArray
+    pieces: FloatArray
+    limits: FloatArray
+
+    @property
+    def worst(self) -> FloatArray:
+        parts = (self.by_d, self.by_t[:, None], self.pieces, self.limits)
+        return np.max([np.abs(part).reshape(len(part), -1).max(axis=1, initial=0.0) for part in parts], axis=0)
+
+
+class _Iterate:
+    """Primal and dual variables of all programs; slacks are variables of their own, so that none is a difference."""
+
+    def __init__(self, q: Programs) -> None:
+        self.q = q
+        batch, self.n = q.low.shape
+        self.shape = q.limit_gradients.shape
+        count = q.values.shape[1]
+        width = q.high - q.low
+        self.d = np.clip(0.0, q.low + 0.1 * width, q.high - 0.1 * width)
+        self.t = (q.values + np.einsum("bjn,bn->bj", q.gradients, self.d)).max(axis=1) + 1.0
+        self.above, self.below = self.d - q.low, q.high - self.d
+        self.above_dual = 0.1 / np.maximum(self.above, 0.1)
+        self.below_dual = 0.1 / np.maximum(self.below, 0.1)
+        self.slack, self.lam = np.ones((batch, count)), np.full((batch, count), 1.0 / count)
+        self.mu = np.broadcast_to(np.minimum(0.1, 0.5 * q.penalty)[:, None, None], q.limits.shape).copy()
+        self.rest = q.penalty[:, None, None] - self.mu
+        self.last = np.full(batch, 0.6)
+        self.room, self.soft = np.maximum(0.1, -q.limits), np.full(q.limits.shape, 0.1)
+
+    def residuals(self) -> tuple[FloatArray, _Residuals]:
+        """Mean complementarity product (b,) and residuals."""
+        q, (batch, m, _, g) = self.q, self.shape
+        products = (
+            (self.above * self.above_dual).sum(axis=1)
+            + (self.below * self.below_dual).sum(axis=1)
+            + (self.slack * self.lam).sum(axis=1)
+            + (self.room * self.mu + self.soft * self.rest).sum(axis=(1, 2))
+        )
+        gap = products / (2 * self.n + self.lam.shape[1] + 2 * self.mu[0].size)
+        by_d = (
+            (q.hessian @ self.d[..., None])[..., 0]
+            + (self.lam[:, None] @ q.gradients)[:, 0]
+            + (self.mu[:, :, None] @ q.limit_gradients).reshape(batch, self.n)
+            - self.above_dual
+            + self.below_dual
+        )
+        pieces = (q.gradients @ self.d[..., None])[..., 0] - self.t[:, None] + self.slack + q.values
+        along = (q.limit_gradients @ self.d.reshape(batch, m, g, 1))[..., 0]
+        return gap, _Residuals(by_d, 1.0 - self.lam.sum(axis=1), pieces, along + self.room - self.soft + q.limits)
+
+    def advance(self, target: FloatArray, residuals: _Residuals, moving: BoolArray) -> None:
+        """One Newton step towards complementarity products equal to `target` (b,), for the programs that move."""
+        q, n, (batch, m, _, g) = self.q, self.n, self.shape
+        aim, around = target[:, None], target[:, None, None]
+        weight = self.lam / self.slack
+        wide = self.room / self.mu + self.soft / self.rest
+        from_piece = aim / self.slack - self.lam + weight * residuals.pieces
+        from_limit = residuals.limits + (around / self.mu - self.room) - (around / self.rest - self.soft)
+        weighted = weight[..., None] * q.gradients
+        matrix = np.empty((batch, n + 1, n + 1))
+        matrix[:, :n, :n] = q.hessian + q.gradients.swapaxes(1, 2) @ weighted
+        blocks = (q.limit_gradients / wide[..., None]).swapaxes(2, 3) @ q.limit_gradients
+        for i in range(m):
+            matrix[:, i * g : (i + 1) * g, i * g : (i + 1) * g] += blocks[:, i]
+        index = np.arange(n)
+        matrix[:, index, index] += self.above_dual / self.above + self.below_dual / self.below
+        matrix[:, :n, n] = matrix[:, n, :n] = -weighted.sum(axis=1)
+        matrix[:, n, n] = weight.sum(axis=1)
+        right = np.empty((batch, n + 1))
+        right[:, :n] = (
+            -residuals.by_d
+            - (from_piece[:, None] @ q.gradients)[:, 0]
+            - ((from_limit / wide)[:, :, None] @ q.limit_gradients).reshape(batch, n)
+            + (aim / self.above - self.above_dual)
+            - (aim / self.below - self.below_dual)
+        )
+        right[:, n] = from_piece.sum(axis=1) - residuals.by_t
+        solution = np.linalg.solve(matrix, right[..., None])[..., 0]
+        d, t = solution[:, :n], solution[:, n]
+        rise = (q.gradients @ d[..., None])[..., 0] - t[:, None]
+        along = (q.limit_gradients @ d.reshape(batch, m, g, 1))[..., 0]
+        mu = (along + from_limit) / wide
+        primal = {
+            "above": d,
+            "below": -d,
+            "slack": -residuals.pieces - rise,
+            "room": around / self.mu - self.room - self.room / self.mu * mu,
+            "soft": around / self.rest - self.soft + self.soft / self.rest * mu,
+        }
+        dual = {
+            "above_dual": aim / self.above - self.above_dual - self.above_dual / self.above * d,
+            "below_dual": aim / self.below - self.below_dual + self.below_dual / self.below * d,
+            "lam": from_piece + weight * rise,
+            "mu": mu,
+            "rest": -mu,
+        }
+        length = np.where(moving, _longest([(getattr(self, key), step) for key, step in (primal | dual).items()]), 0.0)
+        for key, step in (primal | dual).items():
+            value = getattr(self, key)
+            value += length.reshape(-1, *[1] * (value.ndim - 1)) * step
+        self.last = length
+        self.d += length[:, None] * d
+        self.t += length * t
+
+
+def _longest(pairs: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """Longest step ≤ 1 (b,) that keeps every value positive, values and steps of shape (b, ...)."""
+    steepest = np.zeros(len(pairs[0][0]))
+    for value, step in pairs:
+        steepest = np.maximum(steepest, (-step / value).reshape(len(value), -1).max(axis=1, initial=0.0))
+    result: FloatArray = np.minimum(1.0, _BACK / np.maximum(steepest, 1e-300))
+    return result

@@ -1,0 +1,212 @@
+"""Minimise the largest of several smooth functions for many designs at once: sequential quadratic programming.
+
+Every design b has its own minimax problem  min max_j φ_bj(x)  within bounds and the robot's limits. The method is a
+trust-region SQP with an exact ℓ1 penalty for the limits and damped BFGS matrices (Nocedal & Wright 2006, algorithms
+18.4 and 18.6); the quadratic programs of all designs are solved together (`quadratic.py`), so that a step for a hundred
+designs costs little more than the hundred gradients in it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.design.optimality.limits import Limits
+from expdesign.design.optimality.quadratic import Programs, Solutions, solve
+from expdesign.design.problem import DesignProblem
+
+Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, Callable[[], FloatArray]]]
+"""Functions to be made small: (genes (b, m, g), which problems they belong to (b,)) → values (b, j) and a call that
+gives their gradients (b, j, m, g)."""
+Tie = Callable[[FloatArray, IntArray], FloatArray]
+"""Projection of changes of genes (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
+
+PENALTY = 10.0
+_PAD = 16
+_INVALID = 1e6
+
+
+@dataclass
+class _Points:
+    """Where some designs stand: genes, functions and limits, with derivatives per part of a free gene's range.
+
+    Attributes:
+        genes: shape (b, m, g).
+        values: φ, shape (b, j).
+        gradients: shape (b, j, m·f) for f free genes.
+        limits: shape (b, m, r).
+        limit_gradients: shape (b, m, r, f).
+    """
+
+    genes: FloatArray
+    values: FloatArray
+    gradients: FloatArray
+    limits: FloatArray
+    limit_gradients: FloatArray
+
+    def take(self, index: IntArray) -> "_Points":
+        return _Points(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def put(self, index: IntArray, other: "_Points") -> None:
+        for field in fields(self):
+            getattr(self, field.name)[index] = getattr(other, field.name)
+
+    @property
+    def merit(self) -> FloatArray:
+        """The largest φ and the penalty, shape (b,)."""
+        return _merit(self.values, self.limits)
+
+
+class MinimaxSearch:
+    """The minimax problems of some designs.
+
+    Args:
+        problem: gives bounds, limits and which genes are continuous.
+        pieces: the functions.
+        tie: keeps shared poses shared; None where nothing is shared.
+    """
+
+    def __init__(self, problem: DesignProblem, pieces: Pieces, tie: Tie | None = None) -> None:
+        self._space = problem.space
+        self._pieces, self._tie = pieces, tie
+        self._limits = Limits(problem)
+        self._free: BoolArray = (~self._space.discrete) & (self._space.upper > self._space.lower)
+        self._span = (self._space.upper - self._space.lower)[self._free]
+
+    def minimise(
+        self, genes: FloatArray, *, iterations: int = 60, radius: float = 0.2, tolerance: float = 1e-9
+    ) -> FloatArray:
+        """Improved genes (b, m, g); discrete genes stay as they are.
+
+        Args:
+            genes: starts within the bounds, shape (b, m, g).
+            iterations: largest number of steps.
+            radius: first trust radius, in parts of a gene's range.
+            tolerance: a design is finished when its largest function cannot be expected to fall by this part of its
+                size (at least of 1) in two steps running.
+        """
+        if not self._free.any() or len(genes) == 0:
+            return genes.copy()
+        n = genes.shape[1] * len(self._span)
+        hessian = np.tile(np.eye(n), (len(genes), 1, 1))
+        fresh = np.ones(len(genes), dtype=bool)
+        radii, quiet = np.full(len(genes), radius), np.zeros(len(genes), dtype=np.int64)
+        alive = np.arange(len(genes))
+        points = self._evaluate(genes, alive)
+        for _ in range(iterations):
+            if alive.size == 0:
+                break
+            here = points.take(alive)
+            programs = self._programs(here, hessian[alive], radii[alive])
+            solution = _solve_scaled(programs, radii[alive])
+            moved = self._moved(here.genes, solution.step, alive)
+            step = ((moved - here.genes)[..., self._free] / self._span).reshape(len(alive), n)
+            predicted = here.merit - _model(programs, step)
+            trial = self._evaluate(moved, alive)
+            actual = here.merit - trial.merit
+            ratio = np.where(predicted > 0.0, actual / np.where(predicted > 0.0, predicted, 1.0), -1.0)
+            accepted = (ratio > 1e-3) & (actual > 0.0)
+            hessian[alive], fresh[alive] = _updated(hessian[alive], fresh[alive], here, trial, step, solution)
+            size = np.abs(step).max(axis=1)
+            grown = (ratio > 0.75) & (size > 0.8 * radii[alive])
+            shrunk = np.where(ratio < 0.25, 0.35 * np.maximum(size, 1e-12), radii[alive])
+            radii[alive] = np.minimum(1.0, np.where(grown, 2.0 * radii[alive], shrunk))
+            points.put(alive[accepted], trial.take(np.flatnonzero(accepted)))
+            small = predicted < tolerance * np.maximum(1.0, np.abs(here.merit))
+            quiet[alive] = np.where(small, quiet[alive] + 1, 0)
+            alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
+        return points.genes
+
+    def _moved(self, genes: FloatArray, step: FloatArray, index: IntArray) -> FloatArray:
+        """Genes after a step in parts of the free genes' ranges, within the bounds."""
+        change = np.zeros_like(genes)
+        change[..., self._free] = step.reshape(*genes.shape[:2], -1) * self._span
+        if self._tie is not None:
+            change = self._tie(change, index)
+        moved: FloatArray = np.clip(genes + change, self._space.lower, self._space.upper)
+        return moved
+
+    def _evaluate(self, genes: FloatArray, index: IntArray) -> _Points:
+        # Batches of few different sizes, because the engine keeps a function for every size.
+        missing = -len(genes) % _PAD if len(genes) > 1 else 0
+        padded = np.concatenate([genes, np.repeat(genes[-1:], missing, axis=0)])
+        which = np.concatenate([index, np.repeat(index[-1:], missing)])
+        values, gradients = self._pieces(padded, which)
+        slopes = gradients()[: len(genes)]
+        if self._tie is not None:
+            parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
+            slopes = np.stack(parts, axis=1)
+        slopes = np.nan_to_num(slopes[..., self._free] * self._span)
+        values = values[: len(genes)]
+        values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, _INVALID)
+        limits, limit_gradients = self._limits.rows(genes)
+        limit_gradients = limit_gradients[..., self._free] * self._span
+        return _Points(genes.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
+
+    def _programs(self, here: _Points, hessian: FloatArray, radii: FloatArray) -> Programs:
+        """Quadratic models within the bounds and the trust regions."""
+        reach = radii[:, None, None]
+        low = np.maximum((self._space.lower - here.genes)[..., self._free] / self._span, -reach)
+        high = np.minimum((self._space.upper - here.genes)[..., self._free] / self._span, reach)
+        sides = np.minimum(low, -1e-14).reshape(len(radii), -1), np.maximum(high, 1e-14).reshape(len(radii), -1)
+        penalty = np.full(len(radii), PENALTY)
+        return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)
+
+
+def _solve_scaled(programs: Programs, radii: FloatArray) -> Solutions:
+    """Solve in units of the trust radius and of the change of φ over it."""
+    q, r = programs, radii[:, None]
+    unit = np.maximum(np.abs(q.gradients).reshape(len(r), -1).max(axis=1) * radii, 1e-12)
+    scaled = Programs(
+        hessian=q.hessian * (radii**2 / unit)[:, None, None],
+        values=np.maximum((q.values - q.values.max(axis=1, keepdims=True)) / unit[:, None], -1e3),
+        gradients=q.gradients * (radii / unit)[:, None, None],
+        limits=np.maximum(q.limits / r[..., None], -1e3),
+        limit_gradients=q.limit_gradients,
+        low=q.low / r,
+        high=q.high / r,
+        penalty=q.penalty * radii / unit,
+    )
+    solution = solve(scaled)
+    return Solutions(solution.step * r, solution.pieces, solution.limits * (unit / radii)[:, None, None])
+
+
+def _merit(values: FloatArray, limits: FloatArray) -> FloatArray:
+    merit: FloatArray = values.max(axis=1) + PENALTY * np.maximum(limits, 0.0).sum(axis=(1, 2))
+    return merit
+
+
+def _model(programs: Programs, step: FloatArray) -> FloatArray:
+    """The quadratic model of the merit at steps (b, n)."""
+    q = programs
+    values = q.values + (q.gradients @ step[..., None])[..., 0]
+    by_measurement = step.reshape(*q.limits.shape[:2], -1, 1)
+    limits = q.limits + (q.limit_gradients @ by_measurement)[..., 0]
+    curvature = 0.5 * (step[:, None] @ q.hessian @ step[..., None])[:, 0, 0]
+    return _merit(values, limits) + curvature
+
+
+def _updated(
+    hessian: FloatArray, fresh: BoolArray, here: _Points, trial: _Points, step: FloatArray, solution: Solutions
+) -> tuple[FloatArray, BoolArray]:
+    """Damped BFGS updates with the Lagrangians' gradients at both ends of steps (b, n), and which are unused yet."""
+    change = (solution.pieces[:, None] @ (trial.gradients - here.gradients))[:, 0]
+    by_limits = solution.limits[:, :, None] @ (trial.limit_gradients - here.limit_gradients)
+    change = change + by_limits.reshape(change.shape)
+    length, curvature = (step * step).sum(axis=1), (step * change).sum(axis=1)
+    valid = (length > 1e-24) & (trial.values.max(axis=1) < _INVALID) & np.isfinite(curvature)
+    length = np.where(valid, length, 1.0)
+    size = np.clip(np.linalg.norm(change, axis=1) / np.sqrt(length), 1e-3, 1e3)
+    start = np.eye(step.shape[1]) * size[:, None, None]
+    hessian = np.where((valid & fresh)[:, None, None], start, hessian)
+    along = (hessian @ step[..., None])[..., 0]
+    model = np.where(valid, (step * along).sum(axis=1), 1.0)
+    mixing = np.where(curvature >= 0.2 * model, 1.0, 0.8 * model / np.where(valid, model - curvature, 1.0))[:, None]
+    damped = mixing * change + (1.0 - mixing) * along
+    inner = np.where(valid, (step * damped).sum(axis=1), 1.0)
+    scaled = damped / np.sqrt(np.maximum(inner, 1e-300))[:, None]
+    removed = along / np.sqrt(np.maximum(model, 1e-300))[:, None]
+    updated = hessian + scaled[:, :, None] * scaled[:, None] - removed[:, :, None] * removed[:, None]
+    valid &= np.isfinite(updated).all(axis=(1, 2))
+    return np.where(valid[:, None, None], updated, hessian), fresh & ~valid
