@@ -74,14 +74,13 @@ class Chain:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot
         parts = [theta[s] for s in self.slices]
-        forward, pose_map = row.forward, row.pose_map
+        forward, pose_map, wrench = row.forward, row.pose_map, row.wrench
+        compliance = theta[: self.compliances] / ca.SX(robot.stiffness)
         if any(effect.changes_geometry for effect in self.effects):
-            forward, pose_map = self._true_maps(row, parts)
-        wrench = row.wrench
+            forward, pose_map, wrench = self._with_true_geometry(row, compliance, parts)
         for effect, part in zip(self.effects, parts, strict=True):
             wrench = effect.load(wrench, row, part)
         force = forward.T @ wrench
-        compliance = theta[: self.compliances] / ca.SX(robot.stiffness)
         elongation = compliance * force
         following, offset = [], 0
         for effect, part in zip(self.effects, parts, strict=True):
@@ -91,18 +90,19 @@ class Chain:
             offset += effect.states
         deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
         for effect, part in zip(self.effects, parts, strict=True):
-            deflection = effect.structure(deflection, wrench, row, part)
+            deflection = effect.structure(deflection, wrench, compliance, row, part)
         reading = deflection
         if instrument:
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
         return reading, ca.vertcat(ca.SX.zeros(0), *following)
 
-    def _true_maps(self, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX]:
-        """J and J̌ of the true geometry at the commanded pose, to first order in the error of the geometry.
+    def _with_true_geometry(self, row: Row, compliance: ca.SX, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ and the wrench at the pose to which the commanded lengths lead with the true geometry.
 
-        With the error of the geometry moderate, the pose that the commanded lengths really lead to differs from the
-        commanded one by δX = −J̌·(q(X; true) − q(X; nominal)); the maps are those of the true geometry there.
+        The commanded lengths are those of the nominal geometry at the commanded pose. Two chord steps
+        X ← X − J̌·(q(X; true) − q) find the true pose up to the third power of the error; there a payload's lever has
+        turned with the platform.
         """
         robot = self.robot
         assert isinstance(robot, ParallelRobot)
@@ -110,13 +110,21 @@ class Chain:
         geometry = nominal
         for effect, part in zip(self.effects, parts, strict=True):
             geometry = effect.geometry(geometry, part)
-        change = robot.actuator_lengths(row.pose, geometry) - robot.actuator_lengths(row.pose, nominal)
-        pose = row.pose - row.pose_map @ change
+        commanded = robot.actuator_lengths(row.pose, nominal)
+        pose = row.pose
+        for _ in range(2):
+            pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
+        for effect, part in zip(self.effects, parts, strict=True):
+            pose = effect.unloaded(pose, compliance, row, part)
         symbol = ca.SX.sym("X", robot.coordinates.n)
         rates = ca.jacobian(robot.actuator_lengths(symbol, geometry), symbol)
         pose_map = ca.solve(ca.substitute(rates, symbol, pose), ca.SX.eye(robot.coordinates.n))
         forward = ca.solve(ca.substitute(robot.pose_rate_map(symbol), symbol, pose), pose_map)
-        return forward, pose_map
+        wrench = row.wrench
+        if robot.coordinates.n > 2:
+            arm = robot.rotation(pose) @ row.rotation.T @ row.lever - row.lever
+            wrench = wrench + ca.vertcat(ca.SX.zeros(3), row.payload * ca.cross(arm, wrench[:3]))
+        return forward, pose_map, wrench
 
     @cached_property
     def _value(self) -> BatchFunction:

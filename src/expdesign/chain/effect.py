@@ -13,9 +13,9 @@ To add an effect: one file in `chain/effects` with one subclass of `Effect`. Ide
 and diagnosis find it there.
 """
 
-from abc import ABC
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -36,8 +36,7 @@ class Parameter:
         neutral: value at which the effect vanishes (for a shape, a typical value).
         low, high: bounds.
         shape: whether it only shapes the effect (a pitch, a time constant) and means nothing while the others are
-            neutral; then `starts` lists the values from which fits start.
-        starts: see `shape`.
+            neutral.
     """
 
     name: str
@@ -46,7 +45,6 @@ class Parameter:
     low: float = float("-inf")
     high: float = float("inf")
     shape: bool = False
-    starts: tuple[float, ...] = ()
 
 
 class Effect(ABC):
@@ -58,20 +56,49 @@ class Effect(ABC):
         variant: which of several forms, where there are some; empty otherwise.
         parameters: in the order of `theta` in the overrides.
         states: number of states that the effect carries from row to row of a series, all 0 at its start.
-        changes_geometry: whether `geometry` is overridden, which makes the kinematic maps symbolic.
+        changes_geometry: whether `geometry` or `unloaded` is overridden, which makes the kinematic maps symbolic.
     """
 
     physics: ClassVar[str]
     component: str
-    variant: str = ""
+    variant: str
     parameters: tuple[Parameter, ...]
     states: int = 0
-    changes_geometry: ClassVar[bool] = False
+    changes_geometry: bool = False
+
+    def __init__(self, robot: Robot, component: str, variant: str = "") -> None:
+        self.robot = robot
+        self.component = component
+        self.variant = variant
+        self.parameters = self.describe()
+
+    @abstractmethod
+    def describe(self) -> tuple[Parameter, ...]:
+        """The parameters of this component and variant."""
 
     @classmethod
-    def candidates(cls, robot: Robot, points: LoadedPoints) -> "list[Effect]":
-        """The forms of this effect that these recordings could show, one per component and variant."""
-        raise NotImplementedError
+    @abstractmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        """Components and variants that these recordings could show on this robot."""
+
+    @classmethod
+    def candidates(cls, robot: Robot, points: LoadedPoints) -> list[Self]:
+        """The effect at every place."""
+        return [cls(robot, component, variant) for component, variant in cls.places(robot, points)]
+
+    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        """Neutral parameters with every value of the shapes from which a search has to start, shape (p,) each."""
+        return [self.neutral()]
+
+    @property
+    def leg(self) -> int:
+        """Index of the actuator that the component names."""
+        return int(self.component.split()[-1]) - 1
+
+    @property
+    def legs(self) -> tuple[int, ...]:
+        """Indices of the actuators concerned: one, or all."""
+        return tuple(range(len(self.robot.stiffness))) if self.component.startswith("all") else (self.leg,)
 
     @property
     def key(self) -> str:
@@ -81,6 +108,10 @@ class Effect(ABC):
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
         """True joint coordinates, from the nominal ones."""
         return geometry
+
+    def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        """True pose of the unloaded platform, from the one that geometry alone leads to."""
+        return pose
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Actual wrench (n,), from the assumed one."""
@@ -101,7 +132,7 @@ class Effect(ABC):
         """
         return elongation, state
 
-    def structure(self, deflection: ca.SX, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Deflection of the platform (n,) in pose coordinates, from the one due to the actuators."""
         return deflection
 
@@ -119,5 +150,5 @@ class Effect(ABC):
         return f"{self.component}: {self.physics.replace('_', ' ')}, {listed}."
 
     def neutral(self) -> FloatArray:
-        """Parameters at which the effect vanishes, shapes at their first start."""
-        return np.array([p.starts[0] if p.starts else p.neutral for p in self.parameters])
+        """Parameters at which the effect vanishes."""
+        return np.array([p.neutral for p in self.parameters])

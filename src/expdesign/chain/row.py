@@ -20,6 +20,9 @@ class Row:
         wrench: assumed change of the load (n,) at the origin of P along the axes of O.
         absolute: assumed whole load (n,).
         gravity: in O (d,).
+        position: origin of P in O (d,), m.
+        lever: R·(centre of mass) of a payload (d,), m; 0 where only the wrench is known.
+        payload: 1 where the load is a payload, 0 where it is a free wrench (1,).
         rotation: R of the platform (d, d).
         rates: T with Ẋ = T·η (n, n).
         forward: J (n, n_p).
@@ -36,6 +39,9 @@ class Row:
     wrench: ca.SX
     absolute: ca.SX
     gravity: ca.SX
+    position: ca.SX
+    lever: ca.SX
+    payload: ca.SX
     rotation: ca.SX
     rates: ca.SX
     forward: ca.SX
@@ -56,7 +62,8 @@ def row_symbols(robot: Robot) -> Row:
     """Symbols of one row of a robot's recordings."""
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
     shapes = {
-        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "gravity": (d, 1), "rotation": (d, d),
+        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "gravity": (d, 1),
+        "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (n_p, 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
     }  # fmt: skip
@@ -97,6 +104,9 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     else:
         lengths = points.configurations[:, :n_p]
         rates = np.broadcast_to(np.eye(robot.coordinates.n), (count, robot.coordinates.n, robot.coordinates.n))
+    lever = np.zeros((count, len(robot.gravity)))
+    if points.payload is not None and points.payload.shape[1] > 1:
+        lever = (jacobians.rotation @ points.payload[:, 1:, None])[..., 0]
     series, first_row, position = _series_structure(points.series)
     time = points.time if points.time is not None else np.arange(count, dtype=float)
     previous = np.arange(count)
@@ -119,6 +129,9 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             points.wrenches,
             points.absolute,
             points.gravity,
+            robot.position(points.configurations),
+            lever,
+            np.full((count, 1), float(points.payload is not None)),
             columns_first(jacobians.rotation),
             columns_first(rates),
             columns_first(jacobians.forward),

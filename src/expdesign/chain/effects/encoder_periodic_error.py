@@ -1,0 +1,71 @@
+"""A leg's commanded length has an error that repeats with the pitch of its screw.
+
+In deflections it is an offset of all rows of a series that depends on the leg's commanded length (interfaces.md).
+"""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.components import each_leg
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Robot
+
+_FINEST_PITCH = 5e-4
+"""m; finer screws are not searched for."""
+
+
+class EncoderPeriodicError(Effect):
+    """Δq gains amplitude·sin(2π·q/pitch + phase), fitted as a sine and a cosine."""
+
+    physics = "encoder_periodic_error"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if not isinstance(robot, ParallelRobot):
+            return []
+        commands = len(np.unique(points.configurations, axis=0))
+        return [(leg, "") for leg in each_leg(robot)] if commands >= 4 else []
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return (
+            Parameter("sine_m", 1e-6),
+            Parameter("cosine_m", 1e-6),
+            Parameter("pitch_m", 1e-4, neutral=1e-3, low=5e-5, high=1.0, shape=True),
+        )
+
+    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        """Pitches at equal steps of frequency, fine enough that none lies between two of them."""
+        assert isinstance(self.robot, ParallelRobot)
+        lengths = self.robot.lengths(points.configurations)[:, self.leg]
+        span = float(np.ptp(lengths))
+        if span <= 0.0:
+            return [self.neutral()]
+        step = 1.0 / (3.0 * span)
+        frequencies = np.arange(0.5 / span, 1.0 / _FINEST_PITCH, step)
+        return [np.array([0.0, 0.0, 1.0 / frequency]) for frequency in frequencies]
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        angle = 2.0 * ca.pi * row.lengths[self.leg] / theta[2]
+        gained = ca.SX.zeros(elongation.shape[0])
+        gained[self.leg] = theta[0] * ca.sin(angle) + theta[1] * ca.cos(angle)
+        return elongation + gained, state
+
+    def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
+        return {
+            "amplitude_m": ca.sqrt(theta[0] ** 2 + theta[1] ** 2),
+            "pitch_m": theta[2],
+            "phase_rad": ca.atan2(theta[1], theta[0]),
+        }
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        amplitude, pitch = values["amplitude_m"], values["pitch_m"]
+        return (
+            f"The length of {self.component} has an error of {1e6 * amplitude[0]:.2f} ({1e6 * amplitude[1]:.2f} to "
+            f"{1e6 * amplitude[2]:.2f}) µm that repeats every {1e3 * pitch[0]:.4g} mm."
+        )

@@ -1,0 +1,58 @@
+"""Loading and unloading differ: dry friction beside a leg's spring.
+
+A spring k_t that slips at the friction F acts beside the leg's spring k (a Jenkins element). While it sticks the leg is
+stiffer, and what it carries when the load returns is the hysteresis. With a rigid slider the leg follows its force only
+when that has moved by more than F (the play operator).
+"""
+
+import casadi as ca
+
+from expdesign.chain.components import legs_and_all
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class FrictionHysteresis(Effect):
+    """One state per leg. Variants: `rigid` (state: the force that the spring carries) and `elastic` (state: the place
+    of the slider, in force of the leg's spring).
+    """
+
+    physics = "friction_hysteresis"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        return [(component, variant) for component in legs_and_all(robot) for variant in ("rigid", "elastic")]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        self.states = len(self.legs)
+        friction = Parameter("friction_N", 1.0, low=0.0, high=1e5)
+        if self.variant == "rigid":
+            return (friction,)
+        return (friction, Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True))
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        friction = theta[0]
+        gained = ca.SX.zeros(elongation.shape[0])
+        following = ca.SX.zeros(state.shape[0])
+        for index, leg in enumerate(self.legs):
+            applied, before = force[leg], state[index]
+            if self.variant == "rigid":
+                carried = ca.fmin(ca.fmax(before, applied - friction), applied + friction)
+                following[index] = carried
+            else:
+                # All in units of force: x = k·Δq, slider at s = k·place, sticking friction ρ·(x − s).
+                ratio = theta[1]
+                sticking = (applied + ratio * before) / (1.0 + ratio)
+                held = ca.fmin(ca.fmax(ratio * (sticking - before), -friction), friction)
+                carried = applied - held
+                following[index] = carried - held / ratio
+            gained[leg] = compliance[leg] * (carried - applied)
+        return elongation + gained, following
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        v = values["friction_N"]
+        return f"Friction of {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) N in {self.component}: loading and unloading differ."

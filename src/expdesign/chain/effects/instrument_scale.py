@@ -1,0 +1,30 @@
+"""The instrument's scale is wrong on one or more axes."""
+
+import casadi as ca
+
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class InstrumentScale(Effect):
+    """It reads (1 + s_i)·d_i on the translational axes."""
+
+    physics = "instrument_scale"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        return [("instrument", "")]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        axes = "xyz"[: self.robot.coordinates.translations]
+        return tuple(Parameter(f"scale_{axis}", 1e-2, low=-0.9, high=9.0) for axis in axes)
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        rest = ca.SX.zeros(reading.shape[0] - theta.shape[0])
+        return reading * (1.0 + ca.vertcat(theta, rest))
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        parts = ", ".join(f"{100 * v[0]:+.2f} % on {name[-1]}" for name, v in values.items())
+        return f"The instrument's scale is off: {parts}."

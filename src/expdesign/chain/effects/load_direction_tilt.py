@@ -1,0 +1,42 @@
+"""Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity)."""
+
+import casadi as ca
+
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.loads.load import small_rotation
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class LoadDirectionTilt(Effect):
+    """The force is turned by small angles about x and y of O: a payload's moment follows from its lever, a free
+    wrench turns as a whole.
+    """
+
+    physics = "load_direction_tilt"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        return [("payload", "")]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.n > 2 else ("tilt_z_rad",)
+        return tuple(Parameter(name, 1e-3, low=-0.5, high=0.5) for name in names)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        split = self.robot.coordinates.translations
+        force = wrench[:split]
+        turned = small_rotation(force, theta)
+        if wrench.shape[0] == split:
+            return turned
+        moment = wrench[split:]
+        as_payload = moment + ca.cross(row.lever, turned - force)
+        as_wrench = small_rotation(moment, theta)
+        return ca.vertcat(turned, row.payload * as_payload + (1.0 - row.payload) * as_wrench)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        parts = [
+            f"{1e3 * v[0]:.2f} ({1e3 * v[1]:.2f} to {1e3 * v[2]:.2f}) mrad ({name[:6]})" for name, v in values.items()
+        ]
+        return f"The load acts {' and '.join(parts)} away from the assumed direction."

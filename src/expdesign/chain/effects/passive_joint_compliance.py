@@ -1,0 +1,51 @@
+"""A leg's passive joint, or its mount, yields differently along different directions.
+
+Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ, and
+∂q/∂a = −u). A C that is the same in all directions cannot be told from the leg's own compliance; what shows is how the
+apparent compliance changes as the leg turns against the frame in which C is fixed.
+"""
+
+import casadi as ca
+
+from expdesign.chain.components import each_leg
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class PassiveJointCompliance(Effect):
+    """C without the entry that the leg's own compliance stands for; variants `base` and `platform` name the end."""
+
+    physics = "passive_joint_compliance"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        ends = ("base", "platform") if robot.coordinates.n > 2 else ("base",)
+        return [(leg, end) for leg in each_leg(robot) for end in ends]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.n > 2 else ("xx", "xy")
+        return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8) for entry in entries)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        # A row of J⁻¹ begins with the direction of the leg.
+        split = self.robot.coordinates.translations
+        direction = ca.solve(row.forward, ca.SX.eye(row.forward.shape[0]))[self.leg, :split].T
+        if self.variant == "platform":
+            direction = row.rotation.T @ direction
+        x, y = direction[0], direction[1]
+        if split == 2:
+            along = theta[0] * x**2 + 2.0 * theta[1] * x * y
+        else:
+            z = direction[2]
+            along = theta[0] * x**2 + theta[1] * y**2 + 2.0 * (theta[2] * x * y + theta[3] * x * z + theta[4] * y * z)
+        gained = ca.SX.zeros(elongation.shape[0])
+        gained[self.leg] = along * force[self.leg]
+        return elongation + gained, state
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        end = "base" if self.variant == "base" else "platform"
+        return f"The {end} joint of {self.component}, or its mount, yields differently along different directions."

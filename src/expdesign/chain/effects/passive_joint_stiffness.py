@@ -1,0 +1,128 @@
+"""Joints or flexures that resist rotation.
+
+A leg between two joints with rotational stiffness k bends both of them as the platform moves: with the leg's own
+rotation ω_l = u×ṗ/q (ṗ the velocity of its upper end), the base joint turns by ω_l and the platform joint by ω − ω_l;
+about the leg itself the two joints are in series. This is a stiffness K_J beside that of the legs,
+ΔX = (K_C + K_J)⁻¹·ΔF, i.e. (I + diag(c)·JᵀK_J·J)·Δq = diag(c)·τ.
+
+Flexures that are relaxed at the zero pose are bent at every other one. The legs then carry forces τ₀ without any load,
+and the geometric stiffness of these adds to K_J, which itself follows from the energy of the bent joints.
+"""
+
+import casadi as ca
+
+from expdesign.chain.components import legs_and_all
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.hexapod import Hexapod
+from expdesign.robots.orientation import rotation_vector
+from expdesign.robots.robot import Robot
+
+
+class PassiveJointStiffness(Effect):
+    """`joint_Nm_per_rad` at both ends of the legs.
+
+    Variants: empty (joints without preload), `bending` (likewise, free to turn about the leg) and `flexures` (relaxed
+    at the zero pose).
+    """
+
+    physics = "passive_joint_stiffness"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        variants = ("", "bending", "flexures") if isinstance(robot, Hexapod) else ("",)
+        return [(component, variant) for component in legs_and_all(robot) for variant in variants]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        self.changes_geometry = self.variant == "flexures"
+        return (Parameter("joint_Nm_per_rad", 100.0, low=0.0),)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        stiffness = theta[0] * (self._bent(row) if self.variant == "flexures" else self._relaxed(row))
+        softened = ca.SX.eye(elongation.shape[0]) + ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
+        return ca.solve(softened, elongation), state
+
+    def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        if self.variant != "flexures":
+            return pose
+        return pose + row.pose_map @ (compliance * theta[0] * self._preload(row))
+
+    def _relaxed(self, row: Row) -> ca.SX:
+        """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
+        n = self.robot.coordinates.n
+        inverse = ca.solve(row.forward, ca.SX.eye(n))
+        total = ca.SX.zeros(n, n)
+        for leg in self.legs:
+            length = row.lengths[leg]
+            if n == 2:
+                u = inverse[leg, :].T
+                turning = ca.vertcat(-u[1], u[0]).T / length
+                total += turning.T @ turning
+                continue
+            assert isinstance(self.robot, Hexapod)
+            u = inverse[leg, :3].T
+            joint = row.rotation @ ca.SX(self.robot.platform_joints[leg])
+            velocity = ca.horzcat(ca.SX.eye(3), -ca.skew(joint))
+            leg_turn = ca.skew(u) @ velocity / length
+            spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
+            across = (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn
+            total += leg_turn.T @ leg_turn + across.T @ across
+            if self.variant != "bending":
+                about = u.T @ spin
+                total += 0.5 * about.T @ about
+        return total
+
+    def _bent(self, row: Row) -> ca.SX:
+        """K_J + K_G(τ₀) per unit stiffness in twist coordinates, from the energy of joints relaxed at the zero pose.
+
+        With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the
+        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness sought.
+        """
+        robot = self.robot
+        assert isinstance(robot, Hexapod)
+        pose = ca.SX.sym("X", 6)
+        held = ca.SX.sym("tau", 6)
+        geometry = ca.SX(robot.geometry)
+        lengths = robot.actuator_lengths(pose, geometry)
+        rates = robot.pose_rate_map(pose)
+        bending = rates.T @ ca.gradient(self._energy(robot, pose), pose)
+        wrench = bending + (ca.jacobian(lengths, pose) @ rates).T @ held
+        derivative = ca.jacobian(wrench, pose) @ rates
+        # τ₀ is held constant in the derivative, so it is put in last.
+        return ca.substitute(ca.substitute(derivative, pose, row.pose), held, self._preload(row))
+
+    def _preload(self, row: Row) -> ca.SX:
+        """τ₀ (n_p,) per unit stiffness: actuator forces that hold the bent joints without any load."""
+        robot = self.robot
+        assert isinstance(robot, Hexapod)
+        pose = ca.SX.sym("X", 6)
+        bending = robot.pose_rate_map(pose).T @ ca.gradient(self._energy(robot, pose), pose)
+        return -row.forward.T @ ca.substitute(bending, pose, row.pose)
+
+    def _energy(self, robot: Hexapod, pose: ca.SX) -> ca.SX:
+        """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²)."""
+        geometry = ca.SX(robot.geometry)
+        vectors = robot.leg_vectors(pose, geometry)
+        relaxed = robot.leg_vectors(ca.SX.zeros(6), geometry)
+        rotation = robot.rotation(pose)
+        turned = rotation_vector(rotation)
+        energy = ca.SX(0)
+        for leg in self.legs:
+            u = vectors[:, leg] / ca.norm_2(vectors[:, leg])
+            home = relaxed[:, leg] / ca.norm_2(relaxed[:, leg])
+            bends = _angle_squared(u, home) + _angle_squared(u, rotation @ home)
+            energy += 0.5 * (bends + 0.5 * ca.dot(u, turned) ** 2)
+        return energy
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        v = values["joint_Nm_per_rad"]
+        return f"The joints of {self.component} resist rotation with {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) N·m/rad."
+
+
+def _angle_squared(a: ca.SX, b: ca.SX) -> ca.SX:
+    """Square of the angle between unit vectors, smooth where it is zero (relative error 1e-5 at 0.5 rad)."""
+    versine = 1.0 - ca.dot(a, b)
+    return 2.0 * versine * (1.0 + versine / 6.0 + 2.0 * versine**2 / 45.0)

@@ -1,0 +1,49 @@
+"""The platform or the payload's mount deforms: a compliance fixed to the platform, in series with the legs."""
+
+import casadi as ca
+
+from expdesign.chain.components import symmetric
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+def compliance_parameters(translations: int, n: int, full: bool) -> tuple[Parameter, ...]:
+    """Entries of a symmetric compliance, diagonal first, then the upper triangle by rows."""
+    axes = "xyz"[:translations]
+    names = [f"d{axis}" for axis in axes] + [f"r{axis}" for axis in axes[: n - translations]]
+    units = {"dd": ("m_per_N", 1e-9), "dr": ("per_N", 1e-8), "rr": ("rad_per_Nm", 1e-7)}
+
+    def parameter(i: int, j: int) -> Parameter:
+        unit, scale = units["".join(sorted(names[i][0] + names[j][0]))]
+        return Parameter(f"compliance_{names[i]}_{names[j]}_{unit}", scale, low=0.0 if i == j else float("-inf"))
+
+    diagonal = [parameter(i, i) for i in range(n)]
+    upper = [parameter(i, j) for i in range(n) for j in range(i + 1, n)] if full else []
+    return tuple(diagonal + upper)
+
+
+class PlatformCompliance(Effect):
+    """ΔX gains T·diag(R, R)·C·diag(R, R)ᵀ·F with C constant in the platform frame, about the origin of P.
+
+    Variants: `diagonal` (an elastic mount at the origin) and `full` (anywhere, any shape).
+    """
+
+    physics = "platform_compliance"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        return [("platform", "diagonal"), ("platform", "full")]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        coordinates = self.robot.coordinates
+        return compliance_parameters(coordinates.translations, coordinates.n, self.variant == "full")
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        n = self.robot.coordinates.n
+        turn = row.rotation if n == 2 else ca.diagcat(row.rotation, row.rotation)
+        return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        return "The platform or the payload's mount yields: the payload moves against the joints' plate under load."

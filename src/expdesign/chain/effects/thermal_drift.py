@@ -1,0 +1,65 @@
+"""A deflection that follows temperature or time, not load."""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.chain.components import ALL_LEGS, legs_and_all
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class ThermalDrift(Effect):
+    """Legs: Δq gains α·q·ΔT (variant empty) or rate·q·t (`time`). `environment`: the reading gains a constant times
+    ΔT or t on every axis, as a drifting instrument or stand does. All relative to the first row of the series.
+    """
+
+    physics = "thermal_drift"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        places: list[tuple[str, str]] = []
+        if points.temperature is not None or points.leg_temperature is not None:
+            places += [(component, "") for component in (*legs_and_all(robot), "environment")]
+        if points.time is not None and np.any(np.diff(points.time) > 0.0):
+            places += [(component, "time") for component in (*legs_and_all(robot), "environment")]
+        return places
+
+    def describe(self) -> tuple[Parameter, ...]:
+        unit, scale = ("per_s", 1e-9) if self.variant == "time" else ("per_K", 1e-6)
+        if self.component == "environment":
+            coordinates = self.robot.coordinates
+            return tuple(
+                Parameter(f"{name.rsplit('_', 1)[0]}_{name.rsplit('_', 1)[1]}_{unit}", scale)
+                for name in coordinates.deflection
+            )
+        return (Parameter("alpha_per_K" if unit == "per_K" else "rate_per_s", scale),)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        if self.component == "environment":
+            return elongation, state
+        gained = ca.SX.zeros(elongation.shape[0])
+        for leg in self.legs:
+            driver = row.elapsed if self.variant == "time" else row.warming[leg]
+            gained[leg] = theta[0] * row.lengths[leg] * driver
+        return elongation + gained, state
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        if self.component != "environment":
+            return reading
+        driver = row.elapsed if self.variant == "time" else ca.sum1(row.warming) / row.warming.shape[0]
+        return reading + theta * driver
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        cause = "time" if self.variant == "time" else "temperature"
+        if self.component == "environment":
+            return f"The reading drifts with {cause}, whatever the load: instrument or stand."
+        name, value = next(iter(values.items()))
+        verb = "grow" if self.component == ALL_LEGS else "grows"
+        return (
+            f"{self.component.capitalize()} {verb} with {cause}: {1e6 * value[0]:.3g} ({1e6 * value[1]:.3g} to "
+            f"{1e6 * value[2]:.3g}) µm per metre and {'second' if name.endswith('_s') else 'kelvin'}."
+        )
