@@ -13,6 +13,9 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import read_text
 
+_LARGEST_INTEGER = 2.0**53
+"""Beyond it a floating-point number no longer tells neighbouring integers apart."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -79,7 +82,7 @@ class Table:
     def integers(self, column: str) -> IntArray:
         """The cells of `column` as whole numbers, shape (rows,); an `InputError` where one is not."""
         values = self.numbers((column,))[:, 0]
-        wrong = np.flatnonzero(values != np.round(values))
+        wrong = np.flatnonzero((values != np.round(values)) | (np.abs(values) > _LARGEST_INTEGER))
         if wrong.size:
             where = self.where(int(wrong[0]), column)
             raise InputError(f"{values[wrong[0]]:g} is not a whole number", where=where, remedy="Use whole numbers.")
@@ -97,11 +100,15 @@ def read_table(path: Path) -> Table:
 
 def parse_table(text: str, source: str) -> Table:
     """Read a table from the text of a CSV file; see `read_table`."""
+    reader = csv.reader(io.StringIO(text, newline=""))
+    numbered, line = [], 1
     try:
-        rows = list(csv.reader(io.StringIO(text)))
+        for row in reader:
+            numbered.append((line, row))
+            line = reader.line_num + 1  # a quoted cell may go over several lines
     except csv.Error as error:
         raise InputError(f"not a CSV table: {error}", where=source, remedy="Save it as comma-separated text.") from None
-    filled = [(line, row) for line, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
+    filled = [(line, row) for line, row in numbered if any(cell.strip() for cell in row)]
     if not filled:
         raise InputError("the file is empty", where=source, remedy="A header row and at least one row are needed.")
     header = [name.strip() for name in filled[0][1]]
