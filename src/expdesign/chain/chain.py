@@ -24,14 +24,16 @@ class Chain:
     Args:
         robot: the robot.
         effects: physics beyond the base model, acting in this order within a link.
+        instrument: whether the chain ends with the instrument's reading; otherwise with the motion of the platform.
 
     Attributes:
         parameters: compliances first (`c1`, ... in units of 1/apK), then those of the effects.
     """
 
-    def __init__(self, robot: Robot, effects: tuple[Effect, ...] = ()) -> None:
+    def __init__(self, robot: Robot, effects: tuple[Effect, ...] = (), *, instrument: bool = True) -> None:
         self.robot = robot
         self.effects = effects
+        self.instrument = instrument
         compliances = tuple(
             Parameter(f"c{i + 1}", scale=1.0, neutral=1.0, low=1e-6) for i in range(len(robot.stiffness))
         )
@@ -70,7 +72,7 @@ class Chain:
         assert sensitivities is not None
         return deflections, sensitivities
 
-    def expression(self, row: Row, state: ca.SX, theta: ca.SX, *, instrument: bool = True) -> tuple[ca.SX, ca.SX]:
+    def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot
         parts = [theta[s] for s in self.slices]
@@ -92,7 +94,7 @@ class Chain:
         for effect, part in zip(self.effects, parts, strict=True):
             deflection = effect.structure(deflection, wrench, compliance, row, part)
         reading = deflection
-        if instrument:
+        if self.instrument:
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
         return reading, ca.vertcat(ca.SX.zeros(0), *following)

@@ -54,8 +54,8 @@ class Fit:
         determined: which parameters the data determine, shape (p,).
         residuals: whitened, shape (N, k).
         sensitivities: whitened derivatives of the prediction, shape (N, k, p).
-        chi2: sum of squared whitened residuals.
-        dof: readings minus rank.
+        chi2: sum of squared whitened residuals, those of a prior included.
+        dof: readings (a prior's included) minus rank.
         rank: of the sensitivities.
     """
 
@@ -75,8 +75,8 @@ def fit(
 ) -> Fit:
     """The parameters that minimise the sum of squared whitened residuals, within their bounds.
 
-    The base model is linear in the compliances, and is solved in one step through a QR factorisation of the scaled
-    sensitivities; with effects, a trust-region method starts there.
+    The base model is linear in the compliances and is solved in one step (`linear_fit`); with effects, a trust-region
+    method starts from `start`.
 
     Args:
         chain: the model.
@@ -88,8 +88,7 @@ def fit(
     scales = chain.scales()
     if not chain.effects:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
-        step, *_ = _solve(sensitivities.reshape(-1, len(start)) * scales, residuals.ravel(), start, scales, prior)
-        return summarise(chain, data, start + step * scales, prior)
+        return linear_fit(chain, start, residuals, sensitivities, prior)
     low, high = chain.bounds()
     inside = np.clip(start, low + 1e-9 * scales, high - 1e-9 * scales)
 
@@ -106,12 +105,53 @@ def fit(
     return summarise(chain, data, result.x, prior)
 
 
+def linear_fit(
+    chain: Chain,
+    start: FloatArray,
+    residuals: FloatArray,
+    sensitivities: FloatArray,
+    prior: tuple[FloatArray, FloatArray] | None = None,
+) -> Fit:
+    """The fit of a chain that is linear in its parameters, from its linearisation anywhere.
+
+    Args:
+        chain: the model.
+        start: parameters at which it was linearised, shape (p,).
+        residuals: whitened residuals there, shape (N, k).
+        sensitivities: whitened derivatives of the prediction, shape (N, k, p).
+        prior: see `fit`.
+    """
+    scales = chain.scales()
+    matrix = sensitivities.reshape(-1, len(start)) * scales
+    step, covariance, determined, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
+    remaining = residuals - sensitivities @ (step * scales)
+    return _as_fit(chain, start + step * scales, covariance, determined, rank, remaining, sensitivities, prior)
+
+
 def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatArray, FloatArray] | None = None) -> Fit:
     """The fit at given parameter values."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
     matrix = sensitivities.reshape(-1, len(values)) * scales
     _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
+    return _as_fit(chain, values, covariance, determined, rank, residuals, sensitivities, prior)
+
+
+def _as_fit(
+    chain: Chain,
+    values: FloatArray,
+    covariance: FloatArray,
+    determined: BoolArray,
+    rank: int,
+    residuals: FloatArray,
+    sensitivities: FloatArray,
+    prior: tuple[FloatArray, FloatArray] | None,
+) -> Fit:
+    """A prior counts as readings of the parameters it is about."""
+    chi2, readings = float((residuals**2).sum()), residuals.size
+    if prior is not None:
+        chi2 += float((((prior[0] - values) / prior[1]) ** 2).sum())
+        readings += int(np.isfinite(prior[1]).sum())
     return Fit(
         chain=chain,
         values=values,
@@ -119,8 +159,8 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
         determined=determined,
         residuals=residuals,
         sensitivities=sensitivities,
-        chi2=float((residuals**2).sum()),
-        dof=residuals.size - rank,
+        chi2=chi2,
+        dof=readings - rank,
         rank=rank,
     )
 
@@ -142,18 +182,22 @@ def _solve(
     if prior is not None:
         matrix = np.vstack([matrix, np.diag(scales / prior[1])])
         residuals = np.concatenate([residuals, (prior[0] - values) / prior[1]])
+    # The orthogonal factor is not needed: R of [Ã | r] holds Qᵀr as well, and is as small as the problem.
+    count = matrix.shape[1]
     columns = np.linalg.norm(matrix, axis=0)
     safe = np.where(columns > 0.0, columns, 1.0)
-    left, singular, right = np.linalg.svd(matrix / safe, full_matrices=False)
+    stacked = np.column_stack([matrix / safe, residuals])
+    missing = count + 1 - len(stacked)
+    if missing > 0:
+        stacked = np.vstack([stacked, np.zeros((missing, count + 1))])
+    reduced = np.linalg.qr(stacked, mode="r")
+    left, singular, right = np.linalg.svd(reduced[:count, :count])
     kept = singular > RANK_TOLERANCE * (singular[0] if singular.size else 1.0)
     rank = int(kept.sum())
-    step = (right[kept].T / singular[kept]) @ (left[:, kept].T @ residuals) / safe
+    step = (right[kept].T / singular[kept]) @ (left[:, kept].T @ reduced[:count, count]) / safe
     root = (right[kept].T / singular[kept]) / safe[:, None] * scales[:, None]
     covariance = root @ root.T
-    hidden = np.linalg.norm(right[~kept], axis=0) if rank < len(kept) else np.zeros(len(columns))
-    if len(kept) < matrix.shape[1]:
-        hidden = np.ones(matrix.shape[1])
-    determined: BoolArray = hidden < 1e3 * RANK_TOLERANCE
+    determined: BoolArray = np.linalg.norm(right[~kept], axis=0) < 1e3 * RANK_TOLERANCE
     covariance[~determined, :] = np.inf
     covariance[:, ~determined] = np.inf
     return step, covariance, determined, rank

@@ -10,13 +10,19 @@ from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.files.table import Table, read_table
 from expdesign.loads.payload import Payload
+from expdesign.recordings.join import join
 from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
 LARGEST_DEFLECTION = 0.1
 """m; a larger "deflection" is a wrong unit or an absolute pose."""
 LARGEST_ROTATION = 0.2
 """rad; likewise."""
+LARGEST_ANGLE = 2.0 * np.pi
+"""rad; a larger angle of a platform is in degrees."""
+LARGEST_STRETCH = 10.0
+"""A pose at which a leg is this many times longer than at the reference pose is in mm."""
 CONTRADICTION = 0.01
 """Relative difference of a payload and a wrench that are both given, above which they contradict each other."""
 LEVER = 0.05
@@ -34,7 +40,24 @@ def read_recordings(path: Path, robot: Robot) -> Recordings:
 
 def read_points(path: Path, robot: Robot) -> LoadedPoints:
     """Points at which a prediction or a command is wanted; measured columns are ignored. Raises `InputError`."""
-    return _points(read_table(path), robot, measured=False)
+    return points_from_table(read_table(path), robot)
+
+
+def points_from_table(table: Table, robot: Robot) -> LoadedPoints:
+    """Points in a table; see `read_points`."""
+    return _points(table, robot, measured=False)
+
+
+def read_several(paths: list[Path], robot: Robot) -> Recordings:
+    """Recordings of a robot in one or more files, as if they stood in one.
+
+    Sequence and series numbers that occur in more than one file are those of separate sessions and are counted on;
+    numbers that do not overlap are those of one session that was written to several files.
+
+    Raises:
+        InputError: a file is wrong, or the files do not have the same columns.
+    """
+    return join([read_recordings(path, robot) for path in paths])
 
 
 def recordings_from_table(table: Table, robot: Robot) -> Recordings:
@@ -80,6 +103,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     order = _order(table)
     coordinates = robot.coordinates
     configurations = table.numbers(robot.configuration)[order]
+    _sensible_poses(table, robot, configurations, order)
     sequence = table.integers("sequence") if table.has("sequence") else np.arange(len(table)) + 1
     repeated = pd.Series(sequence).duplicated().to_numpy()
     if repeated.any():
@@ -125,9 +149,29 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         payload=payload,
         gravity=gravity,
         temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
-        leg_temperature=table.numbers(legs)[order] if legs and table.has(*legs) else None,
+        leg_temperature=table.numbers(legs)[order] if any(table.has(name) for name in legs) else None,
         extra=extra.reset_index(drop=True),
     )
+
+
+def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
+    """Raise where an angle must be in degrees or a position in mm."""
+    if not isinstance(robot, ParallelRobot):
+        return
+    split = robot.coordinates.translations
+    large = np.abs(configurations[:, split:]) > LARGEST_ANGLE
+    if large.any():
+        row, column = np.argwhere(large)[0]
+        where = table.where(int(order[row]), robot.configuration[split + column])
+        what = f"{configurations[row, split + column]:g} cannot be an angle of the platform in rad"
+        raise InputError(what, where=where, remedy="Check the unit.")
+    stretch = robot.lengths(configurations).max(axis=1) / robot.lengths(robot.reference_configuration()).max()
+    if stretch.size and stretch.max() > LARGEST_STRETCH:
+        row = int(np.argmax(stretch))
+        column = int(np.argmax(np.abs(configurations[row, :split])))
+        where = table.where(int(order[row]), robot.configuration[column])
+        what = f"at {configurations[row, column]:g} m a leg would be {stretch[row]:.3g} times as long as it is"
+        raise InputError(what, where=where, remedy="Check the unit (m).")
 
 
 def _one_command_per_series(
@@ -207,6 +251,12 @@ def _deviations(table: Table, robot: Robot, axes: IntArray, order: IntArray) -> 
         row, column = np.argwhere(wrong)[0]
         what = f"a standard deviation must be positive, not {deviations[row, column]:g}"
         raise InputError(what, where=table.where(int(order[row]), names[column]), remedy="Correct it.")
+    limits = np.where(axes < robot.coordinates.translations, LARGEST_DEFLECTION, LARGEST_ROTATION)
+    wrong = deviations > limits
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        what = f"{deviations[row, column]:g} cannot be the standard deviation of a deflection"
+        raise InputError(what, where=table.where(int(order[row]), names[column]), remedy="Check the unit (m, rad).")
     return deviations
 
 

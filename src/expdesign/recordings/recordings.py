@@ -28,6 +28,8 @@ class LoadedPoints:
         temperature: °C, shape (N,), or None.
         leg_temperature: °C, shape (N, n_p), or None.
         extra: columns that have no meaning here, kept for reports.
+        files: names of the files, where the rows come from several.
+        file: index in `files` of every row, shape (N,), or None where there is one file.
     """
 
     source: str
@@ -43,6 +45,13 @@ class LoadedPoints:
     temperature: FloatArray | None
     leg_temperature: FloatArray | None
     extra: pd.DataFrame
+    files: tuple[str, ...] = field(default=(), kw_only=True)
+    file: IntArray | None = field(default=None, kw_only=True)
+
+    def where(self, row: int, column: str = "") -> str:
+        """File, line and column of a row, as a person would look them up."""
+        source = self.source if self.file is None else self.files[int(self.file[row])]
+        return f"{source}, row {self.lines[row]}" + (f", column {column}" if column else "")
 
     def __len__(self) -> int:
         return len(self.sequence)

@@ -1,0 +1,108 @@
+"""Predicted deflections with their standard deviations (theory.md 4.1: ε_X = −A·ε_c, with the effects of the model)."""
+
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import row_data, row_symbols
+from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.files.table import Table
+from expdesign.identification.model_file import Model
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import CONDITION_LIMIT, Robot
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Deflections (m, rad) and their standard deviations, shape (N, n) each; infinite where not determined."""
+
+    deflections: FloatArray
+    deviations: FloatArray
+
+
+def chain_of(model: Model, *, platform: bool) -> Chain:
+    """The model's chain up to the instrument's reading, or only up to the motion of the platform."""
+    return Chain(model.chain.robot, model.chain.effects, instrument=not platform)
+
+
+def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
+    """Deflections at points, in the order of the points.
+
+    Args:
+        model: the identified robot.
+        points: commands and loads.
+        platform: the motion of the platform instead of the instrument's reading.
+    """
+    return predict_with(chain_of(model, platform=platform), model, points)
+
+
+def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:
+    """The prediction of a chain that has the parameters of the model."""
+    rows = row_data(points, chain.robot)
+    deflections, sensitivities = chain.predict_with_sensitivities(rows, model.values)
+    return Prediction(deflections, propagated(sensitivities, model.covariance))
+
+
+def propagated(sensitivities: FloatArray, covariance: FloatArray) -> FloatArray:
+    """√diag(S·P·Sᵀ): standard deviations (N, n) from sensitivities (N, n, p) and the covariance of the parameters.
+
+    What depends on a parameter that was not determined is infinitely uncertain, and what does not is not.
+    """
+    known = np.isfinite(np.diag(covariance))
+    inner = covariance[np.ix_(known, known)]
+    reduced = sensitivities[..., known]
+    variance = ((reduced @ inner) * reduced).sum(axis=-1)
+    deviation = np.sqrt(np.maximum(variance, 0.0))
+    unknown: FloatArray = np.where((sensitivities[..., ~known] != 0.0).any(axis=-1), np.inf, deviation)
+    return unknown
+
+
+def require_history(model: Model, table: Table) -> None:
+    """Raise an `InputError` where the model depends on history that the table does not tell.
+
+    What an effect depends on is read off its expression: states and elapsed time need series in their order, warming
+    needs temperatures.
+    """
+    chain = model.chain
+    row = row_symbols(chain.robot)
+    state, theta = ca.SX.sym("state", chain.states), ca.SX.sym("theta", len(chain.parameters))
+    reading, following = chain.expression(row, state, theta)
+    everything = ca.vertcat(reading, following)
+    timed = ca.depends_on(everything, ca.vertcat(row.elapsed, row.clock, row.interval))
+    warmed = ca.depends_on(everything, row.warming)
+    names = ", ".join(sorted({effect.physics for effect in chain.effects}))
+    needed: list[str] = []
+    if chain.states or timed or warmed or ca.depends_on(everything, row.first):
+        needed += ["sequence", "series"]
+    if timed:
+        needed.append("time_s")
+    legs = [f"leg{i + 1}_degC" for i in range(len(chain.robot.stiffness))]
+    if warmed and not table.has(*legs):
+        needed.append("temperature_degC")
+    for column in needed:
+        if not table.has(column):
+            remedy = f"The model has effects that depend on history ({names}); add the column."
+            raise InputError("the column is missing", where=table.where(column=column), remedy=remedy)
+
+
+def require_regular_points(robot: Robot, points: LoadedPoints) -> None:
+    """Raise a `SingularConfigurationError` that names the first point at which the robot is nearly singular."""
+    condition = robot.jacobians(points.configurations).condition
+    wrong = np.flatnonzero(condition > CONDITION_LIMIT)
+    if wrong.size:
+        what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
+        raise SingularConfigurationError(what, where=points.where(int(wrong[0])), remedy="Choose another pose.")
+
+
+def in_file_order(points: LoadedPoints, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+    """Arrays whose rows are those of the points, reordered as the rows stand in the file."""
+    order = np.argsort(points.lines, kind="stable")
+    return tuple(array[order] for array in arrays)
+
+
+def moved(points: LoadedPoints, configurations: FloatArray) -> LoadedPoints:
+    """The same loads at other commands (N, n_q)."""
+    return replace(points, configurations=configurations)

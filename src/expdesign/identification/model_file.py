@@ -1,0 +1,190 @@
+"""`model.yaml`: an identified robot as a file, with everything that prediction and compensation need.
+
+The file carries the robot written out, the compliances, the effects that were found, each by its physics, component
+and variant with its parameters, and the covariance of all of them. Reading it gives back the same `Chain`, values and
+covariance, number for number.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.errors import InputError
+from expdesign.files.schema import Number, Section, validate
+from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.identification.fit import Fit
+from expdesign.plugins import implementations
+from expdesign.robots.robot_file import robot_from_document
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot as it was identified.
+
+    Attributes:
+        chain: the robot with its effects.
+        values: parameters of the chain, shape (p,).
+        covariance: of the parameters, shape (p, p); infinite for parameters that the recordings did not determine.
+        robot: the content of the robot file.
+        folder: what relative paths in `robot` are relative to.
+        source: name of the file it was read from, or of the recordings.
+    """
+
+    chain: Chain
+    values: FloatArray
+    covariance: FloatArray
+    robot: Mapping[str, Any]
+    folder: Path
+    source: str
+
+    @classmethod
+    def from_fit(cls, fit: Fit, robot: YamlDocument, source: str) -> "Model":
+        """The model of a fit of the robot that the document `robot` describes."""
+        return cls(fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source)
+
+    @property
+    def compliance(self) -> FloatArray:
+        """Compliances in m/N or rad/(N·m), shape (n_p,)."""
+        return self.values[: self.chain.compliances] * self.chain.robot.compliance
+
+
+class _EffectSection(Section):
+    physics: str
+    component: str
+    variant: str = ""
+    parameters: dict[str, Number]
+
+
+class _ModelSection(Section):
+    kind: str
+    schema_version: int
+    identified_from: str = ""
+    robot: dict[str, Any]
+    compliance: dict[str, Number]
+    effects: list[_EffectSection]
+    parameters: list[str]
+    covariance: list[list[float]]
+
+
+def model_text(model: Model, folder: Path) -> str:
+    """The content of a model file that will stand in `folder`."""
+    scale = _units(model.chain)
+    robot = dict(model.robot)
+    if isinstance(robot.get("urdf"), str):
+        robot["urdf"] = os.path.relpath(model.folder / robot["urdf"], folder)
+    effects = []
+    for effect, part in zip(model.chain.effects, model.chain.slices, strict=True):
+        names = [parameter.name for parameter in effect.parameters]
+        effects.append(
+            {
+                "physics": effect.physics,
+                "component": effect.component,
+                "variant": effect.variant,
+                "parameters": dict(zip(names, model.values[part].tolist(), strict=True)),
+            }
+        )
+    content = {
+        "kind": "model",
+        "schema_version": 1,
+        "identified_from": model.source,
+        "robot": robot,
+        "compliance": dict(zip(model.chain.robot.actuators, model.compliance.tolist(), strict=True)),
+        "effects": effects,
+        "parameters": _names(model.chain),
+        "covariance": (model.covariance * np.outer(scale, scale)).tolist(),
+    }
+    head = (
+        "# Identified model, for `expdesign predict`, `compensate` and `simulate`. Compliances in m/N (rad/(N m));\n"
+        "# the covariance is of all `parameters` in their own units.\n"
+    )
+    return head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
+
+
+def read_model(path: Path) -> Model:
+    """The model in a file.
+
+    Raises:
+        InputError: the file is missing or wrong, or names an effect that this version does not know.
+    """
+    return model_from_document(read_yaml(path))
+
+
+def model_from_document(document: YamlDocument) -> Model:
+    """The model in a document; see `read_model`."""
+    content = document.content
+    if not isinstance(content, dict) or content.get("kind") != "model":
+        remedy = "`expdesign identify` and `expdesign diagnose` write model files (`kind: model`)."
+        raise InputError("this is not a model file", where=document.where(), remedy=remedy)
+    section = validate(_ModelSection, document)
+    if section.schema_version != 1:
+        what = f"schema version {section.schema_version} is not known"
+        raise InputError(what, where=document.where(("schema_version",)), remedy="Only version 1 is.")
+    robot = robot_from_document(document.part("robot"))
+    effects = tuple(
+        _effect(entry, robot_effect_classes(), robot, document, index) for index, entry in enumerate(section.effects)
+    )
+    chain = Chain(robot, effects)
+    if tuple(section.compliance) != robot.actuators:
+        remedy = f"They must be {', '.join(robot.actuators)}, in this order."
+        raise InputError("these are not the robot's actuators", where=document.where(("compliance",)), remedy=remedy)
+    values = [np.array(list(section.compliance.values())) * robot.stiffness]
+    for effect, entry in zip(effects, section.effects, strict=True):
+        values.append(np.array([entry.parameters[parameter.name] for parameter in effect.parameters]))
+    covariance = np.array(section.covariance, dtype=float).reshape(len(section.covariance), -1)
+    count = len(chain.parameters)
+    if covariance.shape != (count, count) or np.isnan(covariance).any():
+        what = f"a matrix of {count}×{count} numbers is needed here"
+        raise InputError(what, where=document.where(("covariance",)), remedy="Order: `parameters`.")
+    scale = _units(chain)
+    joined = np.concatenate(values)
+    return Model(
+        chain=chain,
+        values=joined,
+        covariance=covariance / np.outer(scale, scale),
+        robot=section.robot,
+        folder=document.folder,
+        source=document.source,
+    )
+
+
+def robot_effect_classes() -> list[type[Effect]]:
+    """Every effect that lies in `chain/effects`."""
+    return implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+
+
+def _effect(
+    entry: _EffectSection, known: list[type[Effect]], robot: Any, document: YamlDocument, index: int
+) -> Effect:
+    """The effect of an entry: the known one of that physics whose parameters bear the same names."""
+    where = document.where(("effects", index))
+    of_physics = [cls for cls in known if cls.physics == entry.physics]
+    if not of_physics:
+        remedy = f"Known: {', '.join(sorted({cls.physics for cls in known})) or 'none'}."
+        raise InputError(f"unknown physics `{entry.physics}`", where=where, remedy=remedy)
+    for cls in of_physics:
+        try:
+            effect = cls(robot, entry.component, entry.variant)
+        except (ValueError, KeyError, IndexError):
+            continue
+        if {parameter.name for parameter in effect.parameters} == set(entry.parameters):
+            return effect
+    what = f"`{entry.physics}` at `{entry.component}` does not have these parameters on this robot"
+    raise InputError(what, where=where, remedy="Identify or diagnose the recordings again with this version.")
+
+
+def _units(chain: Chain) -> FloatArray:
+    """Factors from the chain's parameters to those of the file: compliances in m/N, effects as they are."""
+    return np.concatenate([chain.robot.compliance, np.ones(len(chain.parameters) - chain.compliances)])
+
+
+def _names(chain: Chain) -> list[str]:
+    names = [f"{name} compliance" for name in chain.robot.actuators]
+    return names + [f"{effect.key} / {p.name}" for effect in chain.effects for p in effect.parameters]

@@ -1,0 +1,89 @@
+"""`identification.json` (interfaces.md): what the identification found, as one document."""
+
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.identification.identify import Identification
+from expdesign.identification.intervals import Intervals
+
+MOST_ROWS = 2000
+"""Files with more rows list only those that are flagged."""
+
+
+def identification_record(result: Identification) -> dict[str, Any]:
+    """The document; an interval without an end, and what does not exist, is null."""
+    goodness, noise, robot = result.goodness, result.noise, result.robot
+    lack = goodness.lack_of_fit
+    return {
+        "stiffness": _named(robot.actuators, result.stiffness),
+        "unit": stiffness_unit(result),
+        "chi2": goodness.chi2,
+        "dof": goodness.dof,
+        "p_value": goodness.p_value,
+        "covariance": result.covariance.tolist(),
+        "rank": result.fit.rank,
+        "compliance": _named(robot.actuators, result.compliance),
+        "lack_of_fit": None
+        if lack is None
+        else {"F": lack.ratio, "dof": lack.dof, "dof_pure_error": lack.pure_dof, "p_value": lack.p_value},
+        "noise": {
+            "origin": noise.origin,
+            "levels": [
+                {"of": group.name, "std": group.deviation, "dof": group.dof} for group in noise.groups
+            ],
+        },
+        "fit": {"rms": rms(result.fit.residuals), "test_rms": rms(result.test_residuals)},
+        "rows": {
+            "total": len(result.recordings),
+            "fitted": int(result.fitted.sum()),
+            "test": int(result.recordings.test.sum()),
+        },
+        "prior_percent": None if result.prior is None else 100.0 * result.prior,
+        "shared_reference": result.shared_reference,
+        "suspicions": result.suspicions,
+        "measurements": _measurements(result),
+    }
+
+
+def stiffness_unit(result: Identification) -> str:
+    """N/m for actuators that change length, N·m/rad for those that turn."""
+    names = result.robot.configuration
+    if result.robot.coordinates.pose == names:
+        return "N/m"
+    units = list(dict.fromkeys("N*m/rad" if name.endswith("_rad") else "N/m" for name in names))
+    return " or ".join(units)
+
+
+def rms(residuals: FloatArray) -> float | None:
+    """Root mean square of residuals in standard deviations; None where there are none."""
+    return float(np.sqrt((residuals**2).mean())) if residuals.size else None
+
+
+def _named(names: tuple[str, ...], intervals: Intervals) -> dict[str, list[float | None]]:
+    columns = zip(intervals.estimate, intervals.low, intervals.high, strict=True)
+    return {
+        name: [float(value) if np.isfinite(value) else None for value in row]
+        for name, row in zip(names, columns, strict=True)
+    }
+
+
+def _measurements(result: Identification) -> list[dict[str, Any]]:
+    """Leverage, outliers and the actuator that each fitted row informed most."""
+    effect = result.influence
+    train = result.recordings.rows(result.fitted)
+    rows = np.arange(len(train)) if len(train) <= MOST_ROWS else np.flatnonzero(effect.outlier)
+    best = effect.share.argmax(axis=1)
+    return [
+        {
+            "sequence": int(train.sequence[row]),
+            "row": int(train.lines[row]),
+            "leverage": float(effect.leverage[row]),
+            "p_value": float(effect.p_value[row]),
+            "outlier": bool(effect.outlier[row]),
+            "informs": result.robot.actuators[best[row]],
+            "share": float(effect.share[row, best[row]]),
+        }
+        for row in rows
+    ]

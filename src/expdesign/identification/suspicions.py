@@ -1,0 +1,78 @@
+"""What looks like a mistake in the recordings although every cell is readable: signs and units."""
+
+import numpy as np
+from scipy.stats import norm
+
+from expdesign.arrays import FloatArray
+from expdesign.errors import InputError
+from expdesign.identification.fit import Fit, linear_fit
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
+
+CERTAINTY = float(norm.ppf(0.9999))
+"""Standard deviations below zero at which a compliance is certainly negative."""
+GAIN = 10.0
+"""Factor by which turning the sign of a column must reduce χ² to be suspected."""
+LIKELY_RATIO = 30.0
+"""Factor between identified and approximate stiffness above which a unit is suspected."""
+
+
+def require_positive(fit: Fit, recordings: Recordings, robot: Robot) -> None:
+    """Raise where most compliances are certainly negative, which no robot's are.
+
+    Raises:
+        InputError: with the sign that is probably wrong.
+    """
+    deviation = np.sqrt(np.diag(fit.covariance))
+    negative = fit.values + CERTAINTY * deviation < 0.0
+    if 2 * negative.sum() > len(negative):
+        what = f"{int(negative.sum())} of {len(negative)} identified stiffnesses are negative: wrong sign?"
+        columns = ", ".join(robot.coordinates.deflection[i] for i in recordings.axes)
+        remedy = (
+            "Deflections are pose under load minus pose without load, and loads are what the environment applies to "
+            "the platform; check the sign of both."
+        )
+        raise InputError(what, where=f"{recordings.where(0)}, columns {columns}", remedy=remedy)
+
+
+def suspicions(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[str]:
+    """Sentences on signs and units that look wrong, most telling first."""
+    found = _turned_columns(fit, recordings, robot, noise_known=noise_known)
+    deviation = np.sqrt(np.diag(fit.covariance))
+    for index in np.flatnonzero(fit.values <= 0.0):
+        sure = fit.values[index] + CERTAINTY * deviation[index] < 0.0
+        found.append(
+            f"The compliance of {robot.actuators[index]} comes out negative"
+            + (
+                ": a deflection of the wrong sign, a wrong load or joint, or physics that the model leaves out?"
+                if sure
+                else " but may be positive within its uncertainty: the actuator is hardly loaded."
+            )
+        )
+    positive = fit.values[fit.values > 0.0]
+    if positive.size:
+        ratio = float(np.median(positive))
+        if not 1.0 / LIKELY_RATIO < ratio < LIKELY_RATIO:
+            stiffer = "stiffer" if ratio < 1.0 else "softer"
+            found.append(
+                f"The robot comes out {max(ratio, 1.0 / ratio):.3g} times {stiffer} than its file says: is a unit of "
+                "the deflections, of the loads or of `actuator_stiffness` wrong?"
+            )
+    return found
+
+
+def _turned_columns(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[str]:
+    """Measured components whose sign, turned, would make the fit much better."""
+    floor = float(fit.dof) if noise_known else 0.0
+    if fit.dof <= 0 or len(recordings.axes) < 2 or fit.chi2 <= GAIN * floor:
+        return []
+    found: list[str] = []
+    readings = fit.residuals + fit.sensitivities @ fit.values
+    for column, axis in enumerate(recordings.axes):
+        turned: FloatArray = readings.copy()
+        turned[:, column] *= -1.0
+        other = linear_fit(fit.chain, np.zeros_like(fit.values), turned, fit.sensitivities)
+        if GAIN * max(other.chi2, floor) < fit.chi2 and (other.values > 0.0).all():
+            name = robot.coordinates.deflection[axis]
+            found.append(f"With the sign of {name} turned the recordings would fit far better: has it the wrong sign?")
+    return found
