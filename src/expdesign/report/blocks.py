@@ -1,0 +1,182 @@
+"""What a section of a report page is made of.
+
+Each block is plain data; `page.html` has one macro per block, named by `kind`, and escapes every text. A block that
+a page's script fills in again (when another design is chosen, say) is found by its `id`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+
+@dataclass(frozen=True)
+class Block:
+    """One piece of a section."""
+
+    kind: ClassVar[str]
+
+
+@dataclass(frozen=True)
+class Paragraph(Block):
+    """Text. With `live`, a screen reader announces it whenever a script changes it."""
+
+    kind: ClassVar[str] = "paragraph"
+    text: str
+    id: str = ""
+    live: bool = False
+
+
+@dataclass(frozen=True)
+class Subheading(Block):
+    """A heading inside a section."""
+
+    kind: ClassVar[str] = "subheading"
+    text: str
+    id: str = ""
+
+
+@dataclass(frozen=True)
+class Sentences(Block):
+    """A list of sentences."""
+
+    kind: ClassVar[str] = "sentences"
+    items: Sequence[str]
+    id: str = ""
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """One number worth reading first."""
+
+    label: str
+    value: str
+    unit: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class KeyFigures(Block):
+    """A row of numbers worth reading first."""
+
+    kind: ClassVar[str] = "key_figures"
+    items: Sequence[KeyFigure]
+
+
+@dataclass(frozen=True)
+class Definitions(Block):
+    """Terms with what they mean or their values, in pairs."""
+
+    kind: ClassVar[str] = "definitions"
+    items: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Steps(Block):
+    """What to do, in order: each a sentence and the command for it (or an empty text)."""
+
+    kind: ClassVar[str] = "steps"
+    items: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Download:
+    """A file that the page offers: its name and its text."""
+
+    filename: str
+    text: str
+
+
+@dataclass(frozen=True)
+class DataTable(Block):
+    """A table with a caption and its data as CSV.
+
+    Attributes:
+        columns: headings, with units.
+        rows: cells as they are shown.
+        csv: the same data unrounded, or None where a script supplies it.
+        choice: name of the group of radio buttons that the rows are given, to choose one row; empty for none.
+        chosen: index of the row that is chosen at first.
+        tall: whether the table scrolls inside a box instead of taking its full height.
+    """
+
+    kind: ClassVar[str] = "data_table"
+    id: str
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    csv: Download | None = None
+    choice: str = ""
+    chosen: int = 0
+    tall: bool = False
+
+
+@dataclass(frozen=True)
+class Figure(Block):
+    """A plotly figure.
+
+    Attributes:
+        plot: `{"data": [...], "layout": {...}}`, arrays allowed. Colours are written as `var(--noise)` with the names
+            of page.css, so that they follow the light and the dark look. Texts in it that come from a user go
+            through `page.plot_text`.
+        caption: what is to be seen, for a technician.
+        description: the same for a person who cannot see it.
+        csv: its data, or None where a script supplies it.
+        height: in pixels on a wide screen.
+        filename: of the picture, without extension.
+    """
+
+    kind: ClassVar[str] = "figure"
+    id: str
+    title: str
+    plot: Mapping[str, Any]
+    caption: str
+    description: str
+    csv: Download | None = None
+    height: int = 420
+    filename: str = "figure"
+
+
+@dataclass(frozen=True)
+class Option:
+    """One entry of a selector."""
+
+    value: str
+    text: str
+    chosen: bool = False
+
+
+@dataclass(frozen=True)
+class Selector(Block):
+    """A labelled choice; with `step`, buttons to the previous and next entry stand beside it."""
+
+    kind: ClassVar[str] = "selector"
+    id: str
+    label: str
+    options: Sequence[Option]
+    step: bool = False
+
+
+@dataclass(frozen=True)
+class Buttons(Block):
+    """Buttons that a page's script acts on: pairs of id and text."""
+
+    kind: ClassVar[str] = "buttons"
+    items: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class SideBySide(Block):
+    """Two columns on a wide screen, one below the other on a narrow one."""
+
+    kind: ClassVar[str] = "side_by_side"
+    left: Sequence[Block]
+    right: Sequence[Block]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands below it."""
+
+    id: str
+    title: str
+    blocks: Sequence[Block] = field(default_factory=tuple)

@@ -1,0 +1,275 @@
+"""The page of `expdesign run`: the front, and for each design its plan, the robot and the accuracy to expect."""
+
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.front import Front
+from expdesign.design.plan import csv_text
+from expdesign.design.problem import DesignProblem
+from expdesign.design.result import pareto_frame
+from expdesign.report import words
+from expdesign.report.blocks import (
+    Block,
+    Buttons,
+    DataTable,
+    Definitions,
+    Download,
+    KeyFigure,
+    KeyFigures,
+    Option,
+    Paragraph,
+    Section,
+    Selector,
+    Sentences,
+    SideBySide,
+    Steps,
+    Subheading,
+)
+from expdesign.report.design_data import design_data, design_summary
+from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
+from expdesign.report.error_budget import ErrorBudget, error_budget, headings
+from expdesign.report.page import Page, render
+from expdesign.report.robot_view import view_figure
+
+_BARS_BESIDE = 4
+"""So many axes of the error budget, at most, are drawn beside the robot; more take the full width."""
+
+_PLAN_CAPTION = (
+    "Plan of design {design}: one row per measurement. Shown in mm and mrad, rounded; the CSV has the exact values in "
+    "m and rad, ready to be filled in with what was measured."
+)
+_BUDGET_CAPTION = (
+    "Error budget of design {design}: standard deviations (σ, µm and µrad) of the pose attained after compensation. "
+    "Independent errors add in squares."
+)
+
+
+def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str:
+    """The report of a finished search as one HTML file.
+
+    Args:
+        problem: what was searched.
+        front: what was found.
+        run: the content of `run.json` (interfaces.md).
+    """
+    budget = error_budget(problem, problem.assess(*problem.space.decode(front.genes)))
+    bound = run.get("duir_lower_bound")
+    data = design_data(problem, front, budget, bound)
+    data |= {"planCaption": _PLAN_CAPTION, "budgetCaption": _BUDGET_CAPTION}
+    robot = problem.loaded.robot
+    sections = (
+        _summary(problem, front, run, data),
+        _choice(problem, front, data),
+        _design(problem, front, budget, data),
+        _next_steps(problem, front),
+        _words(front),
+        _run(problem, front, run),
+    )
+    versions = run.get("versions", {})
+    page = Page(
+        title=f"Calibration plan for {robot.name}",
+        subtitle=(
+            f"{robot.kind}, {words.count(problem.space.measurements, 'loaded measurement')}, accuracy wanted at "
+            f"{words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
+        ),
+        sections=sections,
+        data=data,
+        scripts=("robot_view.js", "design_report.js"),
+        footer=f"Made by expdesign {versions.get('expdesign', '')}".rstrip() + ".",
+    )
+    return render(page)
+
+
+def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str | None:
+    """How near the designs come to what no plan can surpass, or None where that was not computed."""
+    bound = run.get("duir_lower_bound")
+    if bound is None or bound <= 0.0:
+        return None
+    duir = front.criteria["duir"]
+    recommended = 100.0 * (duir[front.recommended] / bound - 1.0)
+    least = 100.0 * (duir.min() / bound - 1.0)
+    measurements = words.count(problem.space.measurements, "measurement")
+    scope = run.get("duir_lower_bound_certified_on")
+    best = f", the best design on the front within {words.number(least, 2)}\u00a0%" if least < recommended else ""
+    return (
+        f"No plan of {measurements} can bring the error from measurement noise (DUIR) below {words.number(bound)} "
+        f"tolerances; the recommended design is within {words.number(recommended, 2)}\u00a0% of that{best}."
+        + (f" Certified on: {scope}." if scope else "")
+    )
+
+
+def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], data: Mapping[str, Any]) -> Section:
+    best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
+    figures = (
+        KeyFigure("Expected error after calibration", best["total"], "tolerances", "noise and load errors together"),
+        KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
+        KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
+        KeyFigure("Measurements to take", str(problem.space.measurements), "", "one loaded pose each"),
+        KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", "least total error"),
+    )
+    sentences = [*data["designs"][front.recommended]["sentences"]]
+    bound = lower_bound_sentence(problem, front, run)
+    if bound is not None:
+        sentences.append(bound)
+    opening = (
+        "What the recommended design achieves. A tolerance is the error that the configuration accepts on an axis."
+    )
+    return Section("summary", "In short", (Paragraph(opening), KeyFigures(figures), Sentences(sentences)))
+
+
+def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Section:
+    names = shown_criteria(front)
+    rows = []
+    for design in range(len(front)):
+        marks = [name for name, index in (("recommended", front.recommended), ("knee", front.knee)) if index == design]
+        label = " · ".join((str(design + 1), *marks))
+        rows.append([label, *(words.number(float(front.criteria[name][design])) for name in names)])
+    table = DataTable(
+        "designs",
+        "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below.",
+        ["Design", *(words.criterion_with_unit(name, known_criteria()[name].unit) for name in names)],
+        rows,
+        Download("pareto.csv", csv_text(pareto_frame(front))),
+        choice="design",
+        chosen=front.recommended,
+        tall=True,
+    )
+    figures: list[Block] = [front_figure(front)]
+    if data["parallel"]:
+        selectors = [
+            Selector(id, label, [Option(name, words.criterion(name), name == front.objectives[k]) for name in names])
+            for k, (id, label) in enumerate((("horizontal", "Across"), ("vertical", "Up")))
+        ]
+        figures = [*selectors, *figures, parallel_figure(front)]
+    jumps = Buttons((("choose-recommended", "Choose the recommended design"), ("choose-knee", "Choose the knee")))
+    chosen = Paragraph(design_summary(problem, front, front.recommended), id="chosen-text", live=True)
+    return Section("choice", "Choose a design", (SideBySide(figures, (table, jumps)), chosen))
+
+
+def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any]) -> Section:
+    first = data["designs"][front.recommended]
+    number = str(front.recommended + 1)
+    plan = DataTable(
+        "plan",
+        _PLAN_CAPTION.replace("{design}", number),
+        [f"{title} ({unit})" if unit else title for title, unit in data["columns"]],
+        first["plan"],
+    )
+    accuracy: list[Block] = [
+        Subheading(f"Accuracy to expect with design {number}", id="accuracy-title"),
+        Sentences(first["sentences"], id="accuracy"),
+    ]
+    bars = budget_figure(budget)
+    wide: list[Block] = []
+    (accuracy if len(budget.rows_that_matter()) <= _BARS_BESIDE else wide).append(bars)
+    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), headings(budget), first["budget"])
+    blocks: list[Block] = [Subheading(f"Plan of design {number}", id="plan-title"), plan]
+    if data["view"] is None:
+        blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *accuracy]
+    else:
+        blocks.append(SideBySide(_robot_blocks(problem, data), accuracy))
+    return Section("design", "The chosen design", (*blocks, *wide, table))
+
+
+def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block]:
+    measurements, dimension = problem.space.measurements, data["view"]["dimension"]
+    states = [Option(str(k), f"Measurement {k + 1} of {measurements}", k == 0) for k in range(measurements)]
+    states += [Option(f"t{k}", f"Target {k + 1}") for k in range(len(problem.targets.weights))]
+    turn = "" if dimension == 2 else " Drag to turn it, scroll to zoom."
+    caption = (
+        "The robot at the chosen pose, in the base frame, with the force of the load (red arrow, its length in "
+        f"proportion to the force) where it acts. Faint: the platform in the other measurements.{turn}"
+    )
+    return [
+        view_figure("robot", dimension, "The robot and its load", caption, 420 if dimension == 2 else 500),
+        Selector("state", "Show", states, step=True),
+        Paragraph("", id="state-text", live=True),
+    ]
+
+
+def _next_steps(problem: DesignProblem, front: Front) -> Section:
+    config = shlex.quote(problem.source)
+    columns = ", ".join(problem.loaded.robot.coordinates.deflection)
+    steps = (
+        (
+            f"Judge the plan once more, or one that you have changed. plan.csv beside this page holds the recommended "
+            f"design {front.recommended + 1}; the plan of any other design is downloaded above.",
+            f"expdesign evaluate {config} plan.csv --json",
+        ),
+        (
+            "Rehearse: make recordings from the model with noise, and try the steps below on them.",
+            f"expdesign simulate {config} plan.csv --out rehearsal.csv",
+        ),
+        (
+            f"Measure. Take the rows in order, and add what was measured to plan.csv in the columns {columns} "
+            "(those that the instrument gives), saved as recordings.csv. Check the file before leaving the laboratory.",
+            "expdesign check recordings.csv",
+        ),
+        (
+            "Identify the stiffness of the actuators, with confidence intervals (ROBOT.yaml is the robot's file).",
+            "expdesign identify ROBOT.yaml recordings.csv --out identified",
+        ),
+        (
+            "Find out whether the recordings hold anything that the model leaves out.",
+            "expdesign diagnose ROBOT.yaml recordings.csv --out diagnosed",
+        ),
+        (
+            "Compute the commands that bring the loaded platform where it shall be.",
+            "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
+        ),
+    )
+    return Section("next", "What to do next", (Steps(steps),))
+
+
+def _words(front: Front) -> Section:
+    items = [
+        ("Deflection", "How far the platform moves when the load is put on, at the same command of the actuators."),
+        (
+            "Tolerance",
+            "The error that the configuration accepts on an axis of a target. 1 tolerance = just acceptable.",
+        ),
+        ("RMS, σ", "Root mean square error, one standard deviation: about two of three outcomes lie within it."),
+        ("DUIR", "RMS error at the targets after calibration that comes from the noise of the measured deflections."),
+        ("FEIR", "RMS error at the targets that comes from loads in the experiment that are not exactly as assumed."),
+        ("total", "Both together: the RMS error to expect at the targets after calibration and compensation."),
+        ("Front", "The designs of which none is better than another in every objective."),
+        ("Recommended", "The design on the front with the least total error."),
+        ("Knee", "The design nearest to the best of every objective at once when each is scaled over the front."),
+        ("Hypervolume", "How much of the space of objectives the front dominates; it grows as the search improves."),
+    ]
+    observability = [name for name in front.criteria if name in ("o1", "o2", "o3", "o4", "o5")]
+    if observability:
+        text = "Observability indices: how well all stiffnesses are determined, wherever the targets are."
+        items.insert(6, (" ".join(words.criterion(name) for name in observability), f"{text} Larger is better."))
+    tests = [name for name in front.criteria if name.startswith(("o_tp", "o_mv"))]
+    if tests:
+        text = "Variance of the attained position due to noise: at the first target, and over the targets (m²)."
+        items.insert(7, (" ".join(words.criterion(name) for name in tests), text))
+    return Section("words", "What the words mean", (Definitions(items),))
+
+
+def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:
+    robot, settings = problem.loaded.robot, problem.optimiser
+    point = ", ".join(words.number(float(value)) for value in front.reference_point)
+    bound, scope = run.get("duir_lower_bound"), run.get("duir_lower_bound_certified_on")
+    versions = ", ".join(f"{name} {version}" for name, version in run.get("versions", {}).items())
+    items = [
+        ("Robot", f"{robot.name} ({robot.kind})"),
+        ("Configuration", problem.source),
+        ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
+        ("Search", f"NSGA-II, population {settings.population}, {settings.generations} generations"),
+        ("Seed", str(run.get("seed", settings.seed))),
+        ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
+        ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
+        (
+            "Lower bound of DUIR",
+            "not computed" if bound is None else f"{words.number(bound, 4)} ({scope or 'no scope'})",
+        ),
+    ]
+    if "wall_s" in run:
+        items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
+    if versions:
+        items.append(("Versions", versions))
+    return Section("run", "About this run", (Definitions(items),))

@@ -1,0 +1,111 @@
+"""A report page: one HTML file that needs no network, from sections of blocks.
+
+The page brings its style, its scripts, plotly.js (once) and its data along; a content security policy in it forbids
+any request. Every text is escaped, in the HTML as well as in the embedded JSON.
+
+    page = Page(title="Stiffness of my hexapod", subtitle="...", sections=[
+        Section("result", "Result", [Paragraph("..."), DataTable(...), Figure(...)]),
+    ])
+    html = render(page)
+"""
+
+import html
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from expdesign.report.blocks import Block, DataTable, Figure, Section, SideBySide
+
+_FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a report page says.
+
+    Attributes:
+        title: of the page and its first heading.
+        subtitle: one line below it.
+        sections: in order; the navigation lists them.
+        data: what the page's own script works on, as JSON; the script reads `report.data`.
+        scripts: names of JavaScript files beside this one that run after `page.js`, in order.
+        footer: one line at the end.
+    """
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]
+    data: Mapping[str, Any] = field(default_factory=dict)
+    scripts: Sequence[str] = ()
+    footer: str = ""
+
+
+def render(page: Page) -> str:
+    """The page as HTML."""
+    environment = Environment(
+        loader=FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    blocks = [block for section in page.sections for block in _flat(section.blocks)]
+    figures = {block.id: block.plot for block in blocks if isinstance(block, Figure)}
+    csv = {
+        block.id: {"filename": block.csv.filename, "text": block.csv.text}
+        for block in blocks
+        if isinstance(block, Figure | DataTable) and block.csv is not None
+    }
+    return environment.get_template("page.html").render(
+        page=page,
+        style=Markup(_text("page.css")),
+        plotly=Markup(get_plotlyjs()) if figures else None,
+        content=embedded_json({"figures": figures, "csv": csv, "data": page.data}),
+        scripts=[Markup(_text(name)) for name in ("page.js", *page.scripts)],
+    )
+
+
+def plot_text(text: str) -> str:
+    """User text for a place inside a plotly figure, which reads some HTML tags."""
+    return html.escape(text, quote=False)
+
+
+def embedded_json(content: Any) -> Markup:
+    """`content` as JSON that can stand in a `<script>` element; arrays become lists and NaN becomes null."""
+    text = json.dumps(_plain(content), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return Markup(text)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _flat(blocks: Iterable[Block]) -> Iterable[Block]:
+    for block in blocks:
+        if isinstance(block, SideBySide):
+            yield from _flat(block.left)
+            yield from _flat(block.right)
+        else:
+            yield block
+
+
+def _text(name: str) -> str:
+    return (_FOLDER / name).read_text(encoding="utf-8")

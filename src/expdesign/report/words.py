@@ -1,0 +1,98 @@
+"""How numbers, units and names are written in reports."""
+
+import math
+from dataclasses import dataclass
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_SMALL_NUMBERS = (
+    "no one two three four five six seven eight nine ten eleven twelve".split()  # noqa: SIM905 (easier to read)
+)
+
+#: Unit at the end of a column's name: how it is written, and the unit and factor in which plans show it.
+_SUFFIXES = {
+    "_m_s2": ("m/s²", 1.0),
+    "_rad": ("mrad", 1e3),
+    "_Nm": ("N·m", 1.0),
+    "_kg": ("kg", 1.0),
+    "_N": ("N", 1.0),
+    "_m": ("mm", 1e3),
+}
+_NAMES = {"com": "centre of mass", "sequence": "no."}
+
+#: What a source of load error is called.
+SOURCES = {"com": "centre of mass", "mass": "mass", "direction": "direction", "wrench": "wrench"}
+
+UNDETERMINED = "not determined"
+
+
+@dataclass(frozen=True)
+class Column:
+    """How a column of a plan is shown: `value · factor` in `unit`."""
+
+    title: str
+    unit: str
+    factor: float
+
+
+def number(value: float, digits: int = 3) -> str:
+    """`value` with `digits` significant digits; powers of ten only below 0.001 and from 100 000 on."""
+    if not math.isfinite(value):
+        return UNDETERMINED if math.isnan(value) else ("∞" if value > 0 else "−∞")
+    if value == 0.0:
+        return "0"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if -3 <= power < 5:
+        text = f"{value:.{max(0, digits - 1 - power)}f}"
+    else:
+        text = f"{mantissa}\u202f·\u202f10{str(power).translate(_SUPERSCRIPT)}"
+    return text.replace("-", "−")
+
+
+def given(value: float) -> str:
+    """`value` as a person gave it, without trailing zeros."""
+    return f"{value:.6g}".replace("-", "−")
+
+
+def fixed(value: float, decimals: int) -> str:
+    """`value` with `decimals` decimals, as a person sets it on an instrument; never a negative zero."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
+
+
+def count(value: int, singular: str, plural: str | None = None) -> str:
+    """ "six measurements", "one target", "120 designs"."""
+    noun = singular if value == 1 else (plural or f"{singular}s")
+    return f"{_SMALL_NUMBERS[value] if value < len(_SMALL_NUMBERS) else value} {noun}"
+
+
+def plan_column(name: str) -> Column:
+    """How the column `name` of a plan is shown (lengths in mm, angles in mrad)."""
+    for suffix, (unit, factor) in _SUFFIXES.items():
+        if name.endswith(suffix):
+            return Column(_spoken(name.removesuffix(suffix)), unit, factor)
+    return Column(_spoken(name), "", 1.0)
+
+
+def _spoken(stem: str) -> str:
+    head, *rest = stem.split("_")
+    return " ".join((_NAMES.get(head, head), *rest))
+
+
+def axis(deflection: str) -> str:
+    """Short name of a deflection column: `dz` for `dz_m`."""
+    return deflection.rsplit("_", 1)[0]
+
+
+def micro_unit(deflection: str) -> str:
+    """Unit in which errors along a deflection column are shown; the value in SI units times 1e6."""
+    return "µm" if deflection.endswith("_m") else "µrad"
+
+
+def criterion(name: str) -> str:
+    """Short name of a criterion: `DUIR`, `O_TP`, `total`."""
+    return name if name == "total" else name.upper()
+
+
+def criterion_with_unit(name: str, unit: str) -> str:
+    """Heading of a column of criterion values; tolerances and pure numbers go without saying."""
+    return criterion(name) if unit in ("1", "tolerances") else f"{criterion(name)} ({unit})"
