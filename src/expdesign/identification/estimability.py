@@ -58,7 +58,7 @@ def require_estimable(
     if len(matrix) < len(columns):
         what = f"{len(matrix)} readings cannot determine {len(columns)} compliances"
         raise NotIdentifiableError(what, where=where, remedy=_REMEDY)
-    _, singular, right = np.linalg.svd(np.linalg.qr(matrix / columns, mode="r"))
+    _, singular, right = np.linalg.svd(np.asarray(np.linalg.qr(matrix / columns, mode="r")))
     lost = right[singular <= RANK_TOLERANCE * singular[0]]
     if len(lost):
         involved = np.flatnonzero(np.abs(lost).max(axis=0) > 1e-6)

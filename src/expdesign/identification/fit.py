@@ -190,7 +190,7 @@ def _solve(
     missing = count + 1 - len(stacked)
     if missing > 0:
         stacked = np.vstack([stacked, np.zeros((missing, count + 1))])
-    reduced = np.linalg.qr(stacked, mode="r")
+    reduced: FloatArray = np.asarray(np.linalg.qr(stacked, mode="r"))
     left, singular, right = np.linalg.svd(reduced[:count, :count])
     kept = singular > RANK_TOLERANCE * (singular[0] if singular.size else 1.0)
     rank = int(kept.sum())

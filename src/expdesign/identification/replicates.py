@@ -38,8 +38,8 @@ def replicate_groups(recordings: Recordings, *, shared_reference: bool) -> IntAr
         parts.append(recordings.series[:, None].astype(float))
     # Adding zero makes -0.0 and 0.0 one value.
     frame = pd.DataFrame(np.concatenate(parts, axis=1) + 0.0)
-    groups: IntArray = frame.groupby(list(frame.columns), sort=False).ngroup().to_numpy(dtype=np.int64)
-    return groups
+    groups = frame.groupby(list(frame.columns), sort=False).ngroup().to_numpy()
+    return groups.astype(np.int64)
 
 
 def pure_error(

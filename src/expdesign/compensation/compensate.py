@@ -1,0 +1,105 @@
+"""Commands that reach a target under load (theory.md 4.1).
+
+The command X_C solves X_C + ΔX(X_C, F) = X_D, ΔX being the motion of the platform that the model predicts at the
+command, with all its effects. The load is the one that acts where the platform shall be: a payload's wrench is taken at
+the orientation of the target, not of the command. The iteration X_C ← X_D − ΔX(X_C) contracts by about ‖ΔX‖ divided by
+the size of the robot (1e-4 for micrometres on decimetres), so that a few passes reach rounding.
+
+With an error of the parameters ε the attained pose differs from the target by exactly ΔX(X_C; c) − ΔX(X_C; ĉ), whose
+covariance is S·P·Sᵀ with the sensitivities S at the command.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.row import row_data
+from expdesign.compensation.prediction import chain_of, moved, predict_with
+from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
+from expdesign.identification.model_file import Model
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import CONDITION_LIMIT
+
+TOLERANCE = 1e-13
+"""m, rad: largest remaining error of the predicted pose."""
+LIMIT_MARGIN = 1e-9
+"""m; leg lengths beyond their limits by less are rounding."""
+_ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class Compensation:
+    """Commands for N targets.
+
+    Attributes:
+        commands: poses to command, shape (N, n).
+        lengths: actuator lengths of the commands (m), shape (N, n_p).
+        deviations: standard deviations of the attained poses (m, rad), shape (N, n).
+        iterations: passes of the fixed point.
+        residual: largest remaining error of the predicted pose (m, rad).
+    """
+
+    commands: FloatArray
+    lengths: FloatArray
+    deviations: FloatArray
+    iterations: int
+    residual: float
+
+
+def compensate(model: Model, targets: LoadedPoints) -> Compensation:
+    """Commands for targets, whose configurations are where the platform shall be under their loads.
+
+    Raises:
+        InputError: the robot is of a kind whose commands are not poses.
+        ConvergenceError: no command is found.
+        SingularConfigurationError: the robot is singular at a target.
+        InfeasibleError: a command is beyond the robot's limits.
+    """
+    robot = model.chain.robot
+    if not isinstance(robot, ParallelRobot):
+        what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
+        raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
+    _require_regular(robot, targets, targets.configurations)
+    chain = chain_of(model, platform=True)
+    wanted = targets.configurations
+    commands = wanted
+    residual = float("inf")
+    for iteration in range(1, _ITERATIONS + 1):
+        deflections = chain.predict(row_data(moved(targets, commands), robot), model.values)
+        errors = np.abs(commands + deflections - wanted).max(axis=1)
+        if not np.isfinite(errors).all():
+            raise _not_converged(targets, errors, iteration)
+        residual = float(errors.max())
+        if residual <= TOLERANCE:
+            break
+        commands = wanted - deflections
+    else:
+        raise _not_converged(targets, errors, _ITERATIONS)
+    _require_regular(robot, targets, commands)
+    _require_within_limits(robot, targets, commands)
+    prediction = predict_with(chain, model, moved(targets, commands))
+    return Compensation(commands, robot.lengths(commands), prediction.deviations, iteration, residual)
+
+
+def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:
+    row = int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)))
+    what = f"no command was found: after {iterations} passes the predicted pose is still {errors[row]:.3g} m or rad off"
+    return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
+
+
+def _require_regular(robot: ParallelRobot, targets: LoadedPoints, poses: FloatArray) -> None:
+    condition = robot.jacobians(poses).condition
+    wrong = np.flatnonzero(condition > CONDITION_LIMIT)
+    if wrong.size:
+        what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
+        raise SingularConfigurationError(what, where=targets.where(int(wrong[0])), remedy="Choose another target.")
+
+
+def _require_within_limits(robot: ParallelRobot, targets: LoadedPoints, commands: FloatArray) -> None:
+    beyond = np.flatnonzero(robot.limit_excess(commands) > LIMIT_MARGIN)
+    if beyond.size:
+        row = int(beyond[0])
+        what = f"the command would be beyond the robot's limits: {robot.limit_message(commands[row])}"
+        raise InfeasibleError(what, where=targets.where(row), remedy="Choose a target within reach.")

@@ -1,0 +1,297 @@
+"""The page of `expdesign identify`: stiffness, how well it is known, and how well the model fits the recordings."""
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import IntArray
+from expdesign.design.plan import csv_text
+from expdesign.identification.identify import Identification
+from expdesign.identification.record import rms, stiffness_unit
+from expdesign.recordings.recordings import Recordings
+from expdesign.report import words
+from expdesign.report.blocks import (
+    DataTable,
+    Definitions,
+    Download,
+    Figure,
+    KeyFigure,
+    KeyFigures,
+    Section,
+    Sentences,
+    Steps,
+)
+from expdesign.report.page import Page, render
+
+DOUBTFUL = 0.01
+"""Probability below which a test speaks against the model."""
+MOST_POINTS = 3000
+MOST_ROWS = 200
+
+
+def identification_report(result: Identification) -> str:
+    """The report of an identification as one HTML file."""
+    train = result.recordings.rows(result.fitted)
+    robot = result.robot
+    sections = (
+        Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
+        Section("stiffness", "Stiffness", [_stiffness_figure(result), _stiffness_table(result)]),
+        Section("fit", "How well the model fits", [Definitions(_tests(result)), _residual_figure(result, train)]),
+        Section("measurements", "What each measurement contributed", [_measurement_table(result, train)]),
+        Section("next", "Next steps", [_next_steps()]),
+        Section("words", "Words", [Definitions(_WORDS)]),
+    )
+    page = Page(
+        title=f"Stiffness of {robot.name}",
+        subtitle=(
+            f"{robot.kind}, {words.count(len(train), 'fitted measurement')} of "
+            f"{words.count(len(result.recordings), 'row')}; recordings {result.recordings.source}"
+        ),
+        sections=sections,
+    )
+    return render(page)
+
+
+def _conclusions(result: Identification) -> list[str]:
+    interval, names = result.stiffness, result.robot.actuators
+    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
+    worst = int(np.argmax(relative))
+    texts = [
+        f"The least certain stiffness is that of {names[worst]}: {words.number(interval.estimate[worst])} "
+        f"{stiffness_unit(result)}, known to {words.number(100.0 * relative[worst], 2)} % (one standard deviation)."
+    ]
+    goodness = result.goodness
+    if goodness.p_value is not None:
+        texts.append(
+            "The model explains the recordings to within their stated noise."
+            if goodness.p_value >= DOUBTFUL
+            else "The model does not explain the recordings to within their stated noise, so that the intervals "
+            "are too narrow: physics is left out, or the noise is larger than stated."
+        )
+    else:
+        texts.append(
+            f"The recordings state no standard deviations; the noise was estimated from their {_source(result)}, and "
+            "the intervals allow for that."
+        )
+    lack = goodness.lack_of_fit
+    if lack is not None and lack.p_value < DOUBTFUL:
+        texts.append("Replicates agree with each other better than with the model: physics is left out.")
+    outliers = np.flatnonzero(result.influence.outlier)
+    if outliers.size:
+        train = result.recordings.rows(result.fitted)
+        listed = ", ".join(str(train.sequence[row]) for row in outliers[:10])
+        texts.append(f"{words.count(outliers.size, 'row looks', 'rows look')} like outliers (sequence {listed}).")
+    held_out = rms(result.test_residuals)
+    if held_out is not None:
+        texts.append(f"The rows held out for testing are predicted to {words.number(held_out)} standard deviations.")
+    return texts + list(result.suspicions)
+
+
+def _source(result: Identification) -> str:
+    return "replicates" if result.noise.origin == "replicates" else "residuals"
+
+
+def _key_figures(result: Identification) -> KeyFigures:
+    train, held_out = rms(result.fit.residuals), rms(result.test_residuals)
+    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
+    items = [
+        KeyFigure("Residuals", words.number(train or 0.0), "standard deviations", "RMS; 1 is the noise"),
+        KeyFigure("Worst stiffness", words.number(100.0 * float(relative.max()), 2), "%", "one standard deviation"),
+        KeyFigure("Rank", f"{result.fit.rank} of {len(result.fit.values)}", "", "stiffnesses determined"),
+    ]
+    if held_out is not None:
+        items.append(KeyFigure("Held-out rows", words.number(held_out), "standard deviations", "RMS"))
+    return KeyFigures(items)
+
+
+def _stiffness_figure(result: Identification) -> Figure:
+    interval = result.stiffness
+    shown = np.isfinite(interval.estimate) & np.isfinite(interval.high) & np.isfinite(interval.low)
+    index = np.flatnonzero(shown)
+    names = [result.robot.actuators[i] for i in index]
+    data = [
+        {
+            "type": "scatter", "mode": "markers", "name": "identified, 95 % interval", "x": names,
+            "y": interval.estimate[index],
+            "marker": {"color": "var(--accent)", "size": 10},
+            "error_y": {
+                "type": "data", "symmetric": False, "color": "var(--accent)",
+                "array": (interval.high - interval.estimate)[index],
+                "arrayminus": (interval.estimate - interval.low)[index],
+            },
+        },
+        {
+            "type": "scatter", "mode": "markers", "name": "robot file", "x": names, "y": result.robot.stiffness[index],
+            "marker": {"color": "var(--muted)", "size": 14, "symbol": "line-ew-open"},
+        },
+    ]  # fmt: skip
+    layout = {"yaxis": {"title": {"text": f"stiffness, {stiffness_unit(result)}"}}, "showlegend": True}
+    return Figure(
+        "stiffness-figure",
+        "Stiffness of every actuator",
+        {"data": data, "layout": layout},
+        "Points are the identified stiffnesses, bars their 95 % intervals, dashes what the robot file says.",
+        "Identified stiffness per actuator with intervals; the table below has the same numbers.",
+        filename="stiffness",
+    )
+
+
+def _stiffness_table(result: Identification) -> DataTable:
+    unit, interval = stiffness_unit(result), result.stiffness
+    deviation = np.sqrt(np.diag(result.covariance))
+    frame = pd.DataFrame(
+        {
+            "actuator": result.robot.actuators,
+            "stiffness": interval.estimate,
+            "low": interval.low,
+            "high": interval.high,
+            "compliance": result.compliance.estimate,
+            "compliance_std": deviation,
+            "robot_file": result.robot.stiffness,
+        }
+    )
+    rows = [[str(row[0]), *(words.number(float(value), 4) for value in row[1:])] for row in frame.to_numpy()]
+    return DataTable(
+        "stiffness-table",
+        f"Stiffness in {unit} with 95 % intervals; compliance is its inverse.",
+        ["Actuator", f"Stiffness ({unit})", "Low", "High", "Compliance", "Compliance σ", "Robot file"],
+        rows,
+        Download("stiffness.csv", csv_text(frame)),
+    )
+
+
+def _tests(result: Identification) -> list[tuple[str, str]]:
+    goodness, noise = result.goodness, result.noise
+    items: list[tuple[str, str]] = []
+    if goodness.chi2 is not None and goodness.p_value is not None:
+        items.append(
+            (
+                "χ² test",
+                f"{words.number(goodness.chi2, 4)} for {goodness.dof} degrees of freedom, p = "
+                f"{words.number(goodness.p_value)} (doubtful below {DOUBTFUL:g})",
+            )
+        )
+    else:
+        items.append(("χ² test", "none: the noise level was estimated from these recordings"))
+    lack = goodness.lack_of_fit
+    items.append(
+        (
+            "Lack of fit",
+            "none: there are no replicates"
+            if lack is None
+            else f"F = {words.number(lack.ratio)} with {lack.dof} and {lack.pure_dof} degrees of freedom, p = "
+            f"{words.number(lack.p_value)}",
+        )
+    )
+    for group in noise.groups:
+        unit = "µm" if group.name == "translations" else "µrad"
+        items.append(
+            (
+                f"Noise of the {group.name}",
+                f"{words.number(1e6 * group.deviation)} {unit}, from the {_source(result)} with "
+                f"{words.number(group.dof)} degrees of freedom",
+            )
+        )
+    if result.prior is not None:
+        items.append(("Prior", f"the robot file's compliances, known to {words.number(100.0 * result.prior)} %"))
+    return items
+
+
+def _residual_figure(result: Identification, train: Recordings) -> Figure:
+    step = max(1, len(train) // MOST_POINTS)
+    names = result.robot.coordinates.deflection
+    data = [
+        {
+            "type": "scattergl" if len(train) > 500 else "scatter",
+            "mode": "markers",
+            "name": words.axis(names[axis]),
+            "x": train.sequence[::step],
+            "y": np.round(result.fit.residuals[::step, column], 4),
+            "marker": {"size": 7},
+        }
+        for column, axis in enumerate(train.axes)
+    ]
+    layout = {
+        "xaxis": {"title": {"text": "sequence"}},
+        "yaxis": {"title": {"text": "residual, standard deviations"}},
+        "showlegend": True,
+    }
+    return Figure(
+        "residuals",
+        "Residuals in the order of recording",
+        {"data": data, "layout": layout},
+        "Measured minus fitted, divided by the standard deviation. Noise alone scatters about zero, mostly within ±2, "
+        "without a pattern.",
+        "Scatter of whitened residuals against sequence, one series of points per measured axis.",
+        filename="residuals",
+    )
+
+
+def _measurement_table(result: Identification, train: Recordings) -> DataTable:
+    effect = result.influence
+    best = effect.share.argmax(axis=1)
+    frame = pd.DataFrame(
+        {
+            "sequence": train.sequence,
+            "row": train.lines,
+            "leverage": effect.leverage,
+            "p_value": effect.p_value,
+            "outlier": effect.outlier,
+            "informs": [result.robot.actuators[i] for i in best],
+            "share": effect.share[np.arange(len(best)), best],
+        }
+    )
+    shown = _most_telling(result)
+    rows = [
+        [
+            str(frame["sequence"].iloc[row]),
+            str(frame["row"].iloc[row]),
+            words.number(effect.leverage[row]),
+            words.number(effect.p_value[row]),
+            "outlier" if effect.outlier[row] else "",
+            frame["informs"].iloc[row],
+            f"{words.number(100.0 * effect.share[row, best[row]], 2)} %",
+        ]
+        for row in shown
+    ]
+    part = "" if len(shown) == len(train) else f" The {len(shown)} with the largest leverage; the CSV has all."
+    return DataTable(
+        "measurements",
+        "Leverage is how much of the fit hangs on a row (they add up to the number of stiffnesses); p is the chance of "
+        "a residual as large by noise alone; the share is of all information on that actuator's stiffness." + part,
+        ["Sequence", "Row", "Leverage", "p", "Flag", "Informs most", "Share"],
+        rows,
+        Download("measurements.csv", csv_text(frame)),
+        tall=True,
+    )
+
+
+def _most_telling(result: Identification) -> IntArray:
+    """Rows for the table: all, or the outliers and those with the largest leverage."""
+    leverage = result.influence.leverage
+    if len(leverage) <= MOST_ROWS:
+        return np.arange(len(leverage))
+    ranked = np.argsort(-(leverage + 1e9 * result.influence.outlier), kind="stable")
+    return np.sort(ranked[:MOST_ROWS])
+
+
+def _next_steps() -> Steps:
+    return Steps(
+        [
+            ("Predict deflections anywhere.", "expdesign predict model.yaml points.csv --out predicted.csv"),
+            ("Find commands that reach targets under load.", "expdesign compensate model.yaml targets.csv --out FILE"),
+            ("If the model does not fit, find out why.", "expdesign diagnose ROBOT.yaml RECORDINGS.csv --out DIR"),
+            ("If the accuracy is not enough, measure on.", "expdesign next CONFIG.yaml RECORDINGS.csv --out plan.csv"),
+        ]
+    )
+
+
+_WORDS = [
+    ("Stiffness", "Force in an actuator per change of its length; the base model is one spring per actuator."),
+    (
+        "95 % interval",
+        "Covers the true value in 95 of 100 repetitions of the experiment, if the model holds. A stiffness' interval "
+        "is the inverse of its compliance's, and so is not symmetric.",
+    ),
+    ("Standard deviation (σ)", "Size of the noise: two thirds of the errors are smaller."),
+    ("Replicates", "Rows with the same command under the same load; their scatter is noise and nothing else."),
+]
