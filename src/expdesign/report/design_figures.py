@@ -158,8 +158,8 @@ def budget_figure(budget: ErrorBudget) -> Figure:
         "legend": {"traceorder": "normal"},
     }
     caption = (
-        "What is left after calibration, as a share of the tolerance (1 = the tolerance). Noise of the measurements and "
-        "errors of the loads in the experiment are independent, so they add in squares."
+        "What is left after calibration, as a share of the tolerance (1 = the tolerance). Noise of the measurements "
+        "and errors of the loads in the experiment are independent, so they add in squares."
     )
     description = "Bars of the expected error per target and axis. The table of the error budget has the same numbers."
     height = min(1200, 150 + 62 * len(rows))

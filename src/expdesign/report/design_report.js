@@ -28,11 +28,12 @@
       if (bound !== null && x === "duir") lines.push({ x0: bound, x1: bound, xref: "x", y0: 0, y1: 1, yref: "paper" });
       if (bound !== null && y === "duir") lines.push({ y0: bound, y1: bound, yref: "y", x0: 0, x1: 1, xref: "paper" });
       figure.layout.shapes = lines.map((line) => (
-        {
-          ...line, type: "line", line: { color: "var(--muted)", dash: "dash", width: 1.5 },
-          label: { text: "lower bound of DUIR", textposition: "start", font: { size: 12, color: "var(--muted)" } },
-        }
+        { ...line, type: "line", line: { color: "var(--muted)", dash: "dash", width: 1.5 } }
       ));
+      figure.layout.annotations = lines.map(({ x0, y0, xref, yref }) => ({
+        x: x0, y: y0, xref, yref, text: "lower bound of DUIR", showarrow: false, textangle: xref === "x" ? -90 : 0,
+        xanchor: "left", yanchor: "bottom", font: { size: 12, color: "var(--muted)" },
+      }));
     });
   }
 

@@ -137,8 +137,8 @@ def sentences(budget: ErrorBudget, design: int) -> list[str]:
             )
             continue
         texts.append(
-            f"After calibration with this plan, the RMS error to expect at target {target + 1} is {_listed(errors)}. The "
-            f"most demanding axis is {words.axis(budget.axes[worst])}, with {share}\u00a0% of its tolerance of "
+            f"After calibration with this plan, the RMS error to expect at target {target + 1} is {_listed(errors)}. "
+            f"The most demanding axis is {words.axis(budget.axes[worst])}, with {share}\u00a0% of its tolerance of "
             f"{tolerance}. All axes together make "
             f"{words.number(np.hypot(noise[target], load[target]))} tolerances: {words.number(noise[target])} from "
             f"measurement noise and {words.number(load[target])} from load errors, which add in squares."

@@ -42,7 +42,7 @@ const report = (() => {
     return value;
   }
 
-  function themed(plot) {
+  function themed(plot, width) {
     const style = getComputedStyle(root);
     const colour = (name) => style.getPropertyValue(name).trim();
     const { data, layout } = resolved(plot, style);
@@ -70,7 +70,7 @@ const report = (() => {
         dragmode: coarse ? false : "zoom", clickmode: "event",
         ...layout,
         paper_bgcolor: colour("--card"), plot_bgcolor: colour("--card"),
-        font: { family: getComputedStyle(document.body).fontFamily, size: 13, color: colour("--ink") },
+        font: { family: getComputedStyle(document.body).fontFamily, size: width < 480 ? 11 : 13, color: colour("--ink") },
         modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("--muted"), activecolor: colour("--accent") },
         hoverlabel: { bgcolor: colour("--card"), bordercolor: colour("--muted"), font: { color: colour("--ink") }, align: "left" },
         legend: { orientation: "h", x: 0, y: 0, yref: "container", yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", ...layout.legend },
@@ -80,7 +80,7 @@ const report = (() => {
 
   function draw(id) {
     const element = document.getElementById(id);
-    const { data, layout } = themed(figures[id]);
+    const { data, layout } = themed(figures[id], element.clientWidth);
     // plotly offers to send charts to a server of its maker by default; a report never leaves the computer.
     const config = {
       responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",

@@ -60,7 +60,7 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def count(value: int, singular: str, plural: str | None = None) -> str:
-    """ "six measurements", "one target", "120 designs"."""
+    """A number of things: `six measurements`, `one target`, `120 designs`."""
     noun = singular if value == 1 else (plural or f"{singular}s")
     return f"{_SMALL_NUMBERS[value] if value < len(_SMALL_NUMBERS) else value} {noun}"
 
