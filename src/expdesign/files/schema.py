@@ -76,23 +76,37 @@ _REMEDIES = {
 
 def _as_input_error(error: ValidationError, document: YamlDocument) -> InputError:
     details = error.errors(include_url=False)
-    first = details[0]
+    paths = [_existing(detail["loc"], document.content, detail["type"] == "missing") for detail in details]
+    # Of the members of a union, the one that got further into the file is the one that was meant.
+    deeper = (i for i, path in enumerate(paths) if len(path) > len(paths[0]) and path[: len(paths[0])] == paths[0])
+    index = next(deeper, 0) if details[0]["type"] in _REMEDIES else 0
+    first, path = details[index], paths[index]
     kind, context = first["type"], first.get("ctx") or {}
-    path = _existing(first["loc"], document.content, kind == "missing")
     if "key" in context:
         path = (*path, *str(context["key"]).split("."))
-    what, remedy = first["msg"], str(context.get("remedy", ""))
-    if kind in _REMEDIES:
-        what, remedy = _REMEDIES[kind]
-        value = first.get("input")
-        if kind != "missing" and isinstance(value, str | int | float | None):
-            what += f", not {value!r}"
-    elif kind == "value_error":
-        what = what.removeprefix("Value error, ")
+    what, remedy = _problem(first["msg"], kind, context, first.get("input"))
     if len(details) > 1:
-        others = sorted({dotted(_existing(d["loc"], document.content, True)) for d in details[1:]} - {dotted(path)})
+        others = sorted({dotted(other) for other in paths if other != path[: len(other)]})
         remedy += f" (Also wrong: {', '.join(others[:3])}.)" if others else ""
     return InputError(what[:1].lower() + what[1:], where=document.where(path), remedy=remedy.strip())
+
+
+def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tuple[str, str]:
+    """What is wrong and what to do, from one of pydantic's errors."""
+    given = f", not {value!r}" if kind != "missing" and isinstance(value, str | int | float | None) else ""
+    if kind in _REMEDIES:
+        what, remedy = _REMEDIES[kind]
+        return what + given, remedy
+    if kind in {"too_short", "too_long"}:
+        limit = context.get("min_length") if kind == "too_short" else context.get("max_length")
+        bound = f"at {'least' if kind == 'too_short' else 'most'} {limit}"
+        return f"{bound} entries are needed here, not {context.get('actual_length')}", "Correct the list."
+    if kind in {"greater_than", "greater_than_equal"}:
+        bound = f"greater than {context['gt']:g}" if kind == "greater_than" else f"at least {context['ge']:g}"
+        return f"the number must be {bound}{given}", "Correct it (SI units)."
+    if kind == "literal_error":
+        return f"{value!r} is not known here", f"Write {context['expected']}."
+    return message.removeprefix("Value error, "), str(context.get("remedy") or "Correct it.")
 
 
 def _existing(loc: tuple[int | str, ...], content: Any, keep_last: bool) -> KeyPath:
