@@ -44,6 +44,7 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     if space.genes == 0:
         only = np.zeros((1, space.measurements, 0))
         starting_designs(problem, 1, generator)
+        require_identifiable(problem, only)
         values, violations = population.objectives(only)
         return _front(problem, only, values, violations, reference_point(values), 1)
     start = starting_designs(problem, settings.population, generator)
@@ -58,18 +59,17 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     )
     algorithm.setup(population, termination=("n_gen", settings.generations), seed=settings.seed)
     point: FloatArray | None = None
+    generation = 0
     while algorithm.has_next():
         algorithm.next()
+        generation += 1
         values, violations = algorithm.pop.get("F"), algorithm.pop.get("G")
         feasible = (violations <= 0.0).all(axis=1)
         if feasible.any():
             if point is None:
                 point = reference_point(values[feasible])
             best = values[feasible][non_dominated(values[feasible])]
-            done = Progress(
-                algorithm.n_gen or settings.generations, settings.generations, len(best), hypervolume(best, point)
-            )
-            report(done)
+            report(Progress(generation, settings.generations, len(best), hypervolume(best, point)))
     genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
     values, violations = population.objectives(genes)
     return _front(problem, genes, values, violations, point, population.evaluations)

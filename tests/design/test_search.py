@@ -1,0 +1,270 @@
+"""The genetic search: reproducible, within every limit, really non-dominated, and right where all designs are known."""
+
+from itertools import combinations_with_replacement
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
+
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.front import Front
+from expdesign.design.problem import DesignProblem
+from expdesign.design.pymoo_problem import UNIDENTIFIED, DesignPopulation
+from expdesign.design.search import Progress, search
+from expdesign.errors import InfeasibleError, NotIdentifiableError
+from expdesign.robots.robot import CONDITION_LIMIT
+
+BOUNDS = "experiment.poses.bounds"
+
+PROBLEMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "bipod": (BIPOD, {}),
+    "bipod-one-measurement": (BIPOD, {"experiment.measurements": 1}),
+    "bipod-over-a-singularity": (BIPOD, {f"{BOUNDS}.y_m": [-0.5, 0.6]}),
+    "bipod-shared-reference": (
+        BIPOD,
+        {
+            "experiment.poses": {"grid": {"x_m": [-0.3, 0.3, 3], "y_m": [0.4, 0.8, 2]}},
+            "experiment.deflection_noise.shared_reference": True,
+            "experiment.measurements": 3,
+        },
+    ),
+    "bipod-largest-target": (
+        BIPOD,
+        {
+            "aggregate": "max",
+            "targets": [
+                BIPOD["targets"][0],
+                {"pose": [-0.2, 0.8], "wrench": [300.0, 0.0], "tolerance": {"dx_m": 1e-6, "dy_m": 1e-6}},
+            ],
+        },
+    ),
+    "bipod-three-objectives": (BIPOD, {"objectives": ["o3", "duir", "feir"]}),
+    "hexapod": (HEXAPOD, {}),
+    "hexapod-indices": (HEXAPOD, {"objectives": ["total", "o1", "o5"]}),
+}
+
+
+@pytest.fixture(scope="module", params=PROBLEMS)
+def solved(request: pytest.FixtureRequest) -> tuple[DesignProblem, Front]:
+    base, changes = PROBLEMS[request.param]
+    found = problem(base, changes)
+    return found, search(found)
+
+
+def minimised(front: Front) -> Array:
+    """Objectives (d, k) with maximised ones negated."""
+    signs = [-1.0 if known_criteria()[name].maximise else 1.0 for name in front.objectives]
+    return np.stack([sign * front.criteria[name] for sign, name in zip(signs, front.objectives, strict=True)], axis=1)
+
+
+def dominated(values: Array) -> Array:
+    """Which rows are dominated by another one, by comparing all pairs."""
+    better = (values[:, None] <= values[None]).all(axis=2) & (values[:, None] < values[None]).any(axis=2)
+    return better.any(axis=0)
+
+
+def test_designs_are_inside_bounds_and_limits(solved: tuple[DesignProblem, Front]) -> None:
+    case, front = solved
+    space, robot = case.space, case.loaded.robot
+    assert front.genes.shape == (len(front), space.measurements, space.genes)
+    assert np.all((front.genes >= space.lower) & (front.genes <= space.upper))
+    poses, _ = space.decode(front.genes)
+    assert np.all(robot.limit_excess(poses) <= 1e-12)
+    assert np.all(robot.jacobians(poses).condition <= CONDITION_LIMIT)
+    assert case.assess(*space.decode(front.genes)).identifies_targets.all()
+
+
+def test_front_is_non_dominated_and_without_duplicates(solved: tuple[DesignProblem, Front]) -> None:
+    case, front = solved
+    values = minimised(front)
+    assert np.isfinite(values).all()
+    assert not dominated(values).any()
+    assert len(np.unique(values, axis=0)) == len(front)
+    assert len(np.unique(case.space.canonical(front.genes), axis=0)) == len(front)
+    assert np.all(np.diff(values[:, 0]) >= 0.0)
+
+
+def test_criteria_of_the_front_are_those_of_its_designs(solved: tuple[DesignProblem, Front]) -> None:
+    case, front = solved
+    for index in range(len(front)):
+        alone = case.assess(*case.space.decode(front.genes[index : index + 1]))
+        for name, criterion in known_criteria().items():
+            assert front.criteria[name][index] == pytest.approx(float(criterion.values(alone)[0]), rel=1e-9)
+
+
+def test_recommended_knee_and_hypervolume(solved: tuple[DesignProblem, Front]) -> None:
+    _, front = solved
+    assert front.criteria["total"][front.recommended] == front.criteria["total"].min()
+    values = minimised(front)
+    span = np.ptp(values, axis=0)
+    scaled = (values - values.min(axis=0)) / np.where(span > 0.0, span, 1.0)
+    assert np.linalg.norm(scaled[front.knee]) == pytest.approx(np.linalg.norm(scaled, axis=1).min())
+    if values.shape[1] == 2:
+        inside = values[(values < front.reference_point).all(axis=1)]
+        edges = np.append(inside[:, 0], front.reference_point[0])
+        area = float(np.sum(np.diff(edges) * (front.reference_point[1] - inside[:, 1])))
+        assert front.hypervolume == pytest.approx(area, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["bipod", "hexapod", "bipod-shared-reference"])
+def test_the_same_seed_gives_the_same_bits(name: str) -> None:
+    base, changes = PROBLEMS[name]
+    fronts = [search(problem(base, {**changes, "optimiser.seed": seed})) for seed in (5, 5, 6)]
+    np.testing.assert_array_equal(fronts[0].genes, fronts[1].genes)
+    for criterion, values in fronts[0].criteria.items():
+        np.testing.assert_array_equal(values, fronts[1].criteria[criterion])
+    assert fronts[0].hypervolume == fronts[1].hypervolume
+    if name != "bipod-shared-reference":
+        assert not np.array_equal(fronts[0].genes, fronts[2].genes)
+
+
+def test_progress_is_reported_every_generation() -> None:
+    seen: list[Progress] = []
+    front = search(problem(BIPOD), seen.append)
+    assert [state.generation for state in seen] == list(range(1, 11))
+    assert all(state.generations == 10 and 1 <= state.front_size <= 20 for state in seen)
+    assert seen[-1].hypervolume == pytest.approx(front.hypervolume, rel=1e-9)
+    assert seen[-1].hypervolume > seen[0].hypervolume > 0.0
+    assert front.evaluations <= 200
+
+
+def all_designs(case: DesignProblem) -> Array:
+    """Every design of a discrete space without regard to order, (b, m, g)."""
+    axes = [np.arange(int(high) + 1.0) for high in case.space.upper]
+    rows = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    return np.array([rows[list(chosen)] for chosen in combinations_with_replacement(range(len(rows)), 2)])
+
+
+def test_search_finds_the_whole_front_of_a_small_discrete_space() -> None:
+    """3×3 poses and 2×2 loads, two measurements: 666 designs, all of which can be evaluated."""
+    case = problem(
+        BIPOD,
+        {
+            "experiment.poses": {"grid": {"x_m": [-0.3, 0.3, 3], "y_m": [0.35, 0.95, 3]}},
+            "experiment.load": {
+                "kind": "wrench",
+                "fx_N": {"choices": [-500, 400]},
+                "fy_N": {"choices": [-1000, 0]},
+            },
+            "optimiser": {"population": 60, "generations": 60, "seed": 2},
+        },
+    )
+    genes = all_designs(case)
+    assert len(genes) == 666
+    values, violations = DesignPopulation(case).objectives(genes)
+    usable = (violations <= 0.0).all(axis=1)
+    expected = np.unique(values[usable][~dominated(values[usable])].round(9), axis=0)
+    found = np.unique(minimised(search(case)).round(9), axis=0)
+    assert len(expected) > 3
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+TINY: dict[str, dict[str, Any]] = {
+    "two designs": {"experiment.measurements": 1, f"{BOUNDS}": {"x_m": {"choices": [0.1, 0.2]}, "y_m": 0.6}},
+    "three designs": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": {"choices": [0.1, 0.2]}, "y_m": 0.6}},
+    "one design": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": 0.1, "y_m": 0.6}},
+    "one continuous gene": {"experiment.measurements": 1, f"{BOUNDS}": {"x_m": [-0.3, 0.3], "y_m": 0.6}},
+    "one gene, two measurements": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": [-0.3, 0.3], "y_m": 0.6}},
+}
+
+
+@pytest.mark.parametrize("name", TINY)
+def test_spaces_with_fewer_designs_than_the_population(name: str) -> None:
+    load = {"experiment.load": {"kind": "wrench", "fx_N": 200, "fy_N": -900}}
+    case = problem(BIPOD, {**TINY[name], **load})
+    front = search(case)
+    values = minimised(front)
+    assert not dominated(values).any()
+    if case.space.discrete.all():
+        genes = np.zeros((1, 2, 0)) if case.space.genes == 0 else None
+        if name == "two designs":
+            genes = np.array([[[0.0]], [[1.0]]])
+        elif genes is None:
+            genes = all_designs(case)
+        every, _ = DesignPopulation(case).objectives(genes)
+        np.testing.assert_allclose(values, np.unique(every[~dominated(every)], axis=0), rtol=1e-10)
+
+
+@pytest.mark.parametrize("form", ["bounds", "grid"])
+def test_limits_that_no_pose_can_meet(form: str) -> None:
+    poses = (
+        BIPOD["experiment"]["poses"] if form == "bounds" else {"grid": {"x_m": [-0.3, 0.3, 4], "y_m": [0.4, 0.9, 4]}}
+    )
+    changes = {
+        "robot.limits": {"leg_length": [2.0, 3.0]},
+        "experiment.poses": poses,
+        "targets.0.pose": [0.0, 2.5],
+    }
+    with pytest.raises(InfeasibleError, match=r"leg [12] would be .* long \(limits 2 to 3 m\)") as error:
+        search(problem(BIPOD, changes))
+    assert error.value.where == "run.yaml"
+    assert error.value.remedy
+
+
+def test_poses_that_are_all_singular() -> None:
+    with pytest.raises(InfeasibleError, match="singular"):
+        search(problem(BIPOD, {f"{BOUNDS}.y_m": [-0.001, 0.001], f"{BOUNDS}.x_m": [0.0, 0.1]}))
+
+
+def test_a_corner_of_the_space_that_sampling_alone_does_not_find() -> None:
+    """Legs of a given length to a tenth of a millimetre: two circles meet in one small patch."""
+    lengths = np.hypot([0.6, 0.4], 0.6)
+    limits = [float(lengths.min()) - 2e-5, float(lengths.max()) + 2e-5]
+    changes = {
+        "robot.limits": {"leg_length": limits},
+        f"{BOUNDS}": {"x_m": [0.0, 0.3], "y_m": [0.35, 0.95]},
+        "targets.0.pose": [0.1, 0.6],
+    }
+    front = search(problem(BIPOD, changes))
+    case = problem(BIPOD, changes)
+    assert np.all(case.loaded.robot.limit_excess(case.space.decode(front.genes)[0]) <= 1e-12)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"experiment.measurements": 1, "experiment.deflection_noise": {"std": {"dx_m": 1e-6}}},
+        {"experiment.load": {"kind": "wrench"}},
+        {"experiment.load": {"kind": "wrench"}, "experiment.poses": {"bounds": {"x_m": 0.1, "y_m": 0.6}}},
+        {"experiment.load": {"kind": "wrench"}, "experiment.poses": {"grid": {"x_m": [0.1, 0.2, 3], "y_m": 0.6}}},
+    ],
+    ids=["too few readings", "no load", "no load, one design", "no load, grid"],
+)
+def test_targets_that_no_design_can_serve(changes: dict[str, Any]) -> None:
+    with pytest.raises(NotIdentifiableError, match=r"identify . of 2 stiffnesses") as error:
+        search(problem(BIPOD, changes))
+    assert error.value.where == "run.yaml"
+    assert error.value.remedy
+
+
+def test_candidates_that_are_singular_or_out_of_reach_are_not_used(tmp_path: Path) -> None:
+    (tmp_path / "poses.csv").write_text("x_m,y_m\n0.1,0.0\n0.1,0.6\n-0.2,0.55\n0.5,0.0\n0.0,3.0\n0.2,0.8\n")
+    changes = {
+        "experiment.poses": {"candidates": "poses.csv"},
+        "robot.limits": {"leg_length": [0.1, 1.5]},
+        "experiment.measurements": 3,
+    }
+    front = search(problem(BIPOD, changes, tmp_path))
+    assert set(front.genes[..., 0].ravel()) <= {1.0, 2.0, 5.0}
+
+
+def test_population_with_singular_and_unidentified_members() -> None:
+    """They violate a constraint, their objectives are not numbers to go by, and the others are as if alone."""
+    case = problem(BIPOD, {f"{BOUNDS}.y_m": [-0.5, 0.9]})
+    genes = case.space.sample(8, np.random.default_rng(0)).reshape(4, 2, 4)
+    genes[..., 1] = 0.6
+    genes[1, 0, :2] = [0.1, 0.0]
+    genes[2, :, :2] = [[-0.2, 0.55], [-0.2, 0.55]]
+    leg = case.loaded.robot.jacobians(np.array([-0.2, 0.55])).forward
+    genes[2, :, 2:] = np.linalg.solve(leg.T, [-700.0, 0.0])
+    genes[3, 0, 1] = 0.002
+    values, violations = DesignPopulation(case).objectives(genes)
+    assert np.isfinite(values).all()
+    assert np.isfinite(violations).all()
+    np.testing.assert_array_equal((violations <= 0.0).all(axis=1), [True, False, False, False])
+    np.testing.assert_array_equal(values[1:3], UNIDENTIFIED)
+    alone, _ = DesignPopulation(case).objectives(genes[:1])
+    np.testing.assert_allclose(values[0], alone[0], rtol=1e-12)
