@@ -7,13 +7,14 @@ continuum it is sought by many gradient ascents, which is not a proof: the text 
 sure the search was.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.information import Kind, MeasurementInformation
+from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
@@ -22,7 +23,7 @@ TOLERANCE = 1e-4
 """Relative gap of the squared criterion at which the refinement of candidates ends."""
 ENUMERABLE = 1_000_000
 """Largest number of candidates that are all looked at."""
-_SAMPLES, _STARTS, _ROUNDS = 6000, 64, 25
+_ROUNDS = 25
 
 
 class LowerBound(NamedTuple):
@@ -39,12 +40,12 @@ def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) ->
         problem: the design problem.
         front: designs (d, m, g) that are known; their measurements are among the candidates.
     """
-    return _Certificate(problem, "duir").bound(front)
+    return Certificate(problem, 0.0).bound(front)
 
 
 def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
     """Lower bound on `total`, and so on √(DUIR² + FEIR²) of every plan, by the relaxation of theory.md 10.4."""
-    return _Certificate(problem, "total").bound(front)
+    return Certificate(problem, 1.0).bound(front)
 
 
 @dataclass(frozen=True)
@@ -54,57 +55,89 @@ class _Search:
     genes: FloatArray
     largest: float
     words: str
-    exact: bool
 
 
-class _Certificate:
-    """The refinement of candidates for one bound."""
+@dataclass(frozen=True)
+class Refinement:
+    """One round: candidates that have weight (j, g), their weights, the relaxation's value and the bound (squares)."""
 
-    def __init__(self, problem: DesignProblem, kind: Kind) -> None:
-        self._problem, self._kind = problem, kind
-        self._information = MeasurementInformation(problem, kind)
+    candidates: FloatArray
+    weights: FloatArray
+    value: float
+    bound: float
+    words: str
+
+
+class Certificate:
+    """The refinement of candidates for one bound.
+
+    Args:
+        problem: the design problem.
+        load_errors: see `MeasurementInformation`.
+        samples: number of random measurements among the first candidates.
+        starts: number of gradient ascents of a round.
+    """
+
+    def __init__(self, problem: DesignProblem, load_errors: float, samples: int = 6000, starts: int = 64) -> None:
+        self._problem = problem
+        self._samples, self._starts = samples, starts
+        self._information = MeasurementInformation(problem, load_errors)
         self._relaxation: Relaxation = self._information.relaxation()
         self._generator = np.random.default_rng(problem.optimiser.seed)
         self._loads = self._information.load_genes()
         self._whole = self._enumerated()
 
     def bound(self, front: FloatArray | None) -> LowerBound:
+        """The best bound of the refinement."""
         if not (self._relaxation.targets != 0.0).any():
             return LowerBound(None, "no axis of any target has a tolerance")
-        candidates = self._candidates(front)
-        if len(candidates) == 0:
+        best, words, gap = 0.0, "", np.inf
+        for step in self.refine(front, _ROUNDS):
+            if step.bound > best:
+                best, words = step.bound, step.words
+            gap = 1.0 - best / step.value
+            if gap <= TOLERANCE:
+                break
+        if not words:
             return LowerBound(None, "no measurement within the robot's limits was found")
-        rows = self._information.rows(candidates)
-        best, words, gap, value = 0.0, "", np.inf, np.inf
-        for _ in range(_ROUNDS):
+        # Rounding in d and in the traces is below 1e-9 of the bound.
+        return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap))
+
+    def refine(self, front: FloatArray | None, rounds: int) -> Iterator["Refinement"]:
+        """Solve the relaxation over candidates, search for better ones, add them, and so on."""
+        candidates = self._candidates(front)
+        rows = self._information.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
+        for _ in range(rounds if len(candidates) else 0):
             weights = optimal_weights(self._relaxation, rows)
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self._relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = self._largest(dual, candidates, rows)
-            value, bound = weights.value, dual.bound(found.largest)
-            if bound > best:
-                best, words = bound, found.words
-            gap = 1.0 - best / value
-            if gap <= TOLERANCE:
-                break
+            yield Refinement(
+                candidates[support],
+                weights.candidates[support],
+                weights.value,
+                dual.bound(found.largest),
+                found.words,
+            )
+            if self._whole is not None:
+                continue
             # Candidates without weight that are far from mattering are dropped, so that the pool stays small.
             keep = dual.sensitivities(rows) > 0.5 * found.largest
             keep[support] = True
             candidates = np.concatenate([candidates[keep], found.genes])
             rows = np.concatenate([rows[keep], self._information.rows(found.genes)])
-        # Rounding in d and in the traces is below 1e-9 of the bound.
-        return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap))
 
     def _text(self, words: str, gap: float) -> str:
         m = self._problem.space.measurements
-        quantity = "DUIR" if self._kind == "duir" else "total"
+        with_errors = self._information.load_errors > 0.0
+        quantity = "total" if with_errors else "DUIR"
         parts = [
             f"{quantity} of every plan of {m} measurement{'s' if m > 1 else ''}, by the dual of the convex relaxation "
             f"(repeated measurements allowed, weights continuous); {words}"
         ]
         if self._problem.noise.shared_reference:
             parts.append("measurements that share a reference are counted as independent with half the covariance")
-        if self._kind == "total":
+        if with_errors:
             parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
         parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
         return "; ".join(parts)
@@ -138,7 +171,7 @@ class _Certificate:
         space = self._problem.space
         if self._whole is not None:
             return self._whole
-        sampled = space.sample(_SAMPLES, self._generator)
+        sampled = space.sample(self._samples, self._generator)
         if self._information.convex_in_load and self._loads.index.size:
             drawn = self._generator.integers(len(self._loads.vertices), size=len(sampled))
             sampled[:, self._loads.index] = self._loads.vertices[drawn]
@@ -152,14 +185,14 @@ class _Certificate:
             words = f"its sensitivity was evaluated at all {len(candidates)} measurements"
             if self._information.convex_in_load and self._loads.index.size:
                 words += " with extreme loads, where it is largest because it is convex in the load"
-            return _Search(candidates[order[:20]], float(known[order[0]]), words, True)
-        return self._ascend(dual, candidates[self._starts(candidates, order)], float(known[order[0]]))
+            return _Search(candidates[order[:20]], float(known[order[0]]), words)
+        return self._ascend(dual, candidates[self._promising(order)], float(known[order[0]]))
 
-    def _starts(self, candidates: FloatArray, order: IntArray) -> IntArray:
-        """The best candidates, and as many from the better half at random."""
-        best = order[: _STARTS // 2]
-        rest = order[_STARTS // 2 : max(_STARTS, len(order) // 2)]
-        others = self._generator.permutation(rest)[: _STARTS - len(best)]
+    def _promising(self, order: IntArray) -> IntArray:
+        """Starts of the ascents: the best candidates, and as many from the better half at random."""
+        best = order[: self._starts // 2]
+        rest = order[self._starts // 2 : max(self._starts, len(order) // 2)]
+        others = self._generator.permutation(rest)[: self._starts - len(best)]
         return np.concatenate([best, others])
 
     def _ascend(self, dual: Dual, starts: FloatArray, known: float) -> _Search:
@@ -171,11 +204,15 @@ class _Certificate:
             return -values[:, None] / size, _Slopes(-gradient[:, None, None, :] / size)
 
         search = MinimaxSearch(self._problem, pieces)
-        genes = search.minimise(self._at_best_load(dual, starts)[:, None], iterations=60, tolerance=1e-8)
-        genes = search.minimise(self._at_best_load(dual, genes[:, 0])[:, None], iterations=60, tolerance=1e-8)
-        ends = self._usable(genes[:, 0])
+        genes = self._at_best_load(dual, starts)
+        for _ in range(3):
+            ends = search.minimise(genes[:, None], iterations=60, tolerance=1e-8)[:, 0]
+            genes = self._at_best_load(dual, ends)
+            if np.array_equal(genes[:, self._loads.index], ends[:, self._loads.index]):
+                break
+        ends = self._usable(ends)
         if len(ends) == 0:
-            return _Search(starts, known, "no ascent of its sensitivity ended within the robot's limits", False)
+            return _Search(starts, known, "no ascent of its sensitivity ended within the robot's limits")
         values = information.sensitivity(dual, ends)[0]
         largest = max(known, float(values.max()))
         reached = values > (1.0 - 1e-5) * largest
@@ -188,7 +225,7 @@ class _Certificate:
             f"probability of about {once / len(ends):.0%} (not a proof over the continuum)"
         )
         order = np.argsort(-values, kind="stable")
-        return _Search(ends[order], largest, words, False)
+        return _Search(ends[order], largest, words)
 
     def _at_best_load(self, dual: Dual, genes: FloatArray) -> FloatArray:
         """The same measurements (b, g), each with the extreme load at which d is largest."""

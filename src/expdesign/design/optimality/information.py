@@ -12,7 +12,6 @@ Parameters are scaled: compliances by the approximate ones, load errors by their
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from expdesign.design.optimality.weights import Dual, Relaxation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
 
-Kind = Literal["duir", "total"]
 _CHUNK = 20000
 
 
@@ -40,15 +38,20 @@ class LoadGenes:
 
 
 class MeasurementInformation:
-    """Maps R of single measurements of a problem."""
+    """Maps R of single measurements of a problem.
 
-    def __init__(self, problem: DesignProblem, kind: Kind) -> None:
-        self.problem, self.kind = problem, kind
+    Args:
+        problem: the design problem.
+        load_errors: factor on the load errors: 0 leaves DUIR, 1 the total error, and what lies between or beyond
+            trades the one for the other, DUIR² + factor²·FEIR².
+    """
+
+    def __init__(self, problem: DesignProblem, load_errors: float) -> None:
+        self.problem, self.load_errors = problem, load_errors
         self.model = DesignModel(problem)
-        chain = self.model.chain
-        none = np.zeros(len(chain.shared), dtype=bool)
-        self.common: BoolArray = chain.shared if kind == "total" else none
-        self.own: BoolArray = ~chain.shared if kind == "total" else none
+        shared = self.model.chain.shared
+        self.common: BoolArray = shared & (load_errors > 0.0)
+        self.own: BoolArray = ~shared & (load_errors > 0.0)
         self._sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
         self._scale = problem.loaded.robot.compliance
 
@@ -58,7 +61,8 @@ class MeasurementInformation:
         rows = np.sqrt(targets.importance)[..., None] * targets.observation * self._scale
         if targets.aggregate == "mean":
             rows = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * rows
-            rows = np.linalg.qr(rows.reshape(-1, rows.shape[-1]), mode="r")[None]
+            triangular: FloatArray = np.linalg.qr(rows.reshape(-1, rows.shape[-1]), mode="r")
+            rows = triangular.reshape(1, *triangular.shape)
         nuisance = int(self.common.sum())
         padded = np.concatenate([rows, np.zeros((*rows.shape[:2], nuisance))], axis=2)
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
@@ -74,10 +78,11 @@ class MeasurementInformation:
 
     def _assembled(self, observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """R, and the inverse root W of the noise with which it is weighted, R = W·[A, B]."""
-        stacked = self._sharpness * np.concatenate([observation * self._scale, errors[..., self.common]], axis=2)
+        common = self.load_errors * errors[..., self.common]
+        stacked = self._sharpness * np.concatenate([observation * self._scale, common], axis=2)
         root = np.broadcast_to(np.eye(stacked.shape[1]), (len(stacked), stacked.shape[1], stacked.shape[1]))
         if self.own.any():
-            own = self._sharpness * errors[..., self.own]
+            own = self._sharpness * self.load_errors * errors[..., self.own]
             root = np.linalg.inv(np.linalg.cholesky(root + own @ own.swapaxes(1, 2)))
             stacked = root @ stacked
         return stacked, root
@@ -92,10 +97,11 @@ class MeasurementInformation:
         by_rows = 2.0 * self._sharpness * weighted @ dual.matrix.T
         parameters = tape.observation.shape[-1]
         by_errors = np.zeros_like(tape.errors)
-        by_errors[..., self.common] = by_rows[..., parameters:]
+        by_errors[..., self.common] = self.load_errors * by_rows[..., parameters:]
         if self.own.any():
-            own = self._sharpness * tape.errors[..., self.own]
-            by_errors[..., self.own] = -2.0 * self._sharpness * weighted @ (weighted.swapaxes(1, 2) @ own)
+            factor = self._sharpness * self.load_errors
+            own = factor * tape.errors[..., self.own]
+            by_errors[..., self.own] = -2.0 * factor * weighted @ (weighted.swapaxes(1, 2) @ own)
         by_quantities = self.model.chain.pull(tape, by_rows[..., :parameters] * self._scale, by_errors)
         return (products**2).sum(axis=(1, 2)), self.model.to_genes(by_quantities)
 
@@ -108,7 +114,7 @@ class MeasurementInformation:
         the load and the compliance map does not.
         """
         loaded = self.problem.loaded
-        own = [source.source for source in loaded.sources if not source.shared] if self.kind == "total" else []
+        own = [source.source for source in loaded.sources if not source.shared and self.load_errors > 0.0]
         return not loaded.geometric_stiffness and all(name == "wrench" for name in own)
 
     def load_genes(self) -> LoadGenes:

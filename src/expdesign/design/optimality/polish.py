@@ -1,8 +1,9 @@
 """Gradient refinement of a front (theory.md 6): from good designs to designs that satisfy the optimality conditions.
 
-Points are laid out evenly along the front, its ends among them. Each point is pursued along a fixed direction in the
-space of the objectives, min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches convex and concave
-parts alike, from the best design known for it; then again from what its neighbours found.
+The designs given are joined by roundings of the convex relaxation (`seeds.py`). Points are laid out evenly along the
+front, its ends among them. Each point is pursued along a fixed direction in the space of the objectives,
+min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches convex and concave parts alike, from the best
+design known for it; then again from what its neighbours found.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.design.front import non_dominated
 from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
 
@@ -36,10 +38,10 @@ def polish(
         Genes (d', m, g), within bounds and limits, among them the best found for each objective alone and for `total`.
         Discrete genes are those of the designs that they came from. The same arguments give the same designs.
     """
-    space = problem.space
-    if len(genes) == 0 or not (~space.discrete).any():
-        return genes
-    return _Polish(problem, points or problem.optimiser.population).run(genes, report)
+    designs = np.concatenate([genes, relaxed_designs(problem)])
+    if not (~problem.space.discrete).any():
+        return designs
+    return _Polish(problem, points or problem.optimiser.population).run(designs, report)
 
 
 class _Polish:

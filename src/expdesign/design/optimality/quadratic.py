@@ -59,7 +59,9 @@ def solve(programs: Programs) -> Solutions:
         unfinished = np.maximum(gap, residuals.worst) > _TOLERANCE
         if not unfinished.any():
             break
-        iterate.advance(0.1 * gap, residuals, unfinished)
+        # Where the last step could be taken in full the next one may aim far; else it centres first.
+        aim = np.where(iterate.last > 0.9, 0.01, np.where(iterate.last > 0.5, 0.1, 0.3))
+        iterate.advance(aim * gap, residuals, unfinished)
     return Solutions(iterate.d, iterate.lam, iterate.mu)
 
 
@@ -85,18 +87,24 @@ class _Iterate:
         self.q = q
         batch, self.n = q.low.shape
         self.shape = q.limit_gradients.shape
-        count = q.values.shape[1]
         width = q.high - q.low
         self.d = np.clip(0.0, q.low + 0.1 * width, q.high - 0.1 * width)
-        self.t = (q.values + np.einsum("bjn,bn->bj", q.gradients, self.d)).max(axis=1) + 1.0
+        pieces = q.values + (q.gradients @ self.d[..., None])[..., 0]
+        self.t = pieces.max(axis=1) + 0.3
         self.above, self.below = self.d - q.low, q.high - self.d
-        self.above_dual = 0.1 / np.maximum(self.above, 0.1)
-        self.below_dual = 0.1 / np.maximum(self.below, 0.1)
-        self.slack, self.lam = np.ones((batch, count)), np.full((batch, count), 1.0 / count)
-        self.mu = np.broadcast_to(np.minimum(0.1, 0.5 * q.penalty)[:, None, None], q.limits.shape).copy()
-        self.rest = q.penalty[:, None, None] - self.mu
+        self.above_dual = 0.1 / np.maximum(self.above, 0.01)
+        self.below_dual = 0.1 / np.maximum(self.below, 0.01)
+        self.slack = self.t[:, None] - pieces
+        closeness = 1.0 / self.slack
+        self.lam = closeness / closeness.sum(axis=1, keepdims=True)
         self.last = np.full(batch, 0.6)
-        self.room, self.soft = np.maximum(0.1, -q.limits), np.full(q.limits.shape, 0.1)
+        by_measurement = self.d.reshape(batch, self.shape[1], self.shape[3], 1)
+        limits = q.limits + (q.limit_gradients @ by_measurement)[..., 0]
+        self.soft = 0.1 + np.maximum(limits, 0.0)
+        self.room = self.soft - limits
+        # Multipliers on the central path for a product of 0.1, as far as their bounds permit.
+        self.mu = np.minimum(0.1 / self.room, 0.5 * q.penalty[:, None, None])
+        self.rest = q.penalty[:, None, None] - self.mu
 
     def residuals(self) -> tuple[FloatArray, _Residuals]:
         """Mean complementarity product (b,) and residuals."""
@@ -146,7 +154,7 @@ class _Iterate:
             - (aim / self.below - self.below_dual)
         )
         right[:, n] = from_piece.sum(axis=1) - residuals.by_t
-        solution = np.linalg.solve(matrix, right[..., None])[..., 0]
+        solution = _solve_linear(matrix, right)
         d, t = solution[:, :n], solution[:, n]
         rise = (q.gradients @ d[..., None])[..., 0] - t[:, None]
         along = (q.limit_gradients @ d.reshape(batch, m, g, 1))[..., 0]
@@ -172,6 +180,20 @@ class _Iterate:
         self.last = length
         self.d += length[:, None] * d
         self.t += length * t
+
+
+def _solve_linear(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (b, n) of the linear systems, scaled to unit diagonals; of a singular one, with a small ridge."""
+    diagonal = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))
+    diagonal = np.where(diagonal > 0.0, diagonal, 1.0)
+    scaled = matrices / (diagonal[:, :, None] * diagonal[:, None])
+    try:
+        solution = np.linalg.solve(scaled, (right / diagonal)[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        ridge = 1e-10 * np.eye(matrices.shape[1])
+        solution = np.linalg.solve(scaled + ridge, (right / diagonal)[..., None])[..., 0]
+    result: FloatArray = solution / diagonal
+    return result
 
 
 def _longest(pairs: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
