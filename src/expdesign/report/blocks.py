@@ -1,6 +1,6 @@
 """What a section of a report page is made of.
 
-Each block is plain data; `page.html` has one macro per block, named by `kind`, and escapes every text. A block that
+Each block is plain data; `blocks.html` has one macro per block, named by `kind`, and escapes every text. A block that
 a page's script fills in again (when another design is chosen, say) is found by its `id`.
 """
 

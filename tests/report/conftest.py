@@ -1,0 +1,125 @@
+"""Two finished runs, and a browser to look at their reports."""
+
+import shutil
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from expdesign.design.front import Front
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import read_problem
+from expdesign.design.search import search
+from expdesign.report.design_report import design_report
+
+ROOT = Path(__file__).parents[2]
+
+# Everything that a page could mistake for markup.
+EVIL_NAME = "bi<b>pod</b> </script><script>document.title='broken'</script> <!-- & \"co\" {{ 7 * 7 }}"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run and its report."""
+
+    problem: DesignProblem
+    front: Front
+    run: dict[str, Any]
+    html: str
+    path: Path
+
+
+def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Case:
+    front = search(problem)
+    run = {
+        "seed": 1,
+        "versions": {"expdesign": "0.1.0"},
+        "wall_s": 1.5,
+        "evaluations": front.evaluations,
+        "hypervolume": front.hypervolume,
+        "duir_lower_bound": None if bound_share is None else bound_share * float(front.criteria["duir"].min()),
+        "duir_lower_bound_certified_on": "40 candidates",
+    }
+    path = folder / "report.html"
+    html = design_report(problem, front, run)
+    path.write_text(html, encoding="utf-8")
+    return Case(problem, front, run, html, path)
+
+
+@pytest.fixture(scope="session")
+def hexapod(tmp_path_factory: pytest.TempPathFactory) -> Case:
+    """Two objectives, two targets, a payload, four sources of load error and a known lower bound."""
+    folder = tmp_path_factory.mktemp("hexapod")
+    text = (ROOT / "configs" / "hexapod-h1.yaml").read_text(encoding="utf-8")
+    head, _ = text.split("\noptimiser:")
+    head = head.replace("robots/hexapod-h1.yaml", str(ROOT / "configs" / "robots" / "hexapod-h1.yaml"))
+    config = folder / "config.yaml"
+    config.write_text(f"{head}\noptimiser: {{population: 40, generations: 12, polish: false}}\n", encoding="utf-8")
+    return _case(read_problem(config), 0.8, folder)
+
+
+@pytest.fixture(scope="session")
+def bipod(tmp_path_factory: pytest.TempPathFactory) -> Case:
+    """Three objectives in the plane, a free wrench, and a name full of markup."""
+    folder = tmp_path_factory.mktemp("bipod")
+    quoted = EVIL_NAME.replace("'", "''")
+    text = f"""\
+        schema_version: 1
+        robot:
+          name: '{quoted}'
+          kind: bipod
+          home: [0, 0.6]
+          base_joints: [[-0.5, 0], [0.5, 0]]
+          actuator_stiffness: [1.0e7, 1.3e7]
+        experiment:
+          measurements: 3
+          poses: {{bounds: {{x_m: [-0.3, 0.3], y_m: [-0.2, 0.3]}}}}
+          load: {{kind: wrench, fx_N: [-500, 500], fy_N: [-500, 500]}}
+          deflection_noise: {{std: {{dx_m: 1.0e-6, dy_m: 1.0e-6}}}}
+          load_error:
+            - {{source: wrench, std: [2, 2], shared: true}}
+            - {{source: direction, std: 0.002, shared: false}}
+        targets:
+          - {{pose: [0.1, 0.1], wrench: [100, -400], tolerance: {{dx_m: 1.0e-5, dy_m: 1.0e-5}}}}
+          - {{pose: [-0.2, 0.2], wrench: [0, -400], tolerance: {{dy_m: 1.0e-5}}}}
+        objectives: [duir, feir, o1]
+        optimiser: {{population: 20, generations: 8, polish: false}}
+        """
+    config = folder / "config.yaml"
+    config.write_text(textwrap.dedent(text), encoding="utf-8")
+    return _case(read_problem(config), None, folder)
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A headless Chromium that saves downloads into `browser.downloads`."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed (extra `dev`)")
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    driver = shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        pytest.skip("no Chromium here (Debian: apt-get install chromium chromium-driver)")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for argument in (
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-quic",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--window-size=1280,1000",
+        f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+    ):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    session = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=driver))
+    session.downloads = tmp_path_factory.mktemp("downloads")
+    behaviour = {"behavior": "allow", "downloadPath": str(session.downloads)}
+    session.execute_cdp_cmd("Browser.setDownloadBehavior", behaviour)
+    yield session
+    session.quit()

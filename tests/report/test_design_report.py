@@ -1,0 +1,151 @@
+"""The numbers in the report of a run are those of its front."""
+
+import io
+import json
+import re
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from expdesign.design.result import pareto_frame, plan_of
+from expdesign.report import words
+from expdesign.report.design_report import lower_bound_sentence
+from expdesign.report.error_budget import error_budget
+
+
+def content(html: str) -> dict[str, Any]:
+    (text,) = re.findall(r'<script type="application/json" id="report-content">(.*?)</script>', html, flags=re.DOTALL)
+    parsed: dict[str, Any] = json.loads(text)
+    return parsed
+
+
+def visible(html: str) -> pd.DataFrame:
+    """The table of designs as it stands in the page."""
+    (table,) = re.findall(r'<table id="designs".*?</table>', html, flags=re.DOTALL)
+    table = re.sub(r"<caption.*?</caption>|<input[^>]*>", "", table, flags=re.DOTALL)
+    cells = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row, flags=re.DOTALL) for row in table.split("</tr>")[:-1]]
+    plain = [[re.sub(r"<[^>]+>", "", cell).strip() for cell in row] for row in cells]
+    return pd.DataFrame(plain[1:], columns=plain[0])
+
+
+@pytest.fixture(params=["hexapod", "bipod"])
+def case(request: pytest.FixtureRequest) -> Any:
+    return request.getfixturevalue(request.param)
+
+
+def test_the_table_of_designs_is_the_front(case: Any) -> None:
+    table = visible(case.html)
+    assert len(table) == len(case.front)
+    for name in ("DUIR", "FEIR", "total"):
+        expected = [words.number(float(value)) for value in case.front.criteria[name.lower()]]
+        assert table[name].tolist() == expected
+    labels = table["Design"].tolist()
+    assert next(label for label in labels if "recommended" in label).split(" ")[0] == str(case.front.recommended + 1)
+    assert next(label for label in labels if "knee" in label).split(" ")[0] == str(case.front.knee + 1)
+
+
+def test_the_downloads_are_the_files_of_the_run(case: Any) -> None:
+    page = content(case.html)
+    front = pd.read_csv(io.StringIO(page["csv"]["designs"]["text"]))
+    pd.testing.assert_frame_equal(front, pareto_frame(case.front), check_exact=True)
+    for index, design in enumerate(page["data"]["designs"]):
+        plan = pd.read_csv(io.StringIO(design["csv"]))
+        pd.testing.assert_frame_equal(plan, plan_of(case.problem, case.front, index), check_exact=True)
+
+
+def test_the_plan_is_shown_in_millimetres_and_milliradians(case: Any) -> None:
+    design = content(case.html)["data"]["designs"][case.front.recommended]
+    plan = plan_of(case.problem, case.front, case.front.recommended)
+    position = list(plan.columns).index("x_m")
+    shown = [float(row[position].replace("−", "-")) for row in design["plan"]]
+    np.testing.assert_allclose(shown, 1e3 * plan["x_m"], atol=0.0005001)
+
+
+def test_the_figure_of_the_front_shows_the_front(case: Any) -> None:
+    trace = content(case.html)["figures"]["front"]["data"][0]
+    x, y = case.front.objectives[:2]
+    np.testing.assert_array_equal(trace["x"], case.front.criteria[x])
+    np.testing.assert_array_equal(trace["y"], case.front.criteria[y])
+
+
+def test_the_error_budget_adds_up_to_the_criteria(case: Any) -> None:
+    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    weights = case.problem.targets.weights / case.problem.targets.weights.sum()
+    for sigma, name in ((budget.noise, "duir"), (budget.load, "feir"), (budget.total, "total")):
+        rms = np.sqrt(budget.in_tolerances(sigma) ** 2 @ weights)
+        np.testing.assert_allclose(rms, case.front.criteria[name], rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(budget.sources, axis=-1), budget.load, rtol=1e-12)
+
+
+def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any) -> None:
+    """Removing the other sources from the problem leaves the share that the budget gives to one."""
+    loaded = case.problem.loaded
+    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    measured = loaded.measure(*case.problem.space.decode(case.front.genes))
+    for index, source in enumerate(loaded.sources):
+        assessment = case.problem.assess(*case.problem.space.decode(case.front.genes))
+        alone = type(assessment)(
+            type(measured)(
+                measured.observation, measured.compliance, (measured.load_errors[index],), measured.condition
+            ),
+            case.problem.noise,
+            (source.shared,),
+            case.problem.targets,
+        )
+        np.testing.assert_allclose(budget.sources[..., index], np.sqrt(alone.force_variance), rtol=1e-9)
+
+
+def test_the_expected_accuracy_is_said_in_words(case: Any) -> None:
+    design = content(case.html)["data"]["designs"][case.front.recommended]
+    assert len(design["sentences"]) == len(case.problem.targets.weights)
+    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    for target, axis in budget.rows_that_matter():
+        sigma = words.number(1e6 * float(budget.total[case.front.recommended, target, axis]))
+        name = words.axis(budget.axes[axis])
+        unit = words.micro_unit(budget.axes[axis])
+        assert f"{sigma}\u00a0{unit} on {name}" in design["sentences"][target]
+
+
+def test_the_lower_bound_is_compared_with_the_recommended_design(hexapod: Any, bipod: Any) -> None:
+    sentence = lower_bound_sentence(hexapod.problem, hexapod.front, hexapod.run)
+    assert sentence is not None
+    duir = hexapod.front.criteria["duir"]
+    above = 100.0 * (duir[hexapod.front.recommended] / (0.8 * duir.min()) - 1.0)
+    assert f"No plan of {words.count(hexapod.problem.space.measurements, 'measurement')}" in sentence
+    assert f"within {words.number(float(above), 2)}\u00a0%" in sentence
+    assert lower_bound_sentence(bipod.problem, bipod.front, bipod.run) is None
+    assert "No plan of" not in bipod.html
+
+
+def test_legs_are_as_long_in_the_picture_as_the_robot_says(case: Any) -> None:
+    """The drawn legs against the robot's actuator lengths, and the force's line against the wrench's moment."""
+    view = content(case.html)["data"]["view"]
+    robot = case.problem.loaded.robot
+    configurations, _ = case.problem.space.decode(case.front.genes)
+    points = np.array(view["states"]).reshape(len(view["states"]), -1, view["dimension"])
+    (legs,) = (part["paths"] for part in view["parts"] if part["role"] == "actuator")
+    lengths = robot.lengths(configurations.reshape(-1, configurations.shape[-1]))
+    drawn = np.stack([np.linalg.norm(points[:, a] - points[:, b], axis=-1) for a, b in legs], axis=-1)
+    np.testing.assert_allclose(drawn[: len(lengths)], lengths, atol=1e-4)
+
+
+def test_the_force_acts_where_its_moment_says(hexapod: Any) -> None:
+    """Lever × arrow in the picture is the moment of the wrench at every target, on the scale of the force."""
+    view = content(hexapod.html)["data"]["view"]
+    points = np.array(view["states"]).reshape(len(view["states"]), -1, 3)
+    wrenches = hexapod.problem.target_wrenches
+    at_targets = points[-len(wrenches) :]
+    arrow = at_targets[:, view["tip"]] - at_targets[:, view["contact"]]
+    lever = at_targets[:, view["contact"]] - at_targets[:, view["origin"]]
+    scale = np.linalg.norm(wrenches[:, :3], axis=-1) / np.linalg.norm(arrow, axis=-1)
+    np.testing.assert_allclose(arrow * scale[:, None], wrenches[:, :3], atol=1e-3 * np.abs(wrenches[:, :3]).max())
+    np.testing.assert_allclose(
+        np.cross(lever, arrow) * scale[:, None], wrenches[:, 3:], atol=2e-3 * np.abs(wrenches[:, 3:]).max()
+    )
+
+
+def test_three_objectives_bring_parallel_coordinates(hexapod: Any, bipod: Any) -> None:
+    assert "parallel" in content(bipod.html)["figures"]
+    assert "parallel" not in content(hexapod.html)["figures"]

@@ -1,0 +1,290 @@
+"""The reports in a real browser: they load, react to mouse and keyboard, and save files."""
+
+import io
+import itertools
+import json
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from expdesign.design.result import pareto_frame, plan_of
+from expdesign.report import words
+from expdesign.report.design_data import plan_cells
+
+WAIT_S = 30.0
+
+
+def until(condition: Callable[[], Any]) -> Any:
+    """The first true value of `condition`; waits for the browser."""
+    end = time.monotonic() + WAIT_S
+    while not (value := condition()):
+        assert time.monotonic() < end, "the browser did not get there"
+        time.sleep(0.05)
+    return value
+
+
+class Screen:
+    """A report that is open in the browser."""
+
+    def __init__(self, browser: Any, case: Any) -> None:
+        self.browser, self.case = browser, case
+        for kind in ("browser", "performance"):
+            browser.get_log(kind)
+        for file in browser.downloads.iterdir():
+            file.unlink()
+        browser.get(case.path.as_uri())
+        until(lambda: self.run("return document.documentElement.dataset.ready === 'true'"))
+
+    def run(self, script: str, *arguments: Any) -> Any:
+        return self.browser.execute_script(script, *arguments)
+
+    def find(self, selector: str) -> Any:
+        return self.browser.find_element("css selector", selector)
+
+    def text(self, id: str) -> str:
+        return str(self.run("return document.getElementById(arguments[0]).textContent", id))
+
+    def rows(self, id: str) -> list[list[str]]:
+        script = "return [...document.getElementById(arguments[0]).tBodies[0].rows].map("
+        cells: list[list[str]] = self.run(script + "row => [...row.cells].map(cell => cell.textContent))", id)
+        return cells
+
+    def click(self, selector: str) -> None:
+        element = self.find(selector)
+        self.run("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", element)
+        element.click()
+
+    def click_point(self, figure: str, trace: int, point: int) -> None:
+        """Click on a point of a figure, with a real pointer."""
+        from selenium.webdriver import ActionChains  # noqa: PLC0415 (only where there is a browser)
+
+        place = self.run(
+            """
+            const plot = document.getElementById(arguments[0]);
+            plot.scrollIntoView({block: 'center', behavior: 'instant'});
+            const {xaxis, yaxis, _size: size} = plot._fullLayout;
+            const {x: across, y: up} = plot.data[arguments[1]];
+            const x = xaxis.l2p(across[arguments[2]]), y = yaxis.l2p(up[arguments[2]]);
+            const box = plot.getBoundingClientRect();
+            return [Math.round(box.left + size.l + x), Math.round(box.top + size.t + y)];
+            """,
+            figure,
+            trace,
+            point,
+        )
+        actions = ActionChains(self.browser)
+        actions.w3c_actions.pointer_action.move_to_location(*place)
+        actions.w3c_actions.pointer_action.click()
+        actions.perform()
+
+    def download(self, selector: str, name: str) -> bytes:
+        self.click(selector)
+        file: Path = self.browser.downloads / name
+        until(lambda: file.exists() and file.stat().st_size > 0)
+        return file.read_bytes()
+
+    def shows(self, design: int) -> None:
+        """Assert that the whole page shows one design."""
+        case = self.case
+        until(lambda: self.text("plan-title") == f"Plan of design {design + 1}")
+        assert self.rows("plan") == plan_cells(plan_of(case.problem, case.front, design))
+        assert self.text("chosen-text").startswith(f"Design {design + 1}")
+        assert words.number(float(case.front.criteria["total"][design])) in self.text("chosen-text")
+        assert f"Plan of design {design + 1}:" in self.text("plan-caption")
+        assert self.run("return document.querySelector('#designs input:checked').value") == str(design)
+        ring = self.run("const trace = document.getElementById('front').data[3]; return [trace.x[0], trace.y[0]]")
+        assert ring == [case.front.criteria[name][design] for name in case.front.objectives[:2]]
+
+
+@pytest.fixture
+def hexapod_screen(browser: Any, hexapod: Any) -> Iterator[Screen]:
+    yield Screen(browser, hexapod)
+    assert_quiet(browser)
+
+
+@pytest.fixture
+def bipod_screen(browser: Any, bipod: Any) -> Iterator[Screen]:
+    yield Screen(browser, bipod)
+    assert_quiet(browser)
+
+
+def assert_quiet(browser: Any) -> None:
+    """No error in the console and no request to any network since the page was opened."""
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    asked = [entry["params"]["request"]["url"] for entry in messages if entry["method"] == "Network.requestWillBeSent"]
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def another(case: Any) -> int:
+    """The design that lies farthest from all others in the figure of the front and is not marked there."""
+    first, second = (np.array(case.front.criteria[name]) for name in case.front.objectives[:2])
+    scaled = np.stack([first / np.ptp(first), second / np.ptp(second)], axis=-1)
+    distance = np.linalg.norm(scaled[:, None] - scaled, axis=-1) + 1e9 * np.eye(len(scaled))
+    nearest = distance.min(axis=-1)
+    nearest[[case.front.recommended, case.front.knee]] = 0.0
+    return int(np.argmax(nearest))
+
+
+def test_the_page_opens_with_the_recommended_design(hexapod_screen: Screen) -> None:
+    hexapod_screen.shows(hexapod_screen.case.front.recommended)
+    plots = hexapod_screen.run("return [...document.querySelectorAll('.plot')].map(plot => plot.data.length)")
+    assert len(plots) == 3
+    assert all(plots)
+
+
+def test_what_stands_in_the_page_is_what_its_script_shows(hexapod_screen: Screen) -> None:
+    """Choosing another design and coming back gives the tables and sentences that were written by Python."""
+    screen = hexapod_screen
+    ids = ("plan", "budget-table", "accuracy", "chosen-text", "accuracy-title", "plan-caption")
+    squeezed = "return document.getElementById(arguments[0]).textContent.replace(/\\s+/g, ' ').trim()"
+    source = screen.case.path.read_text(encoding="utf-8")
+    parsed = """
+        const page = new DOMParser().parseFromString(arguments[0], 'text/html');
+        return page.getElementById(arguments[1]).textContent.replace(/\\s+/g, ' ').trim();
+    """
+    static = [screen.run(parsed, source.split('<script type="application/json"')[0], id) for id in ids]
+    screen.click("#choose-knee")
+    screen.shows(screen.case.front.knee)
+    screen.click("#choose-recommended")
+    screen.shows(screen.case.front.recommended)
+    without_spaces = [text.replace(" ", "") for text in static]
+    assert [screen.run(squeezed, id).replace(" ", "") for id in ids] == without_spaces
+
+
+def test_a_click_on_the_front_chooses_the_design(hexapod_screen: Screen) -> None:
+    design = another(hexapod_screen.case)
+    hexapod_screen.click_point("front", 0, design)
+    hexapod_screen.shows(design)
+
+
+def test_the_keyboard_chooses_designs(hexapod_screen: Screen) -> None:
+    screen, front = hexapod_screen, hexapod_screen.case.front
+    start, following = front.recommended, (front.recommended + 1) % len(front)
+    chosen = screen.find("#designs input:checked")
+    chosen.send_keys("\ue015")  # arrow down
+    screen.shows(following)
+    assert screen.run("return document.activeElement.value") == str(following)
+    screen.run("return document.activeElement").send_keys("\ue013")  # arrow up
+    screen.shows(start)
+
+
+def test_a_click_on_a_row_chooses_the_design(bipod_screen: Screen) -> None:
+    design = another(bipod_screen.case)
+    bipod_screen.click(f"#designs tbody tr:nth-child({design + 1}) td:nth-child(2)")
+    bipod_screen.shows(design)
+
+
+def test_the_plan_of_the_chosen_design_is_saved(hexapod_screen: Screen) -> None:
+    screen, case = hexapod_screen, hexapod_screen.case
+    design = another(case)
+    screen.click(f"#designs tbody tr:nth-child({design + 1}) td:nth-child(2)")
+    screen.shows(design)
+    saved = screen.download("button[data-csv=plan]", f"plan-design-{design + 1}.csv")
+    table = pd.read_csv(io.BytesIO(saved))
+    pd.testing.assert_frame_equal(table, plan_of(case.problem, case.front, design), check_exact=True)
+
+
+def test_every_figure_and_table_is_saved(bipod_screen: Screen) -> None:
+    screen = bipod_screen
+    front = pd.read_csv(io.BytesIO(screen.download("button[data-csv=front]", "pareto.csv")))
+    pd.testing.assert_frame_equal(front, pareto_frame(screen.case.front), check_exact=True)
+    number = screen.case.front.recommended + 1
+    budget = screen.download("button[data-csv=budget]", f"error-budget-design-{number}.csv")
+    table = pd.read_csv(io.BytesIO(budget))
+    variance = table["noise_std"] ** 2 + table["load_std"] ** 2
+    pd.testing.assert_series_equal(table["total_std"] ** 2, variance, check_names=False, rtol=1e-5)
+    robot = pd.read_csv(io.BytesIO(screen.download("button[data-csv=robot]", "robot.csv")))
+    assert list(robot.columns) == ["part", "line", "x_m", "y_m"]
+    for figure, name in (("front", "front"), ("parallel", "objectives"), ("budget", "error-budget")):
+        picture = screen.download(f"button[data-picture=svg][data-of={figure}]", f"{name}.svg")
+        assert picture.startswith(b"<svg")
+    assert screen.download("button[data-picture=png][data-of=robot]", "robot.png").startswith(b"\x89PNG")
+
+
+def test_the_robot_in_space_is_saved(hexapod_screen: Screen) -> None:
+    assert hexapod_screen.download("button[data-picture=png][data-of=robot]", "robot.png").startswith(b"\x89PNG")
+    assert hexapod_screen.download("button[data-picture=svg][data-of=robot]", "robot.svg").startswith(b"<svg")
+
+
+def test_the_robot_steps_through_measurements_and_targets(hexapod_screen: Screen) -> None:
+    screen = hexapod_screen
+    legs = "return document.getElementById('robot').data.find(trace => trace.name === 'legs').x"
+    seen, texts = [screen.run(legs)], [screen.text("state-text")]
+    for _ in range(screen.run("return document.getElementById('state').options.length") - 1):
+        screen.click("button[data-of=state][data-step='1']")
+        seen.append(screen.run(legs))
+        texts.append(screen.text("state-text"))
+    targets = len(screen.case.problem.targets.weights)
+    assert len(seen) == screen.case.problem.space.measurements + targets
+    assert all(one != following for one, following in itertools.pairwise(texts))
+    assert "Load:" in texts[-1]
+    screen.click("button[data-of=state][data-step='1']")
+    assert screen.run(legs) == seen[0]
+
+
+def test_any_two_criteria_span_the_figure(bipod_screen: Screen) -> None:
+    screen, front = bipod_screen, bipod_screen.case.front
+    screen.find("#horizontal option[value=o1]").click()
+    script = "return document.getElementById('front').data[0].x"
+    until(lambda: screen.run(script) == front.criteria["o1"].tolist())
+    design = another(screen.case)
+    screen.click_point("parallel", design, 0)
+    until(lambda: screen.text("plan-title") != f"Plan of design {front.recommended + 1}")
+
+
+def test_the_name_of_a_robot_is_only_text(bipod_screen: Screen) -> None:
+    name = bipod_screen.case.problem.loaded.robot.name
+    assert bipod_screen.find("h1").text == f"Calibration plan for {name}"
+    assert bipod_screen.browser.title == f"Calibration plan for {name}"
+
+
+def test_no_chart_can_be_sent_to_a_server(hexapod_screen: Screen) -> None:
+    """plotly's bar of tools holds, unless told otherwise, a button that uploads the data to its maker."""
+    titles = hexapod_screen.run(
+        "return [...document.querySelectorAll('.modebar-btn')].map(button => button.dataset.title || button.title)"
+    )
+    assert titles
+    assert [title for title in titles if "hare" in title or "loud" in title] == []
+    contexts = hexapod_screen.run("return [...document.querySelectorAll('.plot')].map(plot => plot._context)")
+    assert all(not context["showSendToCloud"] and context["plotlyServerURL"] == "" for context in contexts)
+
+
+def test_the_look_follows_the_system_and_the_button(browser: Any, hexapod: Any) -> None:
+    def look(system: str) -> None:
+        features = [{"name": "prefers-color-scheme", "value": system}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+
+    colours = """
+        return [getComputedStyle(document.body).backgroundColor,
+                document.getElementById('front')._fullLayout.paper_bgcolor];
+    """
+    try:
+        look("light")
+        screen = Screen(browser, hexapod)
+        light = screen.run(colours)
+        look("dark")
+        dark = until(lambda: (now := screen.run(colours)) != light and now[1] != light[1] and now)
+        screen.click("#theme")
+        until(lambda: screen.run(colours) == light)
+        screen.click("#theme")
+        until(lambda: screen.run(colours) == dark)
+    finally:
+        browser.execute_script("try { localStorage.clear(); } catch { /* none for files */ }")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def test_nothing_is_wider_than_a_phone(browser: Any, hexapod: Any) -> None:
+    metrics = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    try:
+        screen = Screen(browser, hexapod)
+        assert screen.run("return document.documentElement.scrollWidth") <= 390
+        assert screen.run("return document.documentElement.clientWidth") == 390
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

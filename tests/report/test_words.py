@@ -1,0 +1,60 @@
+"""Numbers and names as people read them."""
+
+import math
+
+import pytest
+
+from expdesign.report import words
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.0494029, "0.0494"),
+        (1.0, "1.00"),
+        (9.999, "10.0"),
+        (99999.0, "1.00\u202f·\u202f10⁵"),
+        (-12.34, "−12.3"),
+        (259.876, "260"),
+        (0.00123, "0.00123"),
+        (2.697e-14, "2.70\u202f·\u202f10⁻¹⁴"),
+        (1.95e8, "1.95\u202f·\u202f10⁸"),
+        (math.nan, "not determined"),
+        (math.inf, "∞"),
+    ],
+)
+def test_number(value: float, text: str) -> None:
+    assert words.number(value) == text
+
+
+def test_a_fixed_number_has_no_negative_zero() -> None:
+    assert words.fixed(-0.0001, 3) == "0.000"
+    assert words.fixed(-27.6789, 3) == "−27.679"
+
+
+def test_counts() -> None:
+    assert words.count(1, "target") == "one target"
+    assert words.count(6, "measurement") == "six measurements"
+    assert words.count(120, "design") == "120 designs"
+
+
+@pytest.mark.parametrize(
+    ("column", "title", "unit", "factor"),
+    [
+        ("rx_rad", "rx", "mrad", 1e3),
+        ("com_x_m", "centre of mass x", "mm", 1e3),
+        ("mass_kg", "mass", "kg", 1.0),
+        ("mx_Nm", "mx", "N·m", 1.0),
+        ("fx_N", "fx", "N", 1.0),
+        ("gz_m_s2", "gz", "m/s²", 1.0),
+        ("series", "series", "", 1.0),
+    ],
+)
+def test_columns_of_a_plan(column: str, title: str, unit: str, factor: float) -> None:
+    assert words.plan_column(column) == words.Column(title, unit, factor)
+
+
+def test_axes() -> None:
+    assert (words.axis("drx_rad"), words.micro_unit("drx_rad")) == ("drx", "µrad")
+    assert (words.axis("dz_m"), words.micro_unit("dz_m")) == ("dz", "µm")
