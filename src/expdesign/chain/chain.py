@@ -84,9 +84,10 @@ class Chain:
             wrench = effect.load(wrench, row, part)
         force = forward.T @ wrench
         elongation = compliance * force
-        following, offset = [], 0
+        following, offset = [ca.SX.zeros(0)], 0
         for effect, part in zip(self.effects, parts, strict=True):
-            own = state[offset : offset + effect.states]
+            # An empty slice of a CasADi scalar is a row, and would spoil the stack of states.
+            own = state[offset : offset + effect.states] if effect.states else ca.SX.zeros(0)
             elongation, own = effect.actuator(elongation, force, compliance, row, own, part)
             following.append(own)
             offset += effect.states
@@ -97,7 +98,7 @@ class Chain:
         if self.instrument:
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
-        return reading, ca.vertcat(ca.SX.zeros(0), *following)
+        return reading, ca.vertcat(*following)
 
     def _with_true_geometry(self, row: Row, compliance: ca.SX, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
         """J, J̌ and the wrench at the pose to which the commanded lengths lead with the true geometry.

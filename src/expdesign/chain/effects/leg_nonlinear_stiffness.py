@@ -11,42 +11,61 @@ from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 _REFERENCE = 100.0
-"""N; the parameters are the extra length change at this force, so that all forms have one unit."""
+"""N; the parameters refer to this force, so that all forms are of one size."""
+_NEWTON_STEPS = 6
 
-_FORMS: dict[str, Callable[[ca.SX], ca.SX]] = {
+_SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
     "quadratic": lambda f: f * ca.fabs(f),
-    "cubic": lambda f: f**3,
     "asymmetric": ca.fabs,
     "hertz": lambda f: ca.sign(f) * ca.exp(2.0 / 3.0 * ca.log(ca.fmax(ca.fabs(f), 1e-9))),
 }
 
 
 class LegNonlinearStiffness(Effect):
-    """Δq gains a·(g(τ) − g(τ of the reference state)), g one of the forms in units of 100 N."""
+    """Something non-linear in series with the spring, or a spring that hardens.
+
+    `quadratic`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, |τ| or sign(τ)·|τ|^⅔. `cubic`: the spring
+    obeys τ = k·(x + b·x³), b > 0 hardening. Forces count from zero load, not from the reference state.
+    """
 
     physics = "leg_nonlinear_stiffness"
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(component, form) for component in legs_and_all(robot) for form in _FORMS]
+        return [(component, form) for component in legs_and_all(robot) for form in (*_SERIES, "cubic")]
 
     def describe(self) -> tuple[Parameter, ...]:
+        if self.variant == "cubic":
+            # b in units of the square of the linear elongation at the reference force.
+            return (Parameter("hardening_at_100N", 0.1, low=-0.3, high=1e3),)
         return (Parameter(f"{self.variant}_at_100N_m", 1e-6),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
         before = reference_force(row)
-        form = _FORMS[self.variant]
         gained = ca.SX.zeros(elongation.shape[0])
         for leg in self.legs:
-            change = form((before[leg] + force[leg]) / _REFERENCE) - form(before[leg] / _REFERENCE)
-            gained[leg] = theta[0] * change
+            change = self._beyond(before[leg] + force[leg], theta[0]) - self._beyond(before[leg], theta[0])
+            gained[leg] = change * (compliance[leg] * _REFERENCE if self.variant == "cubic" else 1.0)
         return elongation + gained, state
 
+    def _beyond(self, force: ca.SX, parameter: ca.SX) -> ca.SX:
+        """Elongation beyond the linear spring's."""
+        relative = force / _REFERENCE
+        if self.variant != "cubic":
+            return parameter * _SERIES[self.variant](relative)
+        x = relative
+        for _ in range(_NEWTON_STEPS):
+            x = x - (x + parameter * x**3 - relative) / ca.fmax(1.0 + 3.0 * parameter * x**2, 0.2)
+        return x - relative
+
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        value = 1e6 * next(iter(values.values()))[0]
+        value = next(iter(values.values()))[0]
+        if self.variant == "cubic":
+            kind = "hardens" if value > 0.0 else "softens"
+            return f"The stiffness of {self.component} {kind} with its force (cubic spring, {value:+.3g} at 100 N)."
         return (
-            f"The stiffness of {self.component} changes with its force ({self.variant}): {value:+.2f} µm beyond the "
-            "linear spring at 100 N."
+            f"The stiffness of {self.component} changes with its force ({self.variant}): {1e6 * value:+.2f} µm beyond "
+            "the linear spring at 100 N."
         )

@@ -1,0 +1,50 @@
+"""`expdesign diagnose`: where and why the model and the recordings differ."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from expdesign.commands.console import note, progress
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.diagnosis.record import diagnosis_record
+from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.identification.model_file import Model, model_text
+from expdesign.recordings.reader import read_recordings
+from expdesign.robots.robot_file import robot_from_document
+
+
+def command(
+    robot: Annotated[Path, typer.Argument(help="Robot (YAML).")],
+    recordings: Annotated[Path, typer.Argument(help="Recordings (CSV).")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    shared_reference: Annotated[
+        bool, typer.Option("--shared-reference", help="The rows of a series share the noise of their reference.")
+    ] = False,
+) -> None:
+    """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
+
+    Example: expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
+    """
+    document = read_yaml(robot)
+    machine = robot_from_document(document)
+    data = read_recordings(recordings, machine)
+    steps = 0
+    with progress("diagnosing") as bar:
+
+        def report(text: str) -> None:
+            nonlocal steps
+            steps += 1
+            bar.update(steps, steps + 1, text)
+
+        result = diagnose(machine, data, shared_reference=shared_reference, report=report)
+    record = diagnosis_record(result, None)
+    with output_folder(out) as scratch:
+        model = Model.from_fit(result.model.fit, document, str(recordings))
+        write_file(scratch / "model.yaml", model_text(model, out))
+        write_file(scratch / "diagnosis.json", json_text(record))
+    note(f"Verdict: {result.verdict}.")
+    for finding in result.findings:
+        note(f"{finding.sentence} (probability {finding.probability:.2f})")
+    print(out / "diagnosis.json")

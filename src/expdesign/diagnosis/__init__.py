@@ -1,0 +1,1 @@
+"""Diagnosis: where recordings and model differ, which physics was left out, and whether adding it helps."""

@@ -1,0 +1,138 @@
+"""Diagnosis of recordings: consistent, explained by named physics, or unexplained (interfaces.md, diagnosis.json)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from scipy.stats import chi2 as chi2_distribution
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.findings import Finding, findings
+from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.library import candidates, library
+from expdesign.diagnosis.locate import Location, locate
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Model, Search
+from expdesign.errors import NotIdentifiableError
+from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
+
+CONSISTENT = 1e-3
+"""Probability below which χ² speaks against a model."""
+RESIDUAL_SHARE = 0.05
+"""Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What was found.
+
+    Attributes:
+        robot, recordings: what was diagnosed.
+        noise: standard deviations of the readings.
+        base: fit of the base model.
+        model: the chosen model, which is the base model where nothing was found.
+        verdict: `consistent`, `explained` or `unexplained`.
+        p_before, p_after: of χ² of the base model and of the chosen one; NaN where the noise level is estimated.
+        location: of the mismatch.
+        findings: effects that are present together.
+        errors: on fitted and held-out rows.
+        search: everything that was considered.
+    """
+
+    robot: Robot
+    recordings: Recordings
+    noise: NoiseLevel
+    base: Fit
+    model: Model
+    verdict: str
+    p_before: float
+    p_after: float
+    location: Location
+    findings: tuple[Finding, ...]
+    errors: HeldOut
+    search: Search
+
+
+def diagnose(
+    robot: Robot,
+    recordings: Recordings,
+    *,
+    shared_reference: bool = False,
+    report: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Say where the base model and the recordings differ, which physics was left out, and whether adding it helps.
+
+    Raises:
+        NotIdentifiableError: the recordings do not determine the stiffness.
+    """
+    rows = row_data(recordings, robot)
+
+    def sample_with(deviations: FloatArray) -> Sample:
+        whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
+        return Sample.of(Data(recordings, rows, whitening), ~recordings.test)
+
+    report("fitting the base model")
+    noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
+    sample = sample_with(noise.deviations)
+    base = fit(Chain(robot), sample)
+    if base.rank < len(robot.stiffness):
+        legs = ", ".join(name for name, known in zip(robot.actuators, base.determined, strict=True) if not known)
+        remedy = "Add recordings in which every actuator carries load."
+        raise NotIdentifiableError(f"no load reaches {legs}", where=recordings.source, remedy=remedy)
+    report("preparing the library")
+    entries = candidates(library(robot, recordings), sample, robot, base.values)
+    search = Search(robot, sample, entries, known_noise=noise.known, report=report)
+    model = search.run()
+    report("checking on held-out recordings")
+    errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
+    if model is not search.base and errors.test_after > errors.test_before:
+        search.log.add("held out", model, False, "the prediction of held-out recordings does not improve")
+        model = search.base
+        errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
+    report("weighing alternatives")
+    found = findings(search, model)
+    variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
+    location = locate(base, sample, robot, entries, variance)
+    dof_before, dof_after = _dof(base, sample), _dof(model.fit, sample.restricted(~model.outliers))
+    p_before = float(chi2_distribution.sf(base.chi2, dof_before)) if noise.known else float("nan")
+    p_after = float(chi2_distribution.sf(model.fit.chi2, dof_after)) if noise.known else float("nan")
+    verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
+    return Diagnosis(robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search)
+
+
+def _dof(result: Fit, sample: Sample) -> int:
+    return max(sample.readings - result.rank, 1)
+
+
+def _noise(
+    robot: Robot,
+    recordings: Recordings,
+    sample_with: Callable[[FloatArray], Sample],
+    *,
+    shared_reference: bool,
+) -> NoiseLevel:
+    if recordings.deviations is not None:
+        return NoiseLevel(recordings.deviations, "recordings")
+    translations = robot.coordinates.translations
+    replicated = noise_from_replicates(recordings, translations, shared_reference=shared_reference)
+    if replicated is not None:
+        return replicated
+    return noise_from_residuals(recordings, translations, lambda deviations: fit(Chain(robot), sample_with(deviations)))
+
+
+def _verdict(
+    found: tuple[Finding, ...], noise: NoiseLevel, before: tuple[float, float], after: tuple[float, float]
+) -> str:
+    """Before and after: χ²/dof and its p-value."""
+    if not noise.known:
+        return "explained" if found else "consistent"
+    if not found:
+        return "consistent" if before[1] >= CONSISTENT else "unexplained"
+    if after[1] >= CONSISTENT or after[0] - 1.0 <= RESIDUAL_SHARE * (before[0] - 1.0):
+        return "explained"
+    return "unexplained"

@@ -1,0 +1,92 @@
+"""What was found, with intervals, probabilities and sentences."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.effect import Effect
+from expdesign.diagnosis.probability import standing
+from expdesign.diagnosis.selection import Model, Search
+from expdesign.identification.fit import Fit
+
+_NORMAL_95 = 1.959963984540054
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect that is present.
+
+    Attributes:
+        physics, component, variant: what and where.
+        parameters: reported values with 95 % intervals.
+        probability: that this physics at this component is really there.
+        indistinguishable: other physics that would explain these recordings as well.
+        sentence: for a technician.
+        rows: lines of the file that were set aside (outliers only).
+    """
+
+    physics: str
+    component: str
+    variant: str
+    parameters: dict[str, tuple[float, float, float]]
+    probability: float
+    indistinguishable: tuple[str, ...]
+    sentence: str
+    rows: tuple[int, ...] = ()
+
+
+def findings(search: Search, model: Model) -> tuple[Finding, ...]:
+    """The effects of a model, the most explanatory first, then the outliers."""
+    found: list[tuple[float, Finding]] = []
+    alternatives = search.alternatives(model)
+    scale = 1.0
+    if not search.known_noise:
+        scale = model.fit.chi2 / max(search.sample.readings - model.fit.rank, 1)
+    for index, candidate in enumerate(model.candidates):
+        without = search.without(model, index)
+        stands = standing(model, index, without, alternatives[index])
+        values = reported(candidate.effect, model.fit, model.fit.chain.slices[index], scale)
+        effect = candidate.effect
+        finding = Finding(
+            effect.physics,
+            effect.component,
+            effect.variant,
+            values,
+            stands.probability,
+            stands.indistinguishable,
+            effect.sentence(values),
+        )
+        found.append((without.misfit - model.misfit, finding))
+    found.sort(key=lambda item: -item[0])
+    result = [finding for _, finding in found]
+    if model.outliers.any():
+        lines = tuple(int(line) for line in search.sample.recordings.lines[model.outliers])
+        count = float(len(lines))
+        sentence = f"Row{'s' if count > 1 else ''} {', '.join(map(str, lines))} of the file belong to no physics."
+        result.append(Finding("outlier", "instrument", "", {"rows": (count, count, count)}, 0.99, (), sentence, lines))
+    return tuple(result)
+
+
+def reported(effect: Effect, fitted: Fit, part: slice, scale: float) -> dict[str, tuple[float, float, float]]:
+    """Reported parameters of an effect with 95 % intervals by the delta method; `scale` multiplies the covariance."""
+    theta = ca.SX.sym("theta", len(effect.parameters))
+    expressions = effect.reported(theta)
+    stacked = ca.vertcat(*expressions.values())
+    function = ca.Function("reported", [theta], [stacked, ca.jacobian(stacked, theta)])
+    values, jacobian = (np.array(output) for output in function(fitted.values[part]))
+    covariance: FloatArray = fitted.covariance[part, part] * scale
+    result: dict[str, tuple[float, float, float]] = {}
+    known = np.isfinite(covariance.diagonal())
+    for row, name in enumerate(expressions):
+        slope = jacobian[row]
+        estimate = float(values[row, 0])
+        if np.any(slope[~known] != 0.0):
+            result[name] = (estimate, -1e300, 1e300)
+            continue
+        used = np.where(known, slope, 0.0)
+        variance = float(used[known] @ covariance[np.ix_(known, known)] @ used[known])
+        half = _NORMAL_95 * float(np.sqrt(max(variance, 0.0)))
+        result[name] = (estimate, estimate - half, estimate + half)
+    return result

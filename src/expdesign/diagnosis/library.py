@@ -1,0 +1,87 @@
+"""The library of physics that a diagnosis considers, and what each entry would do to the readings."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.row import row_symbols
+from expdesign.diagnosis.sample import Sample
+from expdesign.plugins import implementations
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+from expdesign.symbolic import BatchFunction
+
+
+def library(robot: Robot, points: LoadedPoints) -> list[Effect]:
+    """Every effect at every place that these recordings could show, in a fixed order."""
+    kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+    return [effect for kind in kinds for effect in kind.candidates(robot, points)]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect and the directions in which it moves the readings, to first order.
+
+    Attributes:
+        effect: the effect.
+        starts: internal parameters, one row per set of shapes from which a fit would start, shape (G, p).
+        directions: whitened derivatives of the readings with respect to the parameters that are not shapes, at neutral
+            parameters, shape (G, M, d) with M readings.
+        one_sided: which of these parameters cannot be negative, shape (d,).
+        places: number of places at which the library looks for the same physics.
+    """
+
+    effect: Effect
+    starts: FloatArray
+    directions: FloatArray
+    one_sided: BoolArray
+    places: int
+
+
+def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances: FloatArray) -> list[Candidate]:
+    """Candidates with their directions at given compliances (n_p,)."""
+    counts: dict[str, int] = {}
+    for effect in effects:
+        counts[effect.physics] = counts.get(effect.physics, 0) + 1
+    found = []
+    for effect in effects:
+        starts = np.array(effect.starts(sample.recordings)).reshape(-1, len(effect.parameters))
+        directions = _directions(effect, starts, sample, robot, compliances)
+        free = [p for p in effect.parameters if not p.shape]
+        one_sided: BoolArray = np.array([p.low >= p.neutral for p in free], dtype=bool)
+        usable = np.isfinite(directions).all(axis=(1, 2))
+        if usable.any():
+            places = counts[effect.physics]
+            found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places))
+    return found
+
+
+def _directions(
+    effect: Effect, starts: FloatArray, sample: Sample, robot: Robot, compliances: FloatArray
+) -> FloatArray:
+    """Whitened directions (G, M, d) at the starts (G, p)."""
+    axes = sample.recordings.axes
+    free = np.array([not p.shape for p in effect.parameters])
+    chain = Chain(robot, (effect,))
+    blocks = []
+    if effect.states:
+        for start in starts:
+            values = np.concatenate([compliances, start])
+            sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
+            blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
+    else:
+        row = row_symbols(robot)
+        theta = ca.SX.sym("theta", len(chain.parameters))
+        reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
+        columns = [len(compliances) + int(i) for i in np.flatnonzero(free)]
+        derivative = ca.jacobian(reading, theta)[:, columns]
+        function = BatchFunction("direction", [row.flat(), theta], [derivative])
+        for start in starts:
+            values = np.concatenate([compliances, start])
+            (sensitivities,) = function(sample.rows.values, values)
+            blocks.append(sensitivities.reshape(len(sample.rows), -1, len(columns))[:, axes])
+    return np.stack([sample.whiten(block).reshape(-1, block.shape[-1]) for block in blocks])

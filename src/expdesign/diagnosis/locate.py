@@ -1,0 +1,170 @@
+"""Where the base model and the recordings differ, before any physics is named.
+
+Each probe is a set of directions in which one part of the machine could move the readings, whatever the cause: any
+function of the force in a leg for that leg, any load-proportional motion for platform and base, and so on. The part of
+χ² that a probe explains after the compliances are projected out is χ²-distributed when nothing is wrong there; with
+many probes the p-values are corrected by Holm's method, so that the whole table holds its level.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.stats import chi2 as chi2_distribution
+
+from expdesign.arrays import FloatArray
+from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.score import orthonormal_basis, score
+from expdesign.identification.fit import Fit
+from expdesign.robots.robot import Robot
+
+LEVEL = 0.01
+_FORCE_BINS = 5
+_LOAD = {"payload_com_offset", "load_direction_tilt"}
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One place where the mismatch could be.
+
+    Attributes:
+        name: component, or what the residuals are compared with.
+        explained: part of χ² that it explains beyond the base model.
+        dimension: independent directions.
+        p_value: corrected for the number of probes of the table.
+    """
+
+    name: str
+    explained: float
+    dimension: int
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where the mismatch is.
+
+    Attributes:
+        components: by `Probe`, the best explanations first.
+        patterns: dependences of the residuals on pose, load, time, order and further columns, likewise.
+        axes: measured components whose residuals exceed the noise.
+        region: in words.
+    """
+
+    components: tuple[Probe, ...]
+    patterns: tuple[Probe, ...]
+    axes: tuple[str, ...]
+    region: str
+
+
+def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], noise_variance: float) -> Location:
+    """Locate the mismatch of the base fit; `noise_variance` is that of the whitened residuals (1 where it is known)."""
+    basis = orthonormal_basis(base.sensitivities.reshape(-1, len(base.values)))
+    residuals = base.residuals.ravel() / np.sqrt(noise_variance)
+
+    def probe(name: str, directions: FloatArray) -> tuple[str, float, int]:
+        sided = np.zeros(directions.shape[-1], dtype=bool)
+        result = score(residuals, basis, directions[None], sided)
+        return name, result.statistic, result.dimension
+
+    components = [probe(name, block) for name, block in _component_directions(sample, robot, library).items()]
+    patterns = [
+        _pattern(name, values, base, sample, noise_variance) for name, values in _drivers(sample, robot).items()
+    ]
+    corrected = _holm(components)
+    tested = _holm(patterns)
+    return Location(corrected, tested, _axes(base, sample, robot, noise_variance), _region(tested))
+
+
+def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]) -> dict[str, FloatArray]:
+    """Whitened directions (M, d) of every component."""
+    n, n_p = robot.coordinates.n, len(robot.stiffness)
+    recordings = sample.recordings
+    jacobians = robot.jacobians(recordings.configurations)
+    force = np.einsum("nij,ni->nj", jacobians.forward, recordings.wrenches)
+    blocks: dict[str, FloatArray] = {}
+    for leg in range(n_p):
+        edges = np.quantile(force[:, leg], np.linspace(0.0, 1.0, _FORCE_BINS + 1)[1:-1])
+        inside = np.eye(_FORCE_BINS)[np.searchsorted(edges, force[:, leg])]
+        moved = jacobians.pose[:, :, leg, None] * inside[:, None, :]
+        blocks[robot.actuators[leg]] = sample.whiten(moved[:, recordings.axes]).reshape(-1, _FORCE_BINS)
+    by_component: dict[str, list[FloatArray]] = {}
+    for candidate in library:
+        effect = candidate.effect
+        if effect.variant == "diagonal" or len(candidate.directions) > 1:
+            continue
+        if effect.component in ("platform", "base", "instrument", "geometry") or effect.physics in _LOAD:
+            by_component.setdefault(effect.component, []).append(candidate.directions[0])
+    for component, directions in by_component.items():
+        blocks[component] = np.concatenate(directions, axis=1)
+    time = sample.rows.position.astype(float) if recordings.time is None else recordings.time - recordings.time[0]
+    drift = time / max(float(np.ptp(time)), 1e-300)
+    constant = np.repeat(np.eye(n)[None], len(recordings), axis=0)
+    drifting = np.concatenate([constant, constant * drift[:, None, None]], axis=2)
+    blocks["environment"] = sample.whiten(drifting[:, recordings.axes]).reshape(-1, 2 * n)
+    return blocks
+
+
+def _drivers(sample: Sample, robot: Robot) -> dict[str, FloatArray]:
+    """Quantities with which residuals may vary, one value per row."""
+    recordings = sample.recordings
+    drivers = {name: recordings.configurations[:, i] for i, name in enumerate(robot.configuration)}
+    drivers |= {name: recordings.wrenches[:, i] for i, name in enumerate(robot.coordinates.wrench)}
+    size = np.linalg.norm(recordings.wrenches[:, : robot.coordinates.translations], axis=1)
+    drivers["size of the load"] = size
+    change = np.where(sample.rows.position > 0, np.diff(size, prepend=size[:1]), 0.0)
+    drivers["loading against unloading"] = np.sign(change)
+    drivers["place in the series"] = sample.rows.position.astype(float)
+    drivers["order of recording"] = recordings.sequence.astype(float)
+    if recordings.time is not None:
+        drivers["time_s"] = recordings.time
+    if recordings.temperature is not None:
+        drivers["temperature_degC"] = recordings.temperature
+    for name in recordings.extra.columns:
+        values = pd.to_numeric(recordings.extra[name], errors="coerce").to_numpy(dtype=float)
+        if np.isfinite(values).all():
+            drivers[str(name)] = values
+    return {name: values for name, values in drivers.items() if np.ptp(values) > 0.0}
+
+
+def _pattern(name: str, driver: FloatArray, base: Fit, sample: Sample, noise_variance: float) -> tuple[str, float, int]:
+    """How much of the residuals a straight line or parabola in a driver explains, on all axes."""
+    scaled = (driver - driver.mean()) / max(float(driver.std()), 1e-300)
+    powers = np.stack([scaled, scaled**2 - 1.0], axis=1) if len(np.unique(driver)) > 3 else scaled[:, None]
+    basis = orthonormal_basis(base.sensitivities.reshape(-1, len(base.values)))
+    axes = len(sample.recordings.axes)
+    directions = np.einsum("nd,kl->nkld", powers, np.eye(axes)) * sample.counts[:, None, None, None]
+    block = directions.reshape(len(driver) * axes, -1)
+    residuals = base.residuals.ravel() / np.sqrt(noise_variance)
+    result = score(residuals, basis, block[None], np.zeros(block.shape[1], dtype=bool))
+    return name, result.statistic, result.dimension
+
+
+def _holm(results: list[tuple[str, float, int]]) -> tuple[Probe, ...]:
+    """Probes with Holm's corrected p-values, by how far what they explain exceeds chance."""
+    raw = np.array([float(chi2_distribution.sf(value, max(size, 1))) for _, value, size in results])
+    order = np.argsort(raw, kind="stable")
+    corrected = np.empty(len(raw))
+    corrected[order] = np.minimum(np.maximum.accumulate(raw[order] * (len(raw) - np.arange(len(raw)))), 1.0)
+    probes = [Probe(name, value, size, float(p)) for (name, value, size), p in zip(results, corrected, strict=True)]
+    return tuple(sorted(probes, key=lambda probe: (probe.p_value, -(probe.explained - probe.dimension))))
+
+
+def _axes(base: Fit, sample: Sample, robot: Robot, noise_variance: float) -> tuple[str, ...]:
+    """Axes whose residuals exceed the noise, or the one with the largest."""
+    rows = int(sample.counts.sum())
+    sums = (base.residuals**2).sum(axis=0) / noise_variance
+    share = base.rank / len(sample.recordings.axes)
+    p_values = chi2_distribution.sf(sums, max(rows - share, 1.0)) * len(sums)
+    names = [robot.coordinates.deflection[axis] for axis in sample.recordings.axes]
+    chosen = [name for name, p in zip(names, p_values, strict=True) if p < LEVEL]
+    return tuple(chosen) if chosen else (names[int(np.argmax(sums))],)
+
+
+def _region(patterns: tuple[Probe, ...]) -> str:
+    """On what the mismatch depends most, in words."""
+    significant = [probe.name for probe in patterns if probe.p_value < LEVEL]
+    if not significant:
+        return "spread over all poses, loads and times"
+    return "varies most with " + ", ".join(significant[:3])

@@ -1,0 +1,57 @@
+"""How probable a named effect is, and which other physics these recordings could not tell from it.
+
+Every model that was fitted in full during the search, or in its place afterwards, has a posterior weight
+exp(−½·penalised misfit) (the penalty carries the prior, see `selection`). The weights are spread by a temperature above
+one, because models of real mechanisms are never exact: what separates them is partly what all of them lack.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.diagnosis.selection import Model
+
+TEMPERATURE = 2.0
+INDISTINGUISHABLE = 7.0
+"""Penalised misfits that differ by less leave two explanations open."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How one effect of a model stands against what could be in its place.
+
+    Attributes:
+        probability: of this physics at this component.
+        indistinguishable: other physics that would explain the recordings as well.
+    """
+
+    probability: float
+    indistinguishable: tuple[str, ...]
+
+
+def standing(model: Model, index: int, without: Model, alternatives: list[Model]) -> Standing:
+    """Standing of effect `index` of a model.
+
+    Args:
+        model: the chosen model.
+        index: of the effect.
+        without: the model without the effect.
+        alternatives: models with something else in its place.
+    """
+    chosen = model.candidates[index].effect
+    others = {m.keys: m for m in (without, *alternatives) if m.keys != model.keys}
+    misfits = np.array([model.misfit, *(m.misfit for m in others.values())])
+    weights = np.exp(-0.5 * (misfits - misfits.min()) / TEMPERATURE)
+    same = [True]
+    rivals: dict[str, float] = {}
+    for other in others.values():
+        extra = [e for e in other.effects if e.key not in {m.key for m in model.effects}]
+        agrees = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
+        same.append(agrees)
+        for effect in extra:
+            if effect.physics != chosen.physics:
+                gap = other.misfit - model.misfit
+                rivals[effect.physics] = min(gap, rivals.get(effect.physics, np.inf))
+    probability = float(weights[np.array(same)].sum() / weights.sum())
+    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < INDISTINGUISHABLE)
+    return Standing(probability, tuple(physics for _, physics in close))

@@ -1,0 +1,57 @@
+"""Recordings of which some rows do not count: held-out rows, and rows that are set aside as outliers.
+
+All rows stay in the chain, because effects with memory need the whole history of a series; a row that does not count
+has its residual and its sensitivities multiplied by zero.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.identification.fit import Data
+
+
+@dataclass(frozen=True)
+class Sample(Data):
+    """Data with a mark for every row that counts.
+
+    Attributes:
+        counts: shape (N,).
+    """
+
+    counts: BoolArray
+
+    @classmethod
+    def of(cls, data: Data, counts: BoolArray) -> Self:
+        """The sample of some rows of data."""
+        return cls(data.recordings, data.rows, data.whitening, counts)
+
+    def restricted(self, counts: BoolArray) -> Self:
+        """The rows of this sample that also count in `counts`."""
+        return replace(self, counts=self.counts & counts)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+        return int(self.counts.sum()) * len(self.recordings.axes)
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """Whitened values (N, k, ...), zero for rows that do not count."""
+        extra = (1,) * (values.ndim - 1)
+        return self.whitening.apply(values) * self.counts.reshape(-1, *extra)
+
+    def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
+        return super().residuals(chain, values) * self.counts[:, None]
+
+    def residuals_with_sensitivities(self, chain: Chain, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        residuals, sensitivities = super().residuals_with_sensitivities(chain, values)
+        return residuals * self.counts[:, None], sensitivities * self.counts[:, None, None]
+
+
+def rms(residuals: FloatArray, counts: BoolArray) -> float:
+    """Root mean square of whitened residuals (N, k) over the rows that count; 1 is the noise floor."""
+    chosen = residuals[counts]
+    return float(np.sqrt((chosen**2).mean())) if chosen.size else float("nan")

@@ -1,0 +1,291 @@
+"""Selection of the physics that explains a mismatch: score tests, full fits, forwards, backwards and by exchange.
+
+Models are compared by a penalised misfit, χ² + Σ over effects of (k·ln M + 2·ln(places) + 2·ln(kinds)): the Bayesian
+information criterion for M readings, with the prior probability of an effect shared evenly among the kinds of physics,
+and within a kind among the places at which the library looks for it. The second part is what controls false discoveries
+over the whole library: the more places are searched, the more a find must explain.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.score import orthonormal_basis, score
+from expdesign.identification.fit import Fit, fit
+from expdesign.robots.robot import Robot
+
+ACCEPTANCE = 6.0
+"""By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
+MOST_EFFECTS = 4
+FITS_PER_STEP = 10
+"""Places that are fitted in full in each step, best scores first."""
+_KINDS = 20.0
+
+
+@dataclass(frozen=True)
+class Model:
+    """A set of effects, rows set aside as outliers, and the fit.
+
+    Attributes:
+        candidates: the effects as found in the library.
+        outliers: rows set aside, shape (N,).
+        fit: of the rest.
+        misfit: penalised, see the module.
+    """
+
+    candidates: tuple[Candidate, ...]
+    outliers: BoolArray
+    fit: Fit
+    misfit: float
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects."""
+        return tuple(candidate.effect for candidate in self.candidates)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Identifiers of the effects, sorted."""
+        return tuple(sorted(effect.key for effect in self.effects))
+
+
+@dataclass
+class Log:
+    """Why each model that was fitted was kept or not, in the order of the search."""
+
+    entries: list[dict[str, object]] = field(default_factory=list)
+
+    def add(self, step: str, model: Model, kept: bool, reason: str) -> None:
+        """Note one decision."""
+        entry = {
+            "step": step,
+            "effects": list(model.keys),
+            "chi2": model.fit.chi2,
+            "penalised_misfit": model.misfit,
+            "kept": kept,
+            "reason": reason,
+        }
+        self.entries.append(entry)
+
+
+class Search:
+    """The search for the physics behind one set of recordings.
+
+    Args:
+        robot: the robot.
+        sample: the rows that may be fitted.
+        library: the candidates.
+        known_noise: whether residuals are in units of a known standard deviation.
+        report: called with a sentence on what is being done.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        sample: Sample,
+        library: list[Candidate],
+        *,
+        known_noise: bool,
+        report: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.robot = robot
+        self.sample = sample
+        self.library = library
+        self.known_noise = known_noise
+        self.report = report
+        self.log = Log()
+        self.models: dict[tuple[tuple[str, ...], bytes], Model] = {}
+        self._chains: dict[tuple[str, ...], Chain] = {}
+        self.base = self._fitted((), np.zeros(len(sample.counts), dtype=bool), [np.zeros(0)])
+
+    def run(self) -> Model:
+        """The best model found; with no effects where none is worth its parameters."""
+        current = self.base
+        while len(current.candidates) < MOST_EFFECTS:
+            self.report(f"looking for effect {len(current.candidates) + 1}")
+            grown = self._grow(current)
+            if grown is None or current.misfit - grown.misfit < ACCEPTANCE:
+                break
+            self.log.add("forward", grown, True, f"misfit falls by {current.misfit - grown.misfit:.1f}")
+            current = self._exchange(grown)
+            current = self._prune(current)
+        return current
+
+    def alternatives(self, model: Model) -> list[list[Model]]:
+        """For each effect of a model, the models in which another place or physics stands in for it."""
+        return [self._replacements(model, index) for index in range(len(model.candidates))]
+
+    def _grow(self, current: Model) -> Model | None:
+        """The best model with one more effect, or with rows set aside."""
+        options = [self._extended(current, candidate) for candidate in self._promising(current)]
+        aside = self._without_outliers(current)
+        if aside is not None:
+            options.append(aside)
+        best = min(options, key=lambda model: model.misfit, default=None)
+        for model in options:
+            if model is not best:
+                self.log.add("forward", model, False, "another effect explains more")
+        return best
+
+    def _exchange(self, current: Model) -> Model:
+        """Replace effects one at a time by better ones until none is found."""
+        if len(current.candidates) < 2:
+            return current
+        improved = True
+        while improved:
+            improved = False
+            for index in range(len(current.candidates)):
+                best = min(self._replacements(current, index), key=lambda model: model.misfit, default=current)
+                if best.misfit < current.misfit - 1e-6:
+                    self.log.add("exchange", best, True, f"misfit falls by {current.misfit - best.misfit:.1f}")
+                    current, improved = best, True
+                    break
+        return current
+
+    def _prune(self, current: Model) -> Model:
+        """Leave out effects that are no longer worth their parameters beside the others."""
+        for index in range(len(current.candidates)):
+            smaller = self.without(current, index)
+            if smaller.misfit < current.misfit:
+                self.log.add("backward", smaller, True, "the effect left out explains too little beside the others")
+                return self._prune(smaller)
+        return current
+
+    def without(self, model: Model, index: int) -> Model:
+        """A model refitted without one of its effects."""
+        rest = model.candidates[:index] + model.candidates[index + 1 :]
+        return self._model(rest, model.outliers, [self._part(model, c) for c in rest])
+
+    def _replacements(self, model: Model, index: int) -> list[Model]:
+        smaller = self.without(model, index)
+        return [self._extended(smaller, candidate) for candidate in self._promising(smaller)]
+
+    def _promising(self, current: Model) -> list[tuple[Candidate, FloatArray]]:
+        """Candidates worth a full fit on top of a model, with the parameters from which to start."""
+        basis = orthonormal_basis(current.fit.sensitivities.reshape(-1, len(current.fit.values)))
+        residuals = current.fit.residuals.ravel()
+        present = {(c.effect.physics, c.effect.component) for c in current.candidates}
+        ranked: list[tuple[float, str, Candidate, FloatArray]] = []
+        for candidate in self.library:
+            if (candidate.effect.physics, candidate.effect.component) in present:
+                continue
+            result = score(residuals, basis, candidate.directions, candidate.one_sided)
+            gain = result.statistic - self._penalty(candidate)
+            free = np.array([not p.shape for p in candidate.effect.parameters])
+            start = candidate.starts[result.start].copy()
+            start[free] += result.step
+            ranked.append((gain, candidate.effect.key, candidate, start))
+        ranked.sort(key=lambda item: (-item[0], item[1]))
+        return [(candidate, start) for _, _, candidate, start in self._best_of_each(ranked)]
+
+    def _best_of_each(
+        self, ranked: list[tuple[float, str, Candidate, FloatArray]]
+    ) -> list[tuple[float, str, Candidate, FloatArray]]:
+        """The best candidates, no more than three per physics so that rival explanations get their fit as well."""
+        kept: list[tuple[float, str, Candidate, FloatArray]] = []
+        taken: dict[str, int] = {}
+        for item in ranked:
+            physics = item[2].effect.physics
+            if taken.get(physics, 0) < 3:
+                kept.append(item)
+                taken[physics] = taken.get(physics, 0) + 1
+            if len(kept) == FITS_PER_STEP:
+                break
+        return kept
+
+    def _extended(self, current: Model, item: tuple[Candidate, FloatArray]) -> Model:
+        candidate, start = item
+        parts = [self._part(current, c) for c in current.candidates]
+        return self._model((*current.candidates, candidate), current.outliers, [*parts, start], current)
+
+    def _part(self, model: Model, candidate: Candidate) -> FloatArray:
+        """Parameters of one effect of a fitted model."""
+        for own, part in zip(model.candidates, model.fit.chain.slices, strict=True):
+            if own is candidate:
+                return model.fit.values[part]
+        raise KeyError(candidate.effect.key)
+
+    def _model(
+        self,
+        chosen: tuple[Candidate, ...],
+        outliers: BoolArray,
+        parts: list[FloatArray],
+        smaller: Model | None = None,
+    ) -> Model:
+        key = (tuple(sorted(c.effect.key for c in chosen)), outliers.tobytes())
+        if key not in self.models:
+            order = sorted(range(len(chosen)), key=lambda i: chosen[i].effect.key)
+            sorted_parts = [parts[i] for i in order]
+            self.models[key] = self._fitted(tuple(chosen[i] for i in order), outliers, sorted_parts, smaller)
+        return self.models[key]
+
+    def _fitted(
+        self,
+        chosen: tuple[Candidate, ...],
+        outliers: BoolArray,
+        parts: list[FloatArray],
+        smaller: Model | None = None,
+    ) -> Model:
+        names = tuple(c.effect.key for c in chosen)
+        if names not in self._chains:
+            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen))
+        chain = self._chains[names]
+        sample = self.sample.restricted(~outliers)
+        compliances = smaller.fit.values[: chain.compliances] if smaller is not None else np.ones(chain.compliances)
+        result = fit(chain, sample, np.concatenate([compliances, *parts]) if chosen else None)
+        misfit = self.log_misfit(result.chi2, sample.readings)
+        misfit += sum(self._penalty(candidate) for candidate in chosen)
+        misfit += self._outlier_penalty() * int(outliers.sum())
+        return Model(chosen, outliers, result, misfit)
+
+    def log_misfit(self, chi2: float, readings: int) -> float:
+        """−2·log likelihood up to a constant: χ², or with an unknown noise level M·ln(χ²/M)."""
+        if self.known_noise:
+            return chi2
+        # Rows set aside must not change the scale of comparison, hence the readings of the whole sample.
+        del readings
+        return self.sample.readings * float(np.log(max(chi2, 1e-300) / self.sample.readings))
+
+    def _penalty(self, candidate: Candidate) -> float:
+        count = len(candidate.effect.parameters)
+        bic = count * np.log(max(self.sample.readings, 2))
+        return float(bic + 2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
+
+    def _outlier_penalty(self) -> float:
+        """Of one row set aside: one parameter per reading of it, anywhere among the rows."""
+        axes = len(self.sample.recordings.axes)
+        rows = max(int(self.sample.counts.sum()), 2)
+        return float(axes * np.log(max(self.sample.readings, 2)) + 2.0 * np.log(rows))
+
+    def _without_outliers(self, current: Model) -> Model | None:
+        """The model refitted without the rows that stand out, or None where no row does."""
+        flagged = current.outliers.copy()
+        model = current
+        for _ in range(max(1, len(flagged) // 10)):
+            distances = row_distances(model.fit)
+            distances[flagged] = 0.0
+            scale = 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
+            worst = int(np.argmax(distances))
+            if distances[worst] / scale < self._outlier_penalty():
+                break
+            flagged[worst] = True
+            parts = [self._part(current, c) for c in current.candidates]
+            model = self._model(current.candidates, flagged.copy(), parts, current)
+        return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
+
+
+def row_distances(result: Fit) -> FloatArray:
+    """Reduction of χ² if a row were left out, shape (N,): r·(I − H)⁻¹·r with H the row's own leverage."""
+    rows, readings, width = result.sensitivities.shape
+    basis = orthonormal_basis(result.sensitivities.reshape(-1, width)).reshape(rows, readings, -1)
+    remaining = np.eye(readings) - np.einsum("nkr,nlr->nkl", basis, basis)
+    remaining += 1e-9 * np.eye(readings)
+    solved = np.linalg.solve(remaining, result.residuals[..., None])[..., 0]
+    distances: FloatArray = np.einsum("nk,nk->n", result.residuals, solved)
+    return distances
