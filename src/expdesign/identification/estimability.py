@@ -27,9 +27,7 @@ def require_actuators(robot: Robot, source: str) -> None:
         raise InputError(what, where=source, remedy="`expdesign diagnose` finds what it does have.")
 
 
-def require_estimable(
-    robot: Robot, recordings: Recordings, forces: FloatArray, sensitivities: FloatArray
-) -> None:
+def require_estimable(robot: Robot, recordings: Recordings, forces: FloatArray, sensitivities: FloatArray) -> None:
     """Raise where the readings do not determine all compliances.
 
     Args:

@@ -47,9 +47,7 @@ def goodness_of_fit(fit: Fit, recordings: Recordings, noise: NoiseLevel, *, shar
     return Goodness(fit.chi2 if noise.known else None, fit.dof, p_value, lack)
 
 
-def _lack_of_fit(
-    fit: Fit, recordings: Recordings, noise: NoiseLevel, *, shared_reference: bool
-) -> LackOfFit | None:
+def _lack_of_fit(fit: Fit, recordings: Recordings, noise: NoiseLevel, *, shared_reference: bool) -> LackOfFit | None:
     groups = replicate_groups(recordings, shared_reference=shared_reference)
     error = pure_error(recordings, noise.deviations, groups, shared_reference=shared_reference)
     squares, pure_dof = float(error.squares.sum()), error.dof * len(recordings.axes)

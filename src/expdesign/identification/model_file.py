@@ -160,9 +160,7 @@ def robot_effect_classes() -> list[type[Effect]]:
     return implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
 
 
-def _effect(
-    entry: _EffectSection, known: list[type[Effect]], robot: Any, document: YamlDocument, index: int
-) -> Effect:
+def _effect(entry: _EffectSection, known: list[type[Effect]], robot: Any, document: YamlDocument, index: int) -> Effect:
     """The effect of an entry: the known one of that physics whose parameters bear the same names."""
     where = document.where(("effects", index))
     of_physics = [cls for cls in known if cls.physics == entry.physics]

@@ -73,9 +73,7 @@ def axis_groups(recordings: Recordings, translations: int) -> list[tuple[str, In
     return [(name, columns) for name, columns in groups if columns.size]
 
 
-def noise_from_replicates(
-    recordings: Recordings, translations: int, *, shared_reference: bool
-) -> NoiseLevel | None:
+def noise_from_replicates(recordings: Recordings, translations: int, *, shared_reference: bool) -> NoiseLevel | None:
     """The noise level that replicates show, or None where there are too few of them."""
     groups = replicate_groups(recordings, shared_reference=shared_reference)
     ones = np.ones_like(recordings.deflections)
@@ -90,9 +88,7 @@ def noise_from_replicates(
     return _level(recordings, levels, "replicates")
 
 
-def noise_from_residuals(
-    recordings: Recordings, translations: int, fit: Callable[[FloatArray], Fit]
-) -> NoiseLevel:
+def noise_from_residuals(recordings: Recordings, translations: int, fit: Callable[[FloatArray], Fit]) -> NoiseLevel:
     """The noise level that the residuals of the base model show.
 
     Args:

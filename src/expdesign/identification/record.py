@@ -30,9 +30,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         else {"F": lack.ratio, "dof": lack.dof, "dof_pure_error": lack.pure_dof, "p_value": lack.p_value},
         "noise": {
             "origin": noise.origin,
-            "levels": [
-                {"of": group.name, "std": group.deviation, "dof": group.dof} for group in noise.groups
-            ],
+            "levels": [{"of": group.name, "std": group.deviation, "dof": group.dof} for group in noise.groups],
         },
         "fit": {"rms": rms(result.fit.residuals), "test_rms": rms(result.test_residuals)},
         "rows": {

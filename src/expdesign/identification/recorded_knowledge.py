@@ -1,0 +1,71 @@
+"""What recordings say about the compliances, in the form in which further measurements can be added to it."""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.maps import cartesian_compliance, observation_matrix
+from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.identification.identify import identify, reference_rows
+from expdesign.identification.sequential import Knowledge
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+
+
+def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: FloatArray | None) -> Knowledge:
+    """Information and load errors of recordings.
+
+    Standard deviations are those of the recordings; where they state none they are estimated, or, where the recordings
+    are too few for that, those of the configuration.
+
+    Args:
+        problem: the robot, its sources of load error, and whether a series shares its reference.
+        recordings: what was measured; rows held out for testing do not count.
+        loads: load parameters of every row (N, k) in the order of the recordings; None where there are no load errors.
+
+    Raises:
+        InputError: the noise is not known.
+    """
+    loaded, robot = problem.loaded, problem.loaded.robot
+    fitted = ~recordings.test & ~reference_rows(recordings)
+    train = recordings.rows(fitted)
+    deviations = train.deviations if train.deviations is not None else _deviations(problem, recordings, train)
+    whitening = Whitening(deviations, train.series, shared_reference=problem.noise.shared_reference)
+    jacobians = robot.jacobians(train.configurations)
+    observation = observation_matrix(jacobians, train.wrenches)[:, train.axes] * robot.compliance
+    rows = whitening.apply(observation)
+    count = rows.shape[-1]
+    # The whitening of the readings, transposed, so that every row's load error meets all that it is whitened with.
+    gain = whitening.apply(rows * deviations[..., None]) / deviations[..., None]
+    own = np.zeros((count, count))
+    common = [np.zeros((count, 0))]
+    if loads is not None:
+        compliance = cartesian_compliance(jacobians, robot.compliance)
+        for source, error in zip(loaded.sources, loaded.wrenches(jacobians.rotation, loads[fitted])[1], strict=True):
+            moved = (compliance @ error)[:, train.axes]
+            seen = gain.swapaxes(-1, -2) @ moved
+            if source.shared:
+                common.append(seen.sum(axis=0))
+            else:
+                flat = seen.swapaxes(0, 1).reshape(count, -1)
+                own += flat @ flat.T
+    root = rows.reshape(-1, count)
+    if len(root) > count:
+        root = np.asarray(np.linalg.qr(root, mode="r"))
+    return Knowledge(root, np.concatenate(common, axis=-1), own)
+
+
+def _deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:
+    """Estimated standard deviations, or those of the configuration."""
+    shared = problem.noise.shared_reference
+    try:
+        return identify(problem.loaded.robot, recordings, shared_reference=shared).noise.deviations
+    except NotIdentifiableError:
+        pass
+    stated = dict(zip(problem.noise.axes.tolist(), np.sqrt(np.diag(problem.noise.covariance)), strict=True))
+    missing = [axis for axis in train.axes.tolist() if axis not in stated]
+    if missing:
+        name = problem.loaded.robot.coordinates.deviation[missing[0]]
+        what = "the standard deviation is neither stated nor in the configuration, and cannot be estimated"
+        raise InputError(what, where=f"{recordings.source}, column {name}", remedy="Add the column.")
+    return np.tile([stated[axis] for axis in train.axes.tolist()], (len(train), 1))

@@ -1,0 +1,243 @@
+"""The next measurements: which would most improve the accuracy at the targets, given what is known (theory.md 10.3).
+
+With the information R₀ᵀR₀ = P₀⁻¹ of the recordings, measurements j added to them give P = (P₀⁻¹ + Σ A_jᵀV_j⁻¹A_j)⁻¹,
+and the error to expect after compensation is, as for the criterion `total`,
+
+    total² = Σ_t w_t tr(W_t A_D (P + P·(B·Bᵀ + N)·P) A_Dᵀ) / Σ_t w_t,
+
+where B = Σ A_iᵀV_i⁻¹D_iL_i collects the load errors that all measurements share and N = Σ A_iᵀV_i⁻¹D_iΣ_iD_iᵀV_i⁻¹A_i
+those that each has for itself. All of it is a sum over measurements, so that thousands of candidates cost one batch.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.targets import Targets
+from expdesign.design.problem import DesignProblem
+from expdesign.design.start import reachable_measurements
+
+CANDIDATES = 4000
+_ROUNDS = 10
+_BROOD, _STEPS = 200, 40
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What measurements say, with any batch dimensions in front; sums of measurements are sums of `Knowledge`.
+
+    Attributes:
+        root: rows G·A (in units of 1/apK) of the whitened readings, shape (..., r, p).
+        shared: B, shape (..., p, d).
+        own: N, shape (..., p, p).
+    """
+
+    root: FloatArray
+    shared: FloatArray
+    own: FloatArray
+
+    def plus(self, other: "Knowledge") -> "Knowledge":
+        """Both together; the rows are reduced to a triangle, which keeps the condition number."""
+        batch = np.broadcast_shapes(self.root.shape[:-2], other.root.shape[:-2])
+        rows = [np.broadcast_to(part, (*batch, *part.shape[-2:])) for part in (self.root, other.root)]
+        stacked = np.concatenate(rows, axis=-2)
+        reduced: FloatArray = stacked
+        if stacked.shape[-2] > stacked.shape[-1]:
+            reduced = np.asarray(np.linalg.qr(stacked, mode="r"))
+        return Knowledge(reduced, self.shared + other.shared, self.own + other.own)
+
+    def part(self, index: int) -> "Knowledge":
+        """One member of a batch."""
+        return Knowledge(self.root[index], self.shared[index], self.own[index])
+
+
+def knowledge_of(problem: DesignProblem, genes: FloatArray) -> Knowledge:
+    """What each of the measurements (c, g) of the design space would say by itself, batch shape (c,)."""
+    measurements = problem.loaded.measure(*problem.space.decode(genes))
+    noise, scale = problem.noise, problem.loaded.robot.compliance
+    root = noise.whitener @ measurements.observation[..., noise.axes, :] * scale
+    errors = [
+        noise.whitener @ (measurements.compliance @ error)[..., noise.axes, :] for error in measurements.load_errors
+    ]
+    return _with_errors(root, errors, [source.shared for source in problem.loaded.sources])
+
+
+def _with_errors(root: FloatArray, errors: list[FloatArray], shared: list[bool]) -> Knowledge:
+    """Knowledge from whitened rows (..., r, p) and whitened deflections per load error (..., r, d)."""
+    count = root.shape[-1]
+    own = np.zeros((*root.shape[:-2], count, count))
+    common = [np.zeros((*root.shape[:-2], count, 0))]
+    for error, is_shared in zip(errors, shared, strict=True):
+        seen = root.swapaxes(-1, -2) @ error
+        if is_shared:
+            common.append(seen)
+        else:
+            own = own + seen @ seen.swapaxes(-1, -2)
+    return Knowledge(root, np.concatenate(common, axis=-1), own)
+
+
+def together(parts: list[Knowledge]) -> Knowledge:
+    """The sum of several."""
+    total = parts[0]
+    for part in parts[1:]:
+        total = total.plus(part)
+    return total
+
+
+def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) -> FloatArray:
+    """√total² of a batch, in tolerances, shape (...); infinite where the compliances are not determined.
+
+    Args:
+        knowledge: of all measurements.
+        targets: where accuracy is wanted.
+        scale: unit of the compliances in `knowledge` (m/N), shape (p,).
+    """
+    root = knowledge.root
+    if root.shape[-2] < root.shape[-1]:
+        return np.full(root.shape[:-2], np.inf)
+    _, singular, right = np.linalg.svd(root, full_matrices=False)
+    usable = singular[..., -1] > 1e-9 * singular[..., 0]
+    inverse = right.swapaxes(-1, -2) / np.where(usable[..., None], singular, 1.0)[..., None, :]
+    covariance = inverse @ inverse.swapaxes(-1, -2)
+    biased = covariance @ knowledge.shared
+    parameters = covariance + biased @ biased.swapaxes(-1, -2) + covariance @ knowledge.own @ covariance
+    rows = targets.observation * scale
+    variance = np.einsum("tip,...pq,tiq->...ti", rows, parameters, rows)
+    squares = (variance * targets.importance).sum(axis=-1)
+    mean = squares @ targets.weights / targets.weights.sum()
+    total = squares.max(axis=-1) if targets.aggregate == "max" else mean
+    root_total: FloatArray = np.where(usable, np.sqrt(np.maximum(total, 0.0)), np.inf)
+    return root_total
+
+
+@dataclass(frozen=True)
+class NextMeasurements:
+    """Measurements to add, and what they promise.
+
+    Attributes:
+        genes: of the design space, shape (k, g).
+        before: expected total error of the recordings alone, in tolerances (infinite where undetermined).
+        after: of the recordings with the first 1, 2, ... k of the measurements, shape (k,).
+    """
+
+    genes: FloatArray
+    before: float
+    after: FloatArray
+
+
+def next_measurements(
+    problem: DesignProblem, known: Knowledge, *, count: int, accuracy: float | None, seed: int
+) -> NextMeasurements:
+    """Up to `count` measurements that most improve the accuracy at the targets, in the order of their use.
+
+    One at a time from a sample of the design space (greedy), then each in turn replaced by the best candidate for its
+    place until none is better (exchange), then refined in their continuous variables.
+
+    Args:
+        problem: what can be measured, and where accuracy is wanted.
+        known: what the recordings say.
+        count: the most that may be added.
+        accuracy: total error (in tolerances) at which to stop adding; None to add all.
+        seed: of the sample.
+
+    Raises:
+        InfeasibleError: no measurement is within the robot's limits.
+    """
+    generator = np.random.default_rng(seed)
+    pool = reachable_measurements(problem, CANDIDATES, generator)
+    candidates = knowledge_of(problem, pool)
+    scale, targets = problem.loaded.robot.compliance, problem.targets
+
+    def totals(base: Knowledge, added: Knowledge) -> FloatArray:
+        return expected_total(base.plus(added), targets, scale)
+
+    before = float(expected_total(known, targets, scale))
+    chosen: list[FloatArray] = []
+    base = known
+    while len(chosen) < count:
+        scores = totals(base, candidates)
+        if not np.isfinite(scores).any():
+            # Too little is known for any single one to determine all: take what adds most information.
+            scores = -_information(base.plus(candidates))
+        best = int(np.argmin(scores))
+        chosen.append(pool[best])
+        base = base.plus(candidates.part(best))
+        if accuracy is not None and float(expected_total(base, targets, scale)) <= accuracy:
+            break
+    genes = _exchanged(problem, known, np.array(chosen), pool, candidates, generator)
+    after, base = [], known
+    for row in _ordered(problem, known, genes):
+        base = base.plus(knowledge_of(problem, row[None]).part(0))
+        after.append(float(expected_total(base, targets, scale)))
+    return NextMeasurements(_ordered(problem, known, genes), before, np.array(after))
+
+
+def _information(knowledge: Knowledge) -> FloatArray:
+    """Product of the non-zero singular values, in logarithms, of a batch; more rank comes first."""
+    singular = np.linalg.svd(knowledge.root, compute_uv=False)
+    kept = singular > 1e-9 * singular[..., :1]
+    logs: FloatArray = np.where(kept, np.log(np.where(kept, singular, 1.0)) + 1e3, 0.0).sum(axis=-1)
+    return logs
+
+
+def _exchanged(
+    problem: DesignProblem,
+    known: Knowledge,
+    genes: FloatArray,
+    pool: FloatArray,
+    candidates: Knowledge,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """Measurements (k, g) after exchange with the pool and refinement of the continuous variables."""
+    scale, targets, space = problem.loaded.robot.compliance, problem.targets, problem.space
+    robot = problem.loaded.robot
+    genes = genes.copy()
+
+    def others(place: int) -> Knowledge:
+        rest = np.delete(genes, place, axis=0)
+        if len(rest) == 0:
+            return known
+        each = knowledge_of(problem, rest)
+        return together([known, *(each.part(i) for i in range(len(rest)))])
+
+    def score(base: Knowledge, place: int) -> float:
+        return float(expected_total(base.plus(knowledge_of(problem, genes[place][None]).part(0)), targets, scale))
+
+    for _ in range(_ROUNDS if len(genes) > 1 else 1):
+        improved = False
+        for place in range(len(genes)):
+            base = others(place)
+            now = score(base, place)
+            scores = expected_total(base.plus(candidates), targets, scale)
+            best = int(np.argmin(scores))
+            if scores[best] < now * (1.0 - 1e-9):
+                genes[place], improved = pool[best], True
+        if not improved:
+            break
+    span = (space.upper - space.lower) * ~space.discrete
+    for place in range(len(genes)):
+        base, size = others(place), 0.1
+        now = score(base, place)
+        for _ in range(_STEPS if span.any() else 0):
+            moves = generator.standard_normal((_BROOD, space.genes)) * size * span
+            brood = np.clip(genes[place] + moves, space.lower, space.upper)
+            brood = brood[robot.usable(space.decode(brood)[0])]
+            scores = expected_total(base.plus(knowledge_of(problem, brood)), targets, scale)
+            size *= 1.2 if len(brood) and (scores < now).mean() > 0.1 else 0.7
+            if len(brood) and scores.min() < now:
+                genes[place], now = brood[int(np.argmin(scores))], float(scores.min())
+    return genes
+
+
+def _ordered(problem: DesignProblem, known: Knowledge, genes: FloatArray) -> FloatArray:
+    """The same measurements, the most useful first."""
+    scale, targets = problem.loaded.robot.compliance, problem.targets
+    left, ordered, base = list(range(len(genes))), [], known
+    each = knowledge_of(problem, genes)
+    while left:
+        scores = [float(expected_total(base.plus(each.part(i)), targets, scale)) for i in left]
+        best = left.pop(int(np.argmin(scores)))
+        ordered.append(best)
+        base = base.plus(each.part(best))
+    return genes[ordered]

@@ -1,0 +1,98 @@
+"""Recordings as an experiment would give them: the deflections of a model, with load errors and noise drawn at random.
+
+The loads of the plan are the assumed ones; what acts is the assumed load with the errors of the configuration added to
+first order (theory.md 5.2), and what is written down is still the assumed load.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.row import row_data
+from expdesign.design.plan import Plan
+from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.errors import InputError
+from expdesign.identification.model_file import Model
+from expdesign.instrument.deflection_noise import DeflectionNoise
+from expdesign.recordings.recordings import LoadedPoints
+
+_LOAD_STREAM, _NOISE_STREAM = 1, 2
+
+
+def simulated_deflections(
+    problem: DesignProblem,
+    plan: Plan,
+    points: LoadedPoints,
+    model: Model | None,
+    seed: int,
+    *,
+    noise: bool,
+    errors: bool,
+) -> FloatArray:
+    """Deflections of all pose coordinates (m, rad), shape (N, n), noise on the measured ones only.
+
+    Args:
+        problem: noise, load errors, and the base model with the approximate stiffness.
+        plan: the measurements, rows as in the file.
+        points: the same rows in the order of their sequence.
+        model: what deflects in place of the base model, or None.
+        seed: the same seed gives the same errors of the loads and the same noise, whichever of them is switched off.
+        noise: whether there is noise.
+        errors: whether the loads have errors.
+
+    Raises:
+        InputError: the model is of another kind of robot.
+    """
+    loaded = problem.loaded
+    added = load_errors(loaded, plan, seed) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
+    if model is None:
+        measurements = loaded.measure(plan.configurations, plan.loads)
+        deflections = measurements.observation @ loaded.robot.compliance
+        deflections = deflections + (measurements.compliance @ added[..., None])[..., 0]
+    else:
+        deflections = _of_model(model, problem, points, added)
+    if noise:
+        drawn = drawn_noise(problem.noise, plan.series, np.random.default_rng([seed, _NOISE_STREAM]))
+        deflections[:, problem.noise.axes] += drawn
+    return deflections
+
+
+def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
+    """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error."""
+    generator = np.random.default_rng([seed, _LOAD_STREAM])
+    rotation = loaded.robot.jacobians(plan.configurations).rotation
+    wrenches, scaled = loaded.wrenches(rotation, plan.loads)
+    total = np.zeros_like(wrenches)
+    for source, sensitivity in zip(loaded.sources, scaled, strict=True):
+        size = (1 if source.shared else len(plan), sensitivity.shape[-1])
+        delta = np.broadcast_to(generator.standard_normal(size), (len(plan), sensitivity.shape[-1]))
+        total += (sensitivity @ delta[..., None])[..., 0]
+    total[(wrenches == 0.0).all(axis=1)] = 0.0
+    return total
+
+
+def drawn_noise(noise: DeflectionNoise, series: IntArray, generator: np.random.Generator) -> FloatArray:
+    """Noise of the measured components (m, rad), shape (N, k); half of it common to a series that shares its reference."""
+    root = np.linalg.inv(noise.whitener)
+    own = generator.standard_normal((len(series), len(root)))
+    if noise.shared_reference:
+        _, index = np.unique(series, return_inverse=True)
+        common = generator.standard_normal((int(index.max()) + 1, len(root)))
+        own = np.sqrt(0.5) * (own + common[index])
+    drawn: FloatArray = own @ root.T
+    return drawn
+
+
+def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:
+    """Deflections of a model under the actual loads, rows as in the file."""
+    robot, own = problem.loaded.robot, model.chain.robot
+    if robot.configuration != own.configuration or len(robot.stiffness) != len(own.stiffness):
+        what = f"the model is of a {own.kind}, and the configuration of a {robot.kind}"
+        raise InputError(what, where=model.source, remedy="Use a model of the configuration's robot.")
+    order = np.argsort(points.lines, kind="stable")
+    in_sequence = np.empty_like(added)
+    in_sequence[order] = added
+    actual = replace(points, wrenches=points.wrenches + in_sequence, absolute=points.absolute + in_sequence)
+    return model.chain.predict(row_data(actual, own), model.values)[order]
