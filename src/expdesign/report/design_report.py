@@ -136,16 +136,18 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
         chosen=front.recommended,
         tall=True,
     )
+    jumps = Buttons((("choose-recommended", "Choose the recommended design"), ("choose-knee", "Choose the knee")))
     figures: list[Block] = [front_figure(front)]
+    below: list[Block] = []
     if data["parallel"]:
         selectors = [
             Selector(id, label, [Option(name, words.criterion(name), name == front.objectives[k]) for name in names])
             for k, (id, label) in enumerate((("horizontal", "Across"), ("vertical", "Up")))
         ]
-        figures = [*selectors, *figures, parallel_figure(front)]
-    jumps = Buttons((("choose-recommended", "Choose the recommended design"), ("choose-knee", "Choose the knee")))
+        figures = [*selectors, *figures]
+        below.append(parallel_figure(front))
     chosen = Paragraph(design_summary(problem, front, front.recommended), id="chosen-text", live=True)
-    return Section("choice", "Choose a design", (SideBySide(figures, (table, jumps)), chosen))
+    return Section("choice", "Choose a design", (SideBySide(figures, (table, jumps)), *below, chosen))
 
 
 def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any]) -> Section:

@@ -58,7 +58,7 @@ const report = (() => {
       for (const key of ["xaxis", "yaxis", "zaxis"]) {
         layout.scene[key] = {
           gridcolor: colour("--grid"), zerolinecolor: colour("--line"), linecolor: colour("--line"),
-          showbackground: false, showspikes: false, ...layout.scene[key],
+          showbackground: false, showspikes: false, nticks: 6, ...layout.scene[key],
         };
       }
     }

@@ -78,6 +78,8 @@ function robotView(id, view) {
       figure.data = traces;
       if (inSpace && !projected) {
         ["xaxis", "yaxis", "zaxis"].forEach((axis, number) => { figure.layout.scene[axis].range = view.bounds[number]; });
+        const [x, y, z] = view.aspect;
+        figure.layout.scene.aspectratio = { x, y, z };
       } else if (projected) {
         delete figure.layout.scene;
         Object.assign(figure.layout, {

@@ -79,6 +79,8 @@ def view_data(states: RobotStates) -> dict[str, Any]:
         "dimension": dimension,
         "size": size,
         "bounds": np.stack([low, high], axis=-1),
+        # Of the same length whatever the proportions, so that a tall robot is not cut off.
+        "aspect": 1.75 * (high - low) / np.linalg.norm(high - low),
         "parts": [{"name": part.name, "role": part.role, "paths": part.paths} for part in states.drawing.parts],
         "origin": count,
         "contact": count + 1,
@@ -97,7 +99,7 @@ def view_figure(id: str, dimension: int, title: str, caption: str, height: int) 
     else:
         layout = {
             "scene": {
-                "aspectmode": "data",
+                "aspectmode": "manual",
                 "xaxis": {"title": {"text": "x (m)"}},
                 "yaxis": {"title": {"text": "y (m)"}},
                 "zaxis": {"title": {"text": "z (m)"}},
