@@ -28,7 +28,7 @@ BIPOD: dict[str, Any] = {
         "load_error": [{"source": "wrench", "std": [5.0, 8.0], "shared": False}],
     },
     "targets": [{"pose": [0.1, 0.6], "wrench": [0.0, -1000.0], "tolerance": {"dx_m": 1.0e-6}}],
-    "optimiser": {"population": 20, "generations": 10, "seed": 1},
+    "optimiser": {"population": 20, "generations": 10, "seed": 1, "polish": False},
 }
 
 _H1 = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
@@ -86,7 +86,7 @@ HEXAPOD: dict[str, Any] = {
             "weight": 2.0,
         },
     ],
-    "optimiser": {"population": 16, "generations": 6, "seed": 3},
+    "optimiser": {"population": 16, "generations": 6, "seed": 3, "polish": False},
 }
 
 

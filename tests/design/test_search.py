@@ -21,6 +21,8 @@ BOUNDS = "experiment.poses.bounds"
 
 PROBLEMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, {}),
+    "bipod-polished": (BIPOD, {"optimiser.polish": True}),
+    "hexapod-polished": (HEXAPOD, {"optimiser.polish": True}),
     "bipod-one-measurement": (BIPOD, {"experiment.measurements": 1}),
     "bipod-over-a-singularity": (BIPOD, {f"{BOUNDS}.y_m": [-0.5, 0.6]}),
     "bipod-shared-reference": (
@@ -149,7 +151,7 @@ def test_search_finds_the_whole_front_of_a_small_discrete_space() -> None:
                 "fx_N": {"choices": [-500, 400]},
                 "fy_N": {"choices": [-1000, 0]},
             },
-            "optimiser": {"population": 60, "generations": 60, "seed": 2},
+            "optimiser": {"population": 60, "generations": 60, "seed": 2, "polish": False},
         },
     )
     genes = all_designs(case)
