@@ -61,8 +61,7 @@ class MeasurementInformation:
         rows = np.sqrt(targets.importance)[..., None] * targets.observation * self._scale
         if targets.aggregate == "mean":
             rows = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * rows
-            triangular: FloatArray = np.linalg.qr(rows.reshape(-1, rows.shape[-1]), mode="r")
-            rows = triangular.reshape(1, *triangular.shape)
+            rows = np.linalg.qr(rows.reshape(-1, rows.shape[-1]))[1].reshape(1, -1, rows.shape[-1])
         nuisance = int(self.common.sum())
         padded = np.concatenate([rows, np.zeros((*rows.shape[:2], nuisance))], axis=2)
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))

@@ -17,10 +17,12 @@ from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
+from expdesign.design.start import reachable_measurements
 
 Report = Callable[[str], None]
-_FIRST, _LATER, _LAST = 12, 12, 60
-"""Steps of the first, the middle and the last round."""
+_SCHEDULE = ((False, 12), (True, 12), (False, 8), (True, 12), (False, 60))
+"""Of each round: whether measurements are exchanged between designs first, and the largest number of steps."""
+_CHILDREN = 24
 
 
 def polish(
@@ -54,20 +56,22 @@ class _Polish:
         self._objectives = Objectives(problem, further)
         self._count = self._objectives.count
         self._robot = problem.loaded.robot
+        self._generator = np.random.default_rng(problem.optimiser.seed)
 
     def run(self, genes: FloatArray, report: Report) -> FloatArray:
         pool, values = self._usable(genes)
         if len(pool) == 0:
             return genes
-        schedule = (_FIRST, _LATER, _LATER, _LAST)
-        for number, iterations in enumerate(schedule, start=1):
+        for number, (mixed, iterations) in enumerate(_SCHEDULE, start=1):
             centres, weights = self._aims(values)
-            starts = self._starts(values, centres, weights)
-            found = self._minimise(pool[starts], centres, weights, iterations)
+            starts = pool[self._starts(values, centres, weights)]
+            if mixed:
+                starts = self._mixed(starts, pool, centres, weights)
+            found = self._minimise(starts, centres, weights, iterations)
             pool, values = self._usable(np.concatenate([pool, found]))
             kept = self._kept(values)
             pool, values = pool[kept], values[kept]
-            report(f"polish {number}/{len(schedule)}: {len(non_dominated(values[:, : self._count]))} designs")
+            report(f"polish {number}/{len(_SCHEDULE)}: {len(non_dominated(values[:, : self._count]))} designs")
         return pool
 
     def _usable(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -98,16 +102,41 @@ class _Polish:
 
     def _starts(self, values: FloatArray, centres: FloatArray, weights: FloatArray) -> IntArray:
         """For each aim the design of the pool that serves it best."""
-        achieved = (
-            (values[None] - centres[:, None]) * weights[:, None] - np.where(weights > 0.0, 0.0, 1e9)[:, None]
-        ).max(axis=2)
-        best: IntArray = np.argmin(achieved, axis=1)
+        best: IntArray = np.argmin(_achieved(values[None], centres[:, None], weights[:, None]), axis=1)
         return best
+
+    def _mixed(self, parents: FloatArray, pool: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """For each aim the best of some children of its design, each with a measurement of another design in it.
+
+        Gradients stay in the valley where they start; this is how one leaves it.
+        """
+        count, m, _ = parents.shape
+        donors = pool[self._generator.integers(len(pool), size=(count, _CHILDREN))]
+        taken = self._generator.integers(m, size=(count, _CHILDREN, 2))
+        children = np.repeat(parents[:, None], _CHILDREN, axis=1)
+        first, second = np.indices((count, _CHILDREN))
+        new = donors[first, second, taken[..., 1]]
+        random = reachable_measurements(self._problem, count * _CHILDREN // 4, self._generator)
+        new[:, : _CHILDREN // 4] = random.reshape(count, _CHILDREN // 4, -1)
+        children[first, second, taken[..., 0]] = new
+        children = self._problem.space.canonical(children)
+        values = self._objectives.values(children.reshape(-1, *parents.shape[1:])).reshape(count, _CHILDREN, -1)
+        same = (children == parents[:, None]).all(axis=(2, 3))
+        achieved = _achieved(values, centres[:, None], weights[:, None])
+        best = np.argmin(np.where(same, np.inf, np.nan_to_num(achieved, nan=np.inf)), axis=1)
+        chosen: FloatArray = children[np.arange(count), best]
+        return chosen
 
     def _minimise(self, starts: FloatArray, centres: FloatArray, weights: FloatArray, iterations: int) -> FloatArray:
         pieces = self._objectives.scalarised(centres, weights)
         search = MinimaxSearch(self._problem, pieces, self._objectives.tie(starts))
         return search.minimise(starts, iterations=iterations, radius=0.1)
+
+
+def _achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
+    achieved: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
+    return achieved
 
 
 def _spread(front: FloatArray, count: int) -> FloatArray:
