@@ -11,18 +11,29 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document, require_regular
 from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import InputError
+from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import read_yaml
+from expdesign.identification.identify import identify
+from expdesign.recordings.reader import recordings_from_table
+from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import robot_from_document
+from expdesign.robots.robot_file import read_robot, robot_from_document
 
 
 def command(
     file: Annotated[Path, typer.Argument(help="A robot or a configuration (YAML), or recordings (CSV).")],
+    robot: Annotated[Path | None, typer.Option(help="Robot (YAML) that recordings are of.")] = None,
+    shared_reference: Annotated[
+        bool, typer.Option("--shared-reference", help="Half of each row's variance is common to its series.")
+    ] = False,
 ) -> None:
     """Read a robot, a configuration or recordings, and say what is wrong or not identifiable.
 
     Example: expdesign check configs/hexapod-h1.yaml
     """
+    if file.suffix.lower() == ".csv":
+        print(f"{file}: {check_recordings(file, robot, shared_reference=shared_reference)}")
+        return
     document = read_yaml(file)
     content = document.content if isinstance(document.content, dict) else {}
     if "experiment" in content or "schema_version" in content or "targets" in content:
@@ -32,6 +43,26 @@ def command(
     else:
         remedy = "A robot file has the key `kind`, a run configuration `schema_version`."
         raise InputError("neither a robot nor a run configuration", where=str(file), remedy=remedy)
+
+
+def check_recordings(file: Path, robot_file: Path | None, *, shared_reference: bool) -> str:
+    """Raise what is wrong with recordings, or say in words what they hold and, with a robot, what they identify."""
+    table = read_table(file)
+    if robot_file is None:
+        return f"{check_structure(table)} Give the robot (--robot ROBOT.yaml) to see what they identify."
+    robot = read_robot(robot_file)
+    text = check_structure(table, commanded=len(robot.stiffness) > 0)
+    recordings = recordings_from_table(table, robot)
+    if len(robot.stiffness) == 0:
+        return text
+    result = identify(robot, recordings, shared_reference=shared_reference)
+    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
+    for suspicion in result.suspicions:
+        note(f"suspicion: {suspicion}")
+    return (
+        f"{text} They identify all {len(robot.stiffness)} stiffnesses, the worst "
+        f"({robot.actuators[int(np.argmax(relative))]}) to {relative.max():.2%} (one standard deviation)."
+    )
 
 
 def check_robot(robot: Robot, source: str) -> str:

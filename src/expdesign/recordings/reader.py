@@ -3,22 +3,26 @@
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.files.table import Table, read_table
 from expdesign.loads.payload import Payload
+from expdesign.recordings.columns import (
+    order_in_time,
+    read_deflections,
+    read_deviations,
+    read_sequence,
+    read_test_rows,
+    read_time,
+    require_one_command,
+)
 from expdesign.recordings.join import join
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
-LARGEST_DEFLECTION = 0.1
-"""m; a larger "deflection" is a wrong unit or an absolute pose."""
-LARGEST_ROTATION = 0.2
-"""rad; likewise."""
 LARGEST_ANGLE = 2.0 * np.pi
 """rad; a larger angle of a platform is in degrees."""
 LARGEST_STRETCH = 10.0
@@ -64,61 +68,28 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     """Recordings in a table; see `read_recordings`."""
     table.require(("sequence", "series"))
     points = _points(table, robot, measured=True)
-    order = _order(table)
-    coordinates = robot.coordinates
-    axes = np.array([i for i, name in enumerate(coordinates.deflection) if table.has(name)], dtype=np.int64)
-    if axes.size == 0:
-        if table.has("px_m") or table.has("marker"):
-            what = "recordings of marker positions are not supported for this kind of robot"
-            raise InputError(what, where=table.where(), remedy="Convert them to deflections.")
-        columns = ", ".join(coordinates.deflection)
-        raise InputError("there is no measured column", where=table.where(), remedy=f"At least one of {columns}.")
-    names = tuple(coordinates.deflection[i] for i in axes)
-    deflections = table.numbers(names)[order]
-    for k, axis in enumerate(axes):
-        largest = LARGEST_DEFLECTION if axis < coordinates.translations else LARGEST_ROTATION
-        wrong = np.flatnonzero(np.abs(deflections[:, k]) > largest)
-        if wrong.size:
-            what = f"{deflections[wrong[0], k]:g} cannot be a deflection (the largest taken for one is {largest:g})"
-            where = table.where(int(order[wrong[0]]), names[k])
-            raise InputError(what, where=where, remedy="Check the unit (m, rad), and that it is not an absolute pose.")
+    order = order_in_time(table)
+    axes, deflections = read_deflections(table, robot.coordinates, order)
     return Recordings(
         **vars(points),
         axes=axes,
         deflections=deflections,
-        deviations=_deviations(table, robot, axes, order),
-        test=_test_rows(table, order),
+        deviations=read_deviations(table, robot.coordinates, axes, order),
+        test=read_test_rows(table, order),
     )
 
 
-def _order(table: Table) -> IntArray:
-    """Rows in the order of their sequence numbers, or of the file where there are none."""
-    if not table.has("sequence"):
-        return np.arange(len(table))
-    order: IntArray = np.argsort(table.integers("sequence"), kind="stable")
-    return order
-
-
 def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
-    order = _order(table)
+    order = order_in_time(table)
     coordinates = robot.coordinates
     configurations = table.numbers(robot.configuration)[order]
     _sensible_poses(table, robot, configurations, order)
-    sequence = table.integers("sequence") if table.has("sequence") else np.arange(len(table)) + 1
-    repeated = pd.Series(sequence).duplicated().to_numpy()
-    if repeated.any():
-        row = int(np.argmax(repeated))
-        what = f"the sequence number {sequence[row]} stands there twice"
-        raise InputError(what, where=table.where(row, "sequence"), remedy="Number the rows in the order of recording.")
-    sequence = sequence[order]
+    sequence = read_sequence(table)[order]
     series = table.integers("series")[order] if table.has("series") else sequence
-    time = table.numbers(("time_s",))[order, 0] if table.has("time_s") else None
-    if time is not None and np.any(np.diff(time) < 0.0):
-        row = int(order[int(np.argmax(np.diff(time) < 0.0)) + 1])
-        what = "time runs backwards in the order of `sequence`"
-        raise InputError(what, where=table.where(row, "time_s"), remedy="Correct `sequence` or `time_s`.")
-    if measured:
-        _one_command_per_series(table, robot, configurations, series, order)
+    time = read_time(table, order)
+    if measured and len(robot.stiffness):
+        # A body has no actuators: its pose says where it is, and is not a command that a series shares.
+        require_one_command(table, robot.configuration, configurations, series, order)
     gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
     for i, name in enumerate(coordinates.gravity):
         if table.has(name):
@@ -174,19 +145,6 @@ def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, orde
         raise InputError(what, where=where, remedy="Check the unit (m).")
 
 
-def _one_command_per_series(
-    table: Table, robot: Robot, configurations: FloatArray, series: IntArray, order: IntArray
-) -> None:
-    first = {int(number): int(row) for row, number in reversed(list(enumerate(series)))}
-    reference = configurations[[first[int(number)] for number in series]]
-    differs = np.abs(configurations - reference) > 1e-9
-    if differs.any():
-        row, column = np.argwhere(differs)[0]
-        what = f"the command differs from that of the first row of series {series[row]}"
-        remedy = "Rows of one series share one command; give the row a series of its own, or correct the command."
-        raise InputError(what, where=table.where(int(order[row]), robot.configuration[column]), remedy=remedy)
-
-
 def _payload(table: Table, robot: Robot, order: IntArray) -> FloatArray | None:
     columns = ("mass_kg", *robot.coordinates.centre_of_mass)
     if not table.has("mass_kg"):
@@ -238,35 +196,3 @@ def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: Fl
         what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
         remedy = "They describe the same load; correct one of them, or leave one out."
         raise InputError(what, where=table.where(int(order[row]), robot.coordinates.wrench[column]), remedy=remedy)
-
-
-def _deviations(table: Table, robot: Robot, axes: IntArray, order: IntArray) -> FloatArray | None:
-    names = tuple(robot.coordinates.deviation[i] for i in axes)
-    present = [name for name in names if table.has(name)]
-    if not present:
-        return None
-    deviations = table.numbers(names)[order]
-    wrong = deviations <= 0.0
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0]
-        what = f"a standard deviation must be positive, not {deviations[row, column]:g}"
-        raise InputError(what, where=table.where(int(order[row]), names[column]), remedy="Correct it.")
-    limits = np.where(axes < robot.coordinates.translations, LARGEST_DEFLECTION, LARGEST_ROTATION)
-    wrong = deviations > limits
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0]
-        what = f"{deviations[row, column]:g} cannot be the standard deviation of a deflection"
-        raise InputError(what, where=table.where(int(order[row]), names[column]), remedy="Check the unit (m, rad).")
-    return deviations
-
-
-def _test_rows(table: Table, order: IntArray) -> BoolArray:
-    if not table.has("split"):
-        return np.zeros(len(table), dtype=bool)
-    split = table.frame["split"].str.strip().to_numpy()
-    wrong = np.flatnonzero(~np.isin(split, ["train", "test", ""]))
-    if wrong.size:
-        what = f"`{split[wrong[0]]}` is neither `train` nor `test`"
-        raise InputError(what, where=table.where(int(wrong[0]), "split"), remedy="Correct it.")
-    test: BoolArray = (split == "test")[order]
-    return test

@@ -1,0 +1,240 @@
+"""Plan, measure, identify, compensate, and look at what was attained: every criterion in the same closed loop.
+
+    python benchmarks/closed_loop.py configs/closed-loop.yaml --out results/closed-loop
+
+The robot that is measured and commanded is the virtual laboratory's (an independent mechanics engine, large
+displacements), with true stiffnesses scattered about those of the robot file and with the noise and the load errors of
+the configuration drawn anew in every repetition. All criteria meet the same robots and the same draws of noise and
+load errors, so that their differences are those of their plans. The random plans are drawn anew every time.
+"""
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from virtual_laboratory import Laboratory
+from virtual_laboratory import Robot as LaboratoryRobot
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.compensation.compensate import compensate
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.plan import Plan, csv_text, plan_frame
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import read_problem
+from expdesign.design.single import search_single
+from expdesign.design.start import starting_designs
+from expdesign.files.output import output_folder, write_file
+from expdesign.files.table import Table
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.identification.identify import identify
+from expdesign.identification.model_file import Model
+from expdesign.identification.synthetic import load_errors
+from expdesign.recordings.reader import points_from_table, recordings_from_table
+from expdesign.recordings.recordings import LoadedPoints
+
+RANDOM = "random"
+PAYLOAD = ("mass_kg", "com_x_m", "com_y_m", "com_z_m")
+UNCOMPENSATED, UNIDENTIFIED = "no compensation", "compensation with the robot file's stiffness"
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What stays the same over all repetitions."""
+
+    problem: DesignProblem
+    targets: LoadedPoints
+    laboratory: LaboratoryRobot
+    scatter: float
+
+
+def main(arguments: list[str]) -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("config", type=Path)
+    parser.add_argument("--out", type=Path, default=Path("results/closed-loop"))
+    parser.add_argument("--repetitions", type=int, default=400)
+    parser.add_argument("--scatter", type=float, default=0.1, help="relative scatter of the true stiffness (1 sigma)")
+    parser.add_argument("--generations", type=int, default=None, help="of the search for each criterion's plan")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(arguments)
+    loop = loop_of(read_problem(options.config), options.scatter)
+    plans = plans_by_criterion(loop.problem, options.seed, options.generations)
+    attained, predicted = run(loop, plans, options.repetitions, options.seed)
+    table = summary(attained, predicted)
+    command = (
+        f"python benchmarks/closed_loop.py {options.config} --out {options.out} --repetitions {options.repetitions} "
+        f"--scatter {options.scatter:g} --seed {options.seed}"
+    )
+    with output_folder(options.out) as scratch:
+        write_file(scratch / "attained.csv", csv_text(table))
+        write_file(scratch / "repetitions.csv", csv_text(pd.DataFrame(attained)))
+        write_file(scratch / "README.md", text_of(table, command, options.config, options.repetitions, options.scatter))
+        for name, plan in plans.items():
+            write_file(scratch / f"plan-{name}.csv", csv_text(plan_frame(plan, loop.problem.loaded, False)))
+    print(table.to_string(index=False))
+
+
+def loop_of(problem: DesignProblem, scatter: float) -> Loop:
+    """The loop of a configuration whose targets carry payloads."""
+    content = problem.config["robot"]
+    robot = problem.loaded.robot
+    columns: dict[str, list[float]] = {name: [] for name in (*robot.configuration, *PAYLOAD)}
+    for target in problem.config["targets"]:
+        values = [*target["pose"], target["payload"]["mass_kg"], *target["payload"]["com_m"]]
+        for name, value in zip(columns, values, strict=True):
+            columns[name].append(float(value))
+    points = points_from_table(table_of(pd.DataFrame(columns)), robot)
+    return Loop(problem, points, LaboratoryRobot.from_mapping(content), scatter)
+
+
+def table_of(frame: pd.DataFrame) -> Table:
+    """A frame as the table that a CSV file of it would give."""
+    return Table("closed loop", frame.map(lambda value: repr(value)), np.arange(2, len(frame) + 2))
+
+
+def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | None) -> dict[str, Plan]:
+    """The best plan that is found by every known criterion alone."""
+    plans = {}
+    for name, criterion in known_criteria().items():
+        best = search_single(problem, criterion, seed=seed, generations=generations)
+        print(f"{name}: {best.value:.6g} after {best.evaluations} designs", file=sys.stderr, flush=True)
+        plans[name] = plan_of_genes(problem, best.genes)
+    return plans
+
+
+def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> Plan:
+    configurations, loads = problem.space.decode(genes)
+    return Plan(configurations, loads, np.arange(1, len(genes) + 1))
+
+
+def run(
+    loop: Loop, plans: dict[str, Plan], repetitions: int, seed: int
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Attained error of every plan in every repetition, and the criterion `total` that predicts it, in tolerances."""
+    problem = loop.problem
+    drawn = starting_designs(problem, repetitions, np.random.default_rng([seed, 7]))
+    genes = drawn.reshape(repetitions, problem.space.measurements, problem.space.genes)
+    names = [*plans, RANDOM]
+    attained = {name: np.full(repetitions, np.nan) for name in (*names, UNIDENTIFIED, UNCOMPENSATED)}
+    predicted = {name: np.full(repetitions, np.nan) for name in names}
+    for repetition in range(repetitions):
+        generator = np.random.default_rng([seed, 11, repetition])
+        robot = problem.loaded.robot
+        stiffness = robot.stiffness * np.exp(loop.scatter * generator.standard_normal(len(robot.stiffness)))
+        draw = int(generator.integers(2**31))
+        here = plans | {RANDOM: plan_of_genes(problem, genes[repetition])}
+        for name, plan in here.items():
+            attained[name][repetition] = attained_with(loop, plan, stiffness, draw)
+            predicted[name][repetition] = expected(problem, plan)
+        attained[UNIDENTIFIED][repetition] = error_of(loop, stiffness, nominal_model(problem))
+        attained[UNCOMPENSATED][repetition] = error_of(loop, stiffness, None)
+        if repetition % 20 == 19:
+            print(f"{repetition + 1} of {repetitions} repetitions", file=sys.stderr, flush=True)
+    return attained, predicted
+
+
+def expected(problem: DesignProblem, plan: Plan) -> float:
+    """The criterion `total` of a plan."""
+    assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
+    return float(known_criteria()["total"].values(assessment)[0])
+
+
+def attained_with(loop: Loop, plan: Plan, stiffness: FloatArray, draw: int) -> float:
+    """Error at the targets after one experiment with a plan, in tolerances."""
+    problem = loop.problem
+    robot, noise = problem.loaded.robot, problem.noise
+    coordinates = robot.coordinates
+    assumed = plan_frame(plan, problem.loaded, False)
+    rotation = robot.jacobians(plan.configurations).rotation
+    actual = problem.loaded.wrenches(rotation, plan.loads)[0] + load_errors(problem.loaded, plan, draw)
+    applied = assumed[["sequence", "series", *robot.configuration]].copy()
+    applied[list(coordinates.wrench)] = actual
+    names = [coordinates.deflection[axis] for axis in noise.axes]
+    deviations = dict(zip(names, np.sqrt(np.diag(noise.covariance)).tolist(), strict=True))
+    bench = Laboratory(
+        loop.laboratory,
+        true_stiffness=stiffness,
+        noise_std=deviations,
+        shared_reference=noise.shared_reference,
+        seed=draw,
+    )
+    measured = bench.measure(applied)
+    kept = [name for name in measured.columns if name in (*coordinates.deflection, *coordinates.deviation)]
+    recordings = recordings_from_table(table_of(pd.concat([assumed, measured[kept]], axis=1)), robot)
+    result = identify(robot, recordings, shared_reference=noise.shared_reference)
+    document = YamlDocument("closed loop", Path(), problem.config["robot"])
+    return error_of(loop, stiffness, Model.from_fit(result.fit, document, "closed loop"))
+
+
+def nominal_model(problem: DesignProblem) -> Model:
+    """The robot file taken for true."""
+    chain = Chain(problem.loaded.robot)
+    nothing = np.zeros((len(chain.parameters), len(chain.parameters)))
+    return Model(chain, chain.start(), nothing, problem.config["robot"], Path(), "robot file")
+
+
+def error_of(loop: Loop, stiffness: FloatArray, model: Model | None) -> float:
+    """Attained minus wanted pose at the targets under load, weighted as in the criterion `total`, in tolerances."""
+    robot, targets = loop.problem.loaded.robot, loop.problem.targets
+    commands = loop.targets.configurations if model is None else compensate(model, loop.targets).commands
+    rows = pd.DataFrame(commands, columns=list(robot.configuration))
+    assert loop.targets.payload is not None
+    rows[list(PAYLOAD)] = loop.targets.payload
+    attained = Laboratory(loop.laboratory, true_stiffness=stiffness).attained(rows).to_numpy()
+    squares = ((attained - loop.targets.configurations) ** 2 * targets.importance).sum(axis=1)
+    if targets.aggregate == "max":
+        return float(np.sqrt(squares.max()))
+    return float(np.sqrt(squares @ targets.weights / targets.weights.sum()))
+
+
+def summary(attained: dict[str, FloatArray], predicted: dict[str, FloatArray]) -> pd.DataFrame:
+    """Mean, spread and standard error of the attained error, and its RMS beside the predicted one."""
+    rows = []
+    for name, errors in attained.items():
+        squares = errors**2
+        rms = float(np.sqrt(squares.mean()))
+        count = len(errors)
+        expectation = predicted.get(name)
+        rows.append(
+            {
+                "plan_by": name,
+                "repetitions": count,
+                "mean": float(errors.mean()),
+                "spread": float(errors.std(ddof=1)),
+                "standard_error": float(errors.std(ddof=1) / np.sqrt(count)),
+                "percentile_95": float(np.quantile(errors, 0.95)),
+                "rms": rms,
+                "rms_standard_error": float(squares.std(ddof=1) / np.sqrt(count) / (2.0 * rms)),
+                "predicted_total": float("nan") if expectation is None else float(np.sqrt((expectation**2).mean())),
+            }
+        )
+    return pd.DataFrame(rows).sort_values("mean", kind="stable", ignore_index=True)
+
+
+def text_of(table: pd.DataFrame, command: str, config: Path, repetitions: int, scatter: float) -> str:
+    """The result as Markdown."""
+    head = (
+        f"# Closed loop: plan, measure, identify, compensate\n\n```\n{command}\n```\n\n"
+        f"{repetitions} repetitions of `{config}`; true stiffnesses scattered by {100 * scatter:g} % (1 σ), noise and\n"
+        "load errors drawn anew each time, the same for all plans; measured and commanded in\n`src/virtual_laboratory`. "
+        "Error attained at the targets, in tolerances: √(mean over targets of Σ (error / tolerance)²).\nIts RMS is what "
+        "the criterion `total` predicts. The random plans are drawn anew each time. SE: standard error.\n\n"
+    )
+    lines = [
+        "| plan by | mean | ± SE | spread | 95 % below | RMS | ± SE | predicted |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for row in table.itertuples():
+        expectation = "–" if np.isnan(row.predicted_total) else f"{row.predicted_total:.3f}"
+        lines.append(
+            f"| {row.plan_by} | {row.mean:.3f} | {row.standard_error:.3f} | {row.spread:.3f} | {row.percentile_95:.3f} | "
+            f"{row.rms:.3f} | {row.rms_standard_error:.3f} | {expectation} |"
+        )
+    return head + "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,83 @@
+"""What can be said of recordings without knowing the robot: columns, numbers, order, series, units."""
+
+import re
+
+import numpy as np
+
+from expdesign.coordinates import PLANAR, SPATIAL, Coordinates
+from expdesign.errors import InputError
+from expdesign.files.table import Table
+from expdesign.recordings.columns import (
+    order_in_time,
+    read_deflections,
+    read_deviations,
+    read_sequence,
+    read_test_rows,
+    read_time,
+    require_one_command,
+)
+
+_JOINT = re.compile(r"q[0-9]+_(m|rad)")
+_MARKER = ("px_m", "py_m", "pz_m")
+
+
+def check_structure(table: Table, *, commanded: bool = True) -> str:
+    """Raise the first fault of recordings, or say in words what they hold.
+
+    Args:
+        table: the recordings.
+        commanded: whether the pose is a command that the rows of a series share (not so for a body).
+
+    Raises:
+        InputError: with file, row and column.
+    """
+    table.require(("sequence", "series"))
+    coordinates, names = _kind(table)
+    read_sequence(table)
+    order = order_in_time(table)
+    configurations = table.numbers(names)[order]
+    series = table.integers("series")[order]
+    read_time(table, order)
+    _check_loads(table, coordinates)
+    for name in ("temperature_degC", *coordinates.gravity, *(f"abs_{n}" for n in coordinates.wrench)):
+        if table.has(name):
+            table.numbers((name,))
+    test = read_test_rows(table, order)
+    if table.has("marker") or table.has(*_MARKER):
+        table.require(("marker", *_MARKER))
+        table.numbers(_MARKER)
+        measured = "marker positions"
+    else:
+        if commanded:
+            require_one_command(table, names, configurations, series, order)
+        axes, _ = read_deflections(table, coordinates, order)
+        stated = read_deviations(table, coordinates, axes, order) is not None
+        measured = ", ".join(coordinates.deflection[i] for i in axes)
+        measured += " with standard deviations" if stated else " without standard deviations"
+    held_out = f", {int(test.sum())} of them for testing" if test.any() else ""
+    return f"{len(table)} rows in {len(np.unique(series))} series{held_out}; measured: {measured}."
+
+
+def _kind(table: Table) -> tuple[Coordinates, tuple[str, ...]]:
+    """Coordinates and command columns that the table must belong to."""
+    joints = tuple(name for name in table.columns if _JOINT.fullmatch(name))
+    if joints and not table.has("x_m"):
+        return SPATIAL, joints
+    spatial = any(table.has(name) for name in (*SPATIAL.pose[2:], *SPATIAL.deflection[2:], *SPATIAL.wrench[2:]))
+    coordinates = SPATIAL if spatial else PLANAR
+    return coordinates, coordinates.pose
+
+
+def _check_loads(table: Table, coordinates: Coordinates) -> None:
+    payload = table.has("mass_kg")
+    wrench = any(table.has(name) for name in coordinates.wrench)
+    if not payload and not wrench:
+        remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
+        raise InputError("there is no load", where=table.where(), remedy=remedy)
+    if payload:
+        masses = table.numbers(("mass_kg", *coordinates.centre_of_mass))[:, 0]
+        if np.any(masses < 0.0):
+            where = table.where(int(np.argmax(masses < 0.0)), "mass_kg")
+            raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    if wrench:
+        table.numbers(coordinates.wrench)
