@@ -288,3 +288,23 @@ def test_nothing_is_wider_than_a_phone(browser: Any, hexapod: Any) -> None:
         assert screen.run("return document.documentElement.clientWidth") == 390
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, hexapod: Any) -> None:
+    state = """
+        return [...document.querySelectorAll('.plot')].map(
+            plot => [plot._fullLayout.width, plot._fullLayout.paper_bgcolor]);
+    """
+    browser.execute_cdp_cmd(
+        "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
+    )
+    try:
+        screen = Screen(browser, hexapod)
+        before = screen.run(state)
+        screen.run("window.dispatchEvent(new Event('beforeprint'))")
+        until(lambda: all(width <= 660 and colour == "#ffffff" for width, colour in screen.run(state)))
+        assert any(width > 660 for width, _ in before)
+        screen.run("window.dispatchEvent(new Event('afterprint'))")
+        until(lambda: screen.run(state) == before)
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})

@@ -25,8 +25,9 @@ const report = (() => {
     applyTheme(chosenTheme);
   });
   darkSystem.addEventListener("change", () => applyTheme(currentTheme()));
-  window.addEventListener("beforeprint", () => applyTheme("light"));
-  window.addEventListener("afterprint", () => applyTheme(currentTheme()));
+  let paperWidth = null;
+  window.addEventListener("beforeprint", () => { paperWidth = 660; applyTheme("light"); });
+  window.addEventListener("afterprint", () => { paperWidth = null; applyTheme(currentTheme()); });
 
   // ----- figures
   /** A copy of a figure's description with `var(--name)` replaced by the colour it stands for. */
@@ -42,7 +43,7 @@ const report = (() => {
     return value;
   }
 
-  function themed(plot, width) {
+  function themed(plot, { clientWidth: width, clientHeight: height }) {
     const style = getComputedStyle(root);
     const colour = (name) => style.getPropertyValue(name).trim();
     const { data, layout } = resolved(plot, style);
@@ -66,7 +67,7 @@ const report = (() => {
     return {
       data,
       layout: {
-        autosize: true, margin: { l: 56, r: 16, t: 34, b: 48 }, hovermode: "closest",
+        autosize: true, ...(paperWidth ? { autosize: false, width: Math.min(width, paperWidth), height } : {}), margin: { l: 56, r: 16, t: 34, b: 48 }, hovermode: "closest",
         dragmode: coarse ? false : "zoom", clickmode: "event",
         ...layout,
         paper_bgcolor: colour("--card"), plot_bgcolor: colour("--card"),
@@ -80,7 +81,7 @@ const report = (() => {
 
   function draw(id) {
     const element = document.getElementById(id);
-    const { data, layout } = themed(figures[id], element.clientWidth);
+    const { data, layout } = themed(figures[id], element);
     // plotly offers to send charts to a server of its maker by default; a report never leaves the computer.
     const config = {
       responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
