@@ -1,0 +1,334 @@
+"""The page of `expdesign diagnose`: what is wrong, where, how sure that is, and how much better the model is now."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray
+from expdesign.design.plan import csv_text
+from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.locate import LEVEL
+from expdesign.report import words
+from expdesign.report.blocks import (
+    Block,
+    DataTable,
+    Definitions,
+    Download,
+    Figure,
+    KeyFigure,
+    KeyFigures,
+    Paragraph,
+    Section,
+    Sentences,
+    Steps,
+)
+from expdesign.report.page import Page, render
+
+MOST_POINTS = 2000
+MOST_MODELS = 60
+_VERDICTS = {
+    "consistent": "The base model explains these recordings to within their noise: nothing is missing that they show.",
+    "explained": "The base model does not explain these recordings; with the physics named below it does.",
+    "unexplained": "Something is missing that no physics in the library accounts for. It is located below, not named.",
+}
+
+
+def diagnosis_report(result: Diagnosis) -> str:
+    """The report of a diagnosis as one HTML file."""
+    sections = [
+        Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
+        Section("errors", "Before and after", [_error_figure(result), _axis_figure(result)]),
+        Section("where", "Where the mismatch is", _where(result)),
+        Section("residuals", "Residuals", _residual_figures(result)),
+    ]
+    if result.findings:
+        sections.insert(1, Section("physics", "What was left out", [_effects_table(result)]))
+    sections += [
+        Section("considered", "What was considered", [_considered_table(result)]),
+        Section("next", "Next steps", [_next_steps(result)]),
+        Section("words", "Words", [Definitions(_WORDS)]),
+    ]
+    rows = len(result.recordings)
+    page = Page(
+        title=f"Diagnosis of {result.robot.name}",
+        subtitle=f"{result.robot.kind}, {words.count(rows, 'row')}; recordings {result.recordings.source}",
+        sections=tuple(sections),
+    )
+    return render(page)
+
+
+def _conclusions(result: Diagnosis) -> list[str]:
+    texts = [_VERDICTS[result.verdict]]
+    for finding in result.findings:
+        text = f"{finding.sentence} Probability {words.number(finding.probability, 2)}."
+        if finding.indistinguishable:
+            others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
+            text += f" These recordings cannot tell it from: {others}."
+        texts.append(text)
+    if result.verdict != "consistent":
+        axes = ", ".join(words.axis(name) for name in result.location.axes)
+        texts.append(f"The mismatch shows in {axes}; it {_phrase(result.location.region)}.")
+    errors = result.errors
+    if result.findings:
+        texts.append(
+            f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
+            f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
+        )
+    if not result.noise.known:
+        texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
+    return texts
+
+
+def _phrase(region: str) -> str:
+    return region if region.startswith("varies") else f"is {region}"
+
+
+def _key_figures(result: Diagnosis) -> KeyFigures:
+    errors = result.errors
+    return KeyFigures(
+        [
+            KeyFigure("Verdict", result.verdict),
+            KeyFigure("Held out, base model", words.number(errors.test_before), "standard deviations", "RMS"),
+            KeyFigure("Held out, now", words.number(errors.test_after), "standard deviations", "RMS; 1 is the noise"),
+            KeyFigure("Models tried", str(len(result.search.models))),
+        ]
+    )
+
+
+def _effects_table(result: Diagnosis) -> DataTable:
+    rows, records = [], []
+    for finding in result.findings:
+        for name, (value, low, high) in finding.parameters.items():
+            interval = f"{words.number(low)} to {words.number(high)}" if abs(high) < 1e299 else words.UNDETERMINED
+            rows.append(
+                [
+                    finding.physics.replace("_", " "),
+                    finding.component,
+                    name,
+                    words.number(value),
+                    interval,
+                    words.number(finding.probability, 2),
+                ]
+            )
+            records.append(
+                {
+                    "physics": finding.physics,
+                    "component": finding.component,
+                    "variant": finding.variant,
+                    "parameter": name,
+                    "value": value,
+                    "low": low,
+                    "high": high,
+                    "probability": finding.probability,
+                }
+            )
+    return DataTable(
+        "effects",
+        "Physics added to the model, with 95 % intervals. Names carry their units (SI).",
+        ["Physics", "Component", "Parameter", "Value", "95 % interval", "Probability"],
+        rows,
+        Download("effects.csv", csv_text(pd.DataFrame(records))),
+    )
+
+
+def _error_figure(result: Diagnosis) -> Figure:
+    errors = result.errors
+    labels = ["fitted rows", "held-out rows"]
+    before, after = [errors.train_before, errors.test_before], [errors.train_after, errors.test_after]
+    return _bars(
+        "errors-figure",
+        "Error on fitted and on held-out rows",
+        labels,
+        before,
+        after,
+        f"Root mean square of residuals in standard deviations; held out: {errors.how}. The line is the noise.",
+    )
+
+
+def _axis_figure(result: Diagnosis) -> Figure:
+    names = [words.axis(result.robot.coordinates.deflection[axis]) for axis in result.recordings.axes]
+    counts = result.search.sample.counts & ~result.model.outliers
+    before = np.sqrt((result.base.residuals[counts] ** 2).mean(axis=0))
+    after = np.sqrt((result.model.fit.residuals[counts] ** 2).mean(axis=0))
+    caption = "Root mean square of the fitted residuals per axis, in standard deviations."
+    return _bars("axes-figure", "Error per axis", names, list(before), list(after), caption)
+
+
+def _bars(identifier: str, title: str, labels: list[str], before: Any, after: Any, caption: str) -> Figure:
+    data = [
+        {"type": "bar", "name": "base model", "x": labels, "y": before, "marker": {"color": "var(--muted)"}},
+        {"type": "bar", "name": "with the physics", "x": labels, "y": after, "marker": {"color": "var(--accent)"}},
+    ]
+    layout = {
+        "barmode": "group",
+        "yaxis": {"title": {"text": "RMS, standard deviations"}, "rangemode": "tozero"},
+        "shapes": [_noise_line()],
+        "showlegend": True,
+    }
+    frame = pd.DataFrame({"of": labels, "base_model": before, "with_physics": after}, dtype=object)
+    return Figure(
+        identifier,
+        title,
+        {"data": data, "layout": layout},
+        caption,
+        "Bars of the root mean square before and after; the CSV has the numbers.",
+        Download(f"{identifier}.csv", csv_text(frame)),
+        height=320,
+        filename=identifier,
+    )
+
+
+def _noise_line() -> dict[str, Any]:
+    line = {"color": "var(--text)", "dash": "dot", "width": 1}
+    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 1, "y1": 1, "line": line}
+
+
+def _where(result: Diagnosis) -> list[Block]:
+    location = result.location
+    rows, records = [], []
+    for kind, probes in (("part of the machine", location.components), ("dependence", location.patterns)):
+        for probe in probes:
+            rows.append(
+                [
+                    kind,
+                    probe.name,
+                    words.number(probe.explained, 4),
+                    str(probe.dimension),
+                    words.number(probe.p_value, 2),
+                    "stands out" if probe.p_value < LEVEL else "",
+                ]
+            )
+            records.append({"kind": kind, **vars(probe)})
+    table = DataTable(
+        "probes",
+        "How much of χ² any cause in that place, or any straight line or parabola in that quantity, would explain. "
+        "p is corrected for the number of tests in its group.",
+        ["Kind", "Where", "Explains", "Directions", "p", ""],
+        rows,
+        Download("location.csv", csv_text(pd.DataFrame(records))),
+        tall=True,
+    )
+    return [Paragraph("Tests of the base model's residuals, before any physics is named."), table]
+
+
+def _residual_figures(result: Diagnosis) -> list[Block]:
+    recordings, robot = result.recordings, result.robot
+    step = max(1, len(recordings) // MOST_POINTS)
+    blocks: list[Block] = [
+        _scatter(result, "sequence", recordings.sequence[::step].astype(float), "sequence", step),
+        _leg_figure(result),
+    ]
+    size = np.linalg.norm(recordings.wrenches[:, : robot.coordinates.translations], axis=1)
+    blocks.append(_scatter(result, "load", size[::step], "size of the load, N", step))
+    if recordings.time is not None:
+        blocks.append(_scatter(result, "time", recordings.time[::step], "time, s", step))
+    return blocks
+
+
+def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str, step: int) -> Figure:
+    """RMS over the axes of every row, before and after, against a quantity."""
+    before = np.sqrt((result.base.residuals**2).mean(axis=1))[::step]
+    after = np.sqrt((result.model.fit.residuals**2).mean(axis=1))[::step]
+    data = [
+        {
+            "type": "scatter", "mode": "markers", "name": label_of, "x": driver, "y": np.round(values, 4),
+            "marker": {"color": colour, "size": 6},
+        }
+        for label_of, values, colour in (
+            ("base model", before, "var(--muted)"), ("with the physics", after, "var(--accent)"),
+        )
+    ]  # fmt: skip
+    layout = {
+        "xaxis": {"title": {"text": label}},
+        "yaxis": {"title": {"text": "RMS of the row, standard deviations"}, "rangemode": "tozero"},
+        "shapes": [_noise_line()],
+        "showlegend": True,
+    }
+    frame = pd.DataFrame({name: driver, "before": before, "after": after})
+    return Figure(
+        f"by-{name}",
+        f"Residuals by {name}",
+        {"data": data, "layout": layout},
+        "Each point is one row of the recordings. Rows that were set aside or held out count as zero.",
+        f"Scatter of the size of residuals against {label}, before and after.",
+        Download(f"residuals-by-{name}.csv", csv_text(frame)),
+        height=340,
+        filename=f"residuals-by-{name}",
+    )
+
+
+def _leg_figure(result: Diagnosis) -> Figure:
+    """Residuals as length changes of the actuators."""
+    names = result.robot.actuators
+    before, after = (_in_legs(result, residuals) for residuals in (result.base.residuals, result.model.fit.residuals))
+    return _bars(
+        "legs-figure",
+        "Residuals as length changes of the legs",
+        list(names),
+        list(before),
+        list(after),
+        "Least-squares projection of the residuals onto each leg alone, in standard deviations of that projection.",
+    )
+
+
+def _in_legs(result: Diagnosis, residuals: FloatArray) -> FloatArray:
+    """RMS over rows of the whitened residuals' component along the motion that each leg causes, shape (n_p,)."""
+    recordings = result.recordings
+    pose_map = result.robot.jacobians(recordings.configurations).pose[:, recordings.axes]
+    directions = result.search.sample.whitening.apply(pose_map)
+    norms = np.linalg.norm(directions, axis=1)
+    along = np.einsum("nk,nkj->nj", residuals, directions) / np.where(norms > 0.0, norms, 1.0)
+    rms: FloatArray = np.sqrt((along[result.search.sample.counts] ** 2).mean(axis=0))
+    return rms
+
+
+def _considered_table(result: Diagnosis) -> DataTable:
+    entries = result.search.log.entries
+    rows = []
+    for entry in entries[:MOST_MODELS]:
+        effects = entry["effects"]
+        assert isinstance(effects, list)
+        rows.append(
+            [
+                str(entry["step"]),
+                "; ".join(effects) or "base model",
+                words.number(float(str(entry["chi2"])), 5),
+                words.number(float(str(entry["penalised_misfit"])), 5),
+                "kept" if entry["kept"] else "not kept",
+                str(entry["reason"]),
+            ]
+        )
+    frame = pd.DataFrame([{**entry, "effects": "; ".join(entry["effects"])} for entry in entries])  # type: ignore[arg-type]
+    part = f" The first {MOST_MODELS} of {len(entries)}; the CSV has all." if len(entries) > MOST_MODELS else ""
+    return DataTable(
+        "considered-table",
+        "Models that were fitted in full, and why each was kept or not. The penalised misfit charges every effect for "
+        "its parameters and for the number of places at which it was looked for." + part,
+        ["Step", "Physics", "χ²", "Penalised misfit", "", "Reason"],
+        rows,
+        Download("considered.csv", csv_text(frame)) if entries else None,
+        tall=True,
+    )
+
+
+def _next_steps(result: Diagnosis) -> Steps:
+    steps = [
+        ("Predict with the physics included.", "expdesign predict model.yaml points.csv --out predicted.csv"),
+        ("Find commands that allow for it.", "expdesign compensate model.yaml targets.csv --out commands.csv"),
+    ]
+    if result.verdict == "unexplained":
+        steps.insert(0, ("Look at the place named above; record again with more loads and poses there.", ""))
+    return Steps(steps)
+
+
+_WORDS = [
+    ("Base model", "One linear spring per actuator and nothing else."),
+    ("Standard deviation", "Size of the noise of a reading; residuals divided by it scatter with RMS 1."),
+    ("Held out", "Recordings that a model has not seen when it was fitted; what it says about them is a prediction."),
+    (
+        "Probability",
+        "That this physics at this component is really there, given these recordings and the library of physics that "
+        "was searched.",
+    ),
+]
