@@ -128,4 +128,5 @@ class MeasurementInformation:
                     ends.append((float(values.argmin()), float(values.argmax())))
                 else:
                     ends.append(variable.bounds)
-        return LoadGenes(np.array(index, dtype=np.int64), np.array(list(product(*ends))).reshape(-1, len(index)))
+        corners = list(product(*ends))
+        return LoadGenes(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))
