@@ -10,13 +10,12 @@ load errors, so that their differences are those of their plans. The random plan
 
 import argparse
 import sys
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from virtual_laboratory import Laboratory
-from virtual_laboratory import Robot as LaboratoryRobot
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
@@ -28,15 +27,19 @@ from expdesign.design.problem_file import read_problem
 from expdesign.design.single import search_single
 from expdesign.design.start import starting_designs
 from expdesign.files.output import output_folder, write_file
-from expdesign.files.table import Table
+from expdesign.files.table import Table, parse_table
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.identification.identify import identify
 from expdesign.identification.model_file import Model
 from expdesign.identification.synthetic import load_errors
 from expdesign.recordings.reader import points_from_table, recordings_from_table
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.report.blocks import DataTable, Download, Figure, Section, Steps
+from expdesign.report.page import Page, render
+from virtual_laboratory import Laboratory
+from virtual_laboratory import Robot as LaboratoryRobot
 
-RANDOM = "random"
+BEST, RANDOM = "total", "random"
 PAYLOAD = ("mass_kg", "com_x_m", "com_y_m", "com_z_m")
 UNCOMPENSATED, UNIDENTIFIED = "no compensation", "compensation with the robot file's stiffness"
 
@@ -68,9 +71,12 @@ def main(arguments: list[str]) -> None:
         f"python benchmarks/closed_loop.py {options.config} --out {options.out} --repetitions {options.repetitions} "
         f"--scatter {options.scatter:g} --seed {options.seed}"
     )
+    if options.generations is not None:
+        command += f" --generations {options.generations}"
     with output_folder(options.out) as scratch:
         write_file(scratch / "attained.csv", csv_text(table))
-        write_file(scratch / "repetitions.csv", csv_text(pd.DataFrame(attained)))
+        write_file(scratch / "repetitions.csv", csv_text(pd.DataFrame(attained).round(5)))
+        write_file(scratch / "report.html", report_of(table, command, options.config, options.scatter))
         write_file(scratch / "README.md", text_of(table, command, options.config, options.repetitions, options.scatter))
         for name, plan in plans.items():
             write_file(scratch / f"plan-{name}.csv", csv_text(plan_frame(plan, loop.problem.loaded, False)))
@@ -92,7 +98,7 @@ def loop_of(problem: DesignProblem, scatter: float) -> Loop:
 
 def table_of(frame: pd.DataFrame) -> Table:
     """A frame as the table that a CSV file of it would give."""
-    return Table("closed loop", frame.map(lambda value: repr(value)), np.arange(2, len(frame) + 2))
+    return parse_table(csv_text(frame), "closed loop")
 
 
 def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | None) -> dict[str, Plan]:
@@ -191,8 +197,9 @@ def error_of(loop: Loop, stiffness: FloatArray, model: Model | None) -> float:
 
 
 def summary(attained: dict[str, FloatArray], predicted: dict[str, FloatArray]) -> pd.DataFrame:
-    """Mean, spread and standard error of the attained error, and its RMS beside the predicted one."""
+    """Mean and spread of the attained error, its difference from that of `total`, and its RMS beside the prediction."""
     rows = []
+    reference = attained[BEST]
     for name, errors in attained.items():
         squares = errors**2
         rms = float(np.sqrt(squares.mean()))
@@ -208,32 +215,81 @@ def summary(attained: dict[str, FloatArray], predicted: dict[str, FloatArray]) -
                 "percentile_95": float(np.quantile(errors, 0.95)),
                 "rms": rms,
                 "rms_standard_error": float(squares.std(ddof=1) / np.sqrt(count) / (2.0 * rms)),
+                "minus_best": float((errors - reference).mean()),
+                "minus_best_standard_error": float((errors - reference).std(ddof=1) / np.sqrt(count)),
                 "predicted_total": float("nan") if expectation is None else float(np.sqrt((expectation**2).mean())),
             }
         )
     return pd.DataFrame(rows).sort_values("mean", kind="stable", ignore_index=True)
 
 
+def explanation(config: Path, count: int, scatter: float) -> str:
+    """What was done, in one paragraph."""
+    return (
+        f"{count} repetitions of `{config}`; true stiffnesses scattered by {100 * scatter:g} % (1 σ), noise and load "
+        "errors drawn anew each time, the same for all plans; measured and commanded in the virtual laboratory. Error "
+        "attained at the targets, in tolerances: √(mean over targets of Σ (error / tolerance)²). Its RMS is what the "
+        "criterion `total` predicts. The random plans are drawn anew each time. The difference is to the plan by "
+        "`total`, repetition by repetition. ± is one standard error."
+    )
+
+
+COLUMNS = ("plan by", "mean", "spread", "95 % below", "minus `total`", "RMS", "predicted RMS")
+
+
+def cells(table: pd.DataFrame) -> list[list[str]]:
+    """The table as it is shown."""
+    return [
+        [
+            str(row.plan_by),
+            f"{row.mean:.3f} ± {row.standard_error:.3f}",
+            f"{row.spread:.3f}",
+            f"{row.percentile_95:.3f}",
+            "–" if row.plan_by == BEST else f"{row.minus_best:+.3f} ± {row.minus_best_standard_error:.3f}",
+            f"{row.rms:.3f} ± {row.rms_standard_error:.3f}",
+            "–" if np.isnan(row.predicted_total) else f"{row.predicted_total:.3f}",
+        ]
+        for row in table.itertuples()
+    ]
+
+
 def text_of(table: pd.DataFrame, command: str, config: Path, repetitions: int, scatter: float) -> str:
     """The result as Markdown."""
-    head = (
-        f"# Closed loop: plan, measure, identify, compensate\n\n```\n{command}\n```\n\n"
-        f"{repetitions} repetitions of `{config}`; true stiffnesses scattered by {100 * scatter:g} % (1 σ), noise and\n"
-        "load errors drawn anew each time, the same for all plans; measured and commanded in\n`src/virtual_laboratory`. "
-        "Error attained at the targets, in tolerances: √(mean over targets of Σ (error / tolerance)²).\nIts RMS is what "
-        "the criterion `total` predicts. The random plans are drawn anew each time. SE: standard error.\n\n"
+    lines = [f"| {' | '.join(row)} |" for row in (COLUMNS, ("---",) * len(COLUMNS), *cells(table))]
+    body = "\n".join(textwrap.wrap(explanation(config, repetitions, scatter), 120))
+    return (
+        f"# Closed loop: plan, measure, identify, compensate\n\n```\n{command}\n```\n\n{body}\n\n"
+        + "\n".join(lines)
+        + "\n"
     )
-    lines = [
-        "| plan by | mean | ± SE | spread | 95 % below | RMS | ± SE | predicted |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for row in table.itertuples():
-        expectation = "–" if np.isnan(row.predicted_total) else f"{row.predicted_total:.3f}"
-        lines.append(
-            f"| {row.plan_by} | {row.mean:.3f} | {row.standard_error:.3f} | {row.spread:.3f} | {row.percentile_95:.3f} | "
-            f"{row.rms:.3f} | {row.rms_standard_error:.3f} | {expectation} |"
-        )
-    return head + "\n".join(lines) + "\n"
+
+
+def report_of(table: pd.DataFrame, command: str, config: Path, scatter: float) -> str:
+    """The result as a page."""
+    plans = table[~table["plan_by"].isin([UNIDENTIFIED, UNCOMPENSATED])]
+    bars = {
+        "type": "bar",
+        "name": "attained (mean)",
+        "x": plans["plan_by"].tolist(),
+        "y": plans["mean"].to_numpy(),
+        "error_y": {"type": "data", "array": plans["standard_error"].to_numpy()},
+        "marker": {"color": "var(--accent)"},
+    }
+    layout = {"yaxis": {"title": {"text": "error at the targets, tolerances"}}, "showlegend": False}
+    figure = Figure(
+        "attained",
+        "Error attained with the plan of each criterion",
+        {"data": [bars], "layout": layout},
+        "Mean error at the targets after plan, experiment, identification and compensation; bars are standard errors.",
+        "Bar chart of the attained error per criterion; the table holds the same numbers.",
+    )
+    caption = explanation(config, int(table["repetitions"].iloc[0]), scatter)
+    rows = DataTable("table", caption, COLUMNS, cells(table), Download("attained.csv", csv_text(table)))
+    sections = (
+        Section("result", "Attained accuracy", [figure, rows]),
+        Section("again", "Again", [Steps([("", command)])]),
+    )
+    return render(Page("Closed loop", f"Which criterion's plan makes the robot accurate? {config}", sections))
 
 
 if __name__ == "__main__":

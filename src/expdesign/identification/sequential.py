@@ -9,6 +9,7 @@ where B = Σ A_iᵀV_i⁻¹D_iL_i collects the load errors that all measurements
 those that each has for itself. All of it is a sum over measurements, so that thousands of candidates cost one batch.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,7 +64,7 @@ def knowledge_of(problem: DesignProblem, genes: FloatArray) -> Knowledge:
     return _with_errors(root, errors, [source.shared for source in problem.loaded.sources])
 
 
-def _with_errors(root: FloatArray, errors: list[FloatArray], shared: list[bool]) -> Knowledge:
+def _with_errors(root: FloatArray, errors: Sequence[FloatArray], shared: list[bool]) -> Knowledge:
     """Knowledge from whitened rows (..., r, p) and whitened deflections per load error (..., r, d)."""
     count = root.shape[-1]
     own = np.zeros((*root.shape[:-2], count, count))
@@ -166,11 +167,15 @@ def next_measurements(
         if accuracy is not None and float(expected_total(base, targets, scale)) <= accuracy:
             break
     genes = _exchanged(problem, known, np.array(chosen), pool, candidates, generator)
+    genes = _ordered(problem, known, genes)
     after, base = [], known
-    for row in _ordered(problem, known, genes):
+    for row in genes:
         base = base.plus(knowledge_of(problem, row[None]).part(0))
         after.append(float(expected_total(base, targets, scale)))
-    return NextMeasurements(_ordered(problem, known, genes), before, np.array(after))
+        if accuracy is not None and after[-1] <= accuracy:
+            # Exchange and refinement may reach with fewer what the first choice needed more for.
+            break
+    return NextMeasurements(genes[: len(after)], before, np.array(after))
 
 
 def _information(knowledge: Knowledge) -> FloatArray:

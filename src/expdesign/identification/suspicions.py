@@ -62,17 +62,26 @@ def suspicions(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: b
 
 
 def _turned_columns(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[str]:
-    """Measured components whose sign, turned, would make the fit much better."""
-    floor = float(fit.dof) if noise_known else 0.0
-    if fit.dof <= 0 or len(recordings.axes) < 2 or fit.chi2 <= GAIN * floor:
-        return []
+    """Measured components whose sign, turned, would make the readings of their kind fit much better.
+
+    Translations and rotations are judged apart: where the noise is estimated, a wrong sign inflates that of its kind.
+    """
     found: list[str] = []
+    if fit.dof <= 0 or len(recordings.axes) < 2:
+        return found
+    rotation = recordings.axes >= robot.coordinates.translations
     readings = fit.residuals + fit.sensitivities @ fit.values
     for column, axis in enumerate(recordings.axes):
+        kind = rotation == rotation[column]
+        before = float((fit.residuals[:, kind] ** 2).sum())
+        floor = float(len(readings) * kind.sum()) if noise_known else 0.0
+        if before <= GAIN * floor:
+            continue
         turned: FloatArray = readings.copy()
         turned[:, column] *= -1.0
         other = linear_fit(fit.chain, np.zeros_like(fit.values), turned, fit.sensitivities)
-        if GAIN * max(other.chi2, floor) < fit.chi2 and (other.values > 0.0).all():
+        after = float((other.residuals[:, kind] ** 2).sum())
+        if GAIN * max(after, floor) < before and other.chi2 < fit.chi2 and (other.values > 0.0).all():
             name = robot.coordinates.deflection[axis]
             found.append(f"With the sign of {name} turned the recordings would fit far better: has it the wrong sign?")
     return found

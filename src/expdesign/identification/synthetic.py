@@ -49,8 +49,8 @@ def simulated_deflections(
     added = load_errors(loaded, plan, seed) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
     if model is None:
         measurements = loaded.measure(plan.configurations, plan.loads)
-        deflections = measurements.observation @ loaded.robot.compliance
-        deflections = deflections + (measurements.compliance @ added[..., None])[..., 0]
+        nominal = measurements.observation @ loaded.robot.compliance
+        deflections: FloatArray = nominal + (measurements.compliance @ added[..., None])[..., 0]
     else:
         deflections = _of_model(model, problem, points, added)
     if noise:
@@ -74,7 +74,7 @@ def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
 
 
 def drawn_noise(noise: DeflectionNoise, series: IntArray, generator: np.random.Generator) -> FloatArray:
-    """Noise of the measured components (m, rad), shape (N, k); half of it common to a series that shares its reference."""
+    """Noise of the measured components (m, rad), shape (N, k); half its variance common to a shared reference."""
     root = np.linalg.inv(noise.whitener)
     own = generator.standard_normal((len(series), len(root)))
     if noise.shared_reference:
