@@ -85,7 +85,8 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
 
 def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:
     row = int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)))
-    what = f"no command was found: after {iterations} passes the predicted pose is still {errors[row]:.3g} m or rad off"
+    state = f"is still {errors[row]:.3g} m or rad off" if np.isfinite(errors[row]) else "runs away"
+    what = f"no command was found: after {iterations} passes the predicted pose {state}"
     return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
 
 

@@ -1,0 +1,138 @@
+"""Commands that reach their targets: the theory's numbers, the model itself, limits, and the virtual laboratory."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.cases import ROBOTS, robot
+from tests.compensation.test_prediction import effect, model_of
+from tests.identification.experiments import experiment
+
+from expdesign.chain.chain import Chain
+from expdesign.compensation.compensate import compensate
+from expdesign.compensation.prediction import moved, predict
+from expdesign.errors import ConvergenceError, InfeasibleError, SingularConfigurationError
+from expdesign.identification.identify import identify
+from expdesign.robots.bipod import Bipod
+
+NAMES = sorted(ROBOTS)
+
+
+def bipod(leg_length: tuple[float, float] | None = None) -> Bipod:
+    """The bipod of theory.md 2.1 with its zero pose at the origin of O."""
+    return Bipod(
+        base_joints=np.array([[-0.5, 0.0], [0.5, 0.0]]),
+        home=np.zeros(2),
+        stiffness=np.array([1.0e7, 1.3e7]),
+        leg_length=leg_length,
+    )
+
+
+def test_the_command_of_the_test_vector() -> None:
+    """theory.md 11: X_D = (0.10, 0.60), F = (0, −1000), k = (1.0, 1.3)·1e7 N/m."""
+    here = bipod()
+    made = experiment("bipod", 1)
+    target = replace(made, robot=here, poses=np.array([[0.10, 0.60]]), wrenches=np.array([[0.0, -1000.0]]))
+    model = model_of(Chain(here), np.ones(2))
+    found = compensate(model, target.recordings(np.zeros((1, 2)) + 1e-6))
+    np.testing.assert_allclose(found.commands, [[0.100007997793, 0.600071992929]], atol=1e-12)
+    np.testing.assert_allclose(found.lengths, np.linalg.norm(found.commands - here.base_joints, axis=1)[None])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_predicted_pose_under_load_is_the_target(name: str) -> None:
+    made = experiment(name, 6, seed=1)
+    values = np.random.default_rng(0).uniform(0.7, 1.3, len(made.compliance))
+    model = model_of(Chain(made.robot), values, 1e-4 * np.eye(len(values)))
+    targets = made.recordings(made.exact)
+    found = compensate(model, targets)
+    prediction = predict(model, moved(targets, found.commands))
+    np.testing.assert_allclose(found.commands + prediction.deflections, made.poses, atol=1e-13)
+    np.testing.assert_allclose(found.deviations, prediction.deviations, rtol=1e-12)
+    assert found.residual <= 1e-13
+    assert found.iterations < 12
+
+
+@pytest.mark.parametrize(
+    ("physics", "component"),
+    [
+        ("leg_backlash", "leg 3"),
+        ("leg_nonlinear_stiffness", "leg 2"),
+        ("joint_position_error", "leg 1"),
+        ("instrument_scale", "instrument"),
+        ("base_compliance", "base"),
+    ],
+)
+def test_effects_are_compensated_as_the_platform_moves(physics: str, component: str) -> None:
+    made = experiment("H1", 6, seed=1)
+    chain = Chain(made.robot, (effect(physics, component),))
+    values = chain.start() + 0.3 * chain.scales()
+    values[:6] = 1.0
+    model = model_of(chain, values)
+    targets = made.recordings(made.exact)
+    found = compensate(model, targets)
+    motion = predict(model, moved(targets, found.commands), platform=True)
+    np.testing.assert_allclose(found.commands + motion.deflections, made.poses, atol=1e-13)
+
+
+def test_a_command_beyond_the_limits_is_refused_with_its_row() -> None:
+    here = bipod((0.5, 0.84855))
+    made = experiment("bipod", 2)
+    poses = np.array([[0.0, 0.5], [0.10, 0.60]])
+    made = replace(made, robot=here, poses=poses, wrenches=np.array([[0.0, -1000.0]] * 2), series=np.array([1, 2]))
+    model = model_of(Chain(here), np.ones(2))
+    with pytest.raises(InfeasibleError, match="leg 1 would be") as caught:
+        compensate(model, made.recordings(np.zeros((2, 2)) + 1e-6))
+    assert caught.value.where == "recordings.csv, row 3"
+
+
+def test_a_singular_target_is_refused() -> None:
+    here = bipod()
+    made = replace(experiment("bipod", 1), robot=here, poses=np.array([[0.1, 0.0]]))
+    with pytest.raises(SingularConfigurationError, match="singular"):
+        compensate(model_of(Chain(here), np.ones(2)), made.recordings(np.zeros((1, 2)) + 1e-6))
+
+
+def test_a_robot_that_gives_way_altogether_has_no_command() -> None:
+    here = bipod()
+    made = experiment("bipod", 1)
+    made = replace(made, robot=here, poses=np.array([[0.1, 0.6]]), wrenches=np.array([[0.0, -1e7]]))
+    with pytest.raises(ConvergenceError, match="no command was found"):
+        compensate(model_of(Chain(here), np.ones(2)), made.recordings(np.zeros((1, 2)) + 1e-6))
+
+
+def test_the_virtual_laboratory_attains_what_was_promised() -> None:
+    """Attained errors over their predicted standard deviations have unit variance, axis by axis."""
+    laboratory = pytest.importorskip(
+        "virtual_laboratory", reason="the laboratory's engine is an extra", exc_type=ImportError
+    )
+    here = robot("H1")
+    made, target = experiment("H1", 4, seed=22), experiment("H1", 3, seed=23, loads_per_pose=1)
+    stiffness = 1.0 / made.compliance
+    mapping = {
+        "kind": "hexapod",
+        "home": here.home.tolist(),
+        "base_joints": here.base_joints.tolist(),  # type: ignore[attr-defined]
+        "platform_joints": here.platform_joints.tolist(),  # type: ignore[attr-defined]
+        "actuator_stiffness": here.stiffness.tolist(),
+    }
+    real = laboratory.Robot.from_mapping(mapping)
+    columns = ["sequence", "series", *here.coordinates.pose, *here.coordinates.wrench]
+    plan = made.frame(made.exact)[columns]
+    rows = target.frame(target.exact)[columns]
+    scores = []
+    for seed in range(60):
+        bench = laboratory.Laboratory(real, true_stiffness=stiffness, noise_std=made.deviation, seed=seed)
+        measured = bench.measure(plan)[list(here.coordinates.deflection)].to_numpy()
+        result = identify(here, made.recordings(measured))
+        found = compensate(
+            model_of(result.fit.chain, result.fit.values, result.fit.covariance), target.recordings(target.exact)
+        )
+        commands = rows.copy()
+        commands[list(here.coordinates.pose)] = found.commands
+        attained = bench.attained(pd.DataFrame(commands)).to_numpy()
+        scores.append((attained - target.poses) / found.deviations)
+    squares = np.mean(np.square(scores), axis=(0, 1))
+    # 60 experiments; the three targets of one experiment are not independent of each other.
+    np.testing.assert_allclose(squares, np.ones(6), atol=4.0 * np.sqrt(2.0 / 60))

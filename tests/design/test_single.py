@@ -1,0 +1,52 @@
+"""Search by one criterion: against exhaustive search, and better than the front's end or chance."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.problem_file import read_problem
+from expdesign.design.single import search_single
+from expdesign.design.start import starting_designs
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.mark.parametrize("name", ["duir", "feir", "total", "o2", "o3"])
+def test_one_measurement_of_a_bipod_is_the_best_of_a_fine_grid(name: str) -> None:
+    problem = read_problem(CONFIGS / "bipod.yaml")
+    criterion = known_criteria()[name]
+    found = search_single(problem, criterion, seed=1, population=40, generations=30)
+    x, y = np.meshgrid(np.linspace(-0.3, 0.3, 121), np.linspace(-0.3, 0.3, 121))
+    genes = np.stack([x.ravel(), y.ravel()], axis=1)[:, None, :]
+    values = criterion.values(problem.assess(*problem.space.decode(genes)))
+    best = np.nanmax(values) if criterion.maximise else np.nanmin(values)
+    gap = (best - found.value) if criterion.maximise else (found.value - best)
+    assert gap <= 1e-3 * abs(best)
+
+
+@pytest.mark.parametrize("name", ["o1", "total"])
+def test_a_hexapods_design_beats_chance_and_repeats_itself(name: str) -> None:
+    problem = read_problem(CONFIGS / "hexapod-h1.yaml")
+    criterion = known_criteria()[name]
+    found = search_single(problem, criterion, seed=3, population=40, generations=20, refinements=30)
+    again = search_single(problem, criterion, seed=3, population=40, generations=20, refinements=30)
+    np.testing.assert_array_equal(found.genes, again.genes)
+    drawn = starting_designs(problem, 500, np.random.default_rng(5)).reshape(500, problem.space.measurements, -1)
+    sign = -1.0 if criterion.maximise else 1.0
+    values = sign * criterion.values(problem.assess(*problem.space.decode(drawn)))
+    assert sign * found.value < np.nanmin(values)
+    configurations, loads = problem.space.decode(found.genes[None])
+    np.testing.assert_allclose(criterion.values(problem.assess(configurations, loads)), found.value)
+    assert bool(problem.loaded.robot.usable(configurations).all())
+
+
+def test_the_objectives_of_the_problem_do_not_count() -> None:
+    problem = read_problem(CONFIGS / "bipod.yaml")
+    other = replace(problem, objectives=(known_criteria()["o2"], known_criteria()["o4"]))
+    total = known_criteria()["total"]
+    first = search_single(problem, total, seed=1, population=20, generations=5, refinements=5)
+    second = search_single(other, total, seed=1, population=20, generations=5, refinements=5)
+    np.testing.assert_array_equal(first.genes, second.genes)

@@ -1,0 +1,121 @@
+"""A model file gives back the chain, its values and its covariance; what it cannot be is said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from tests.cases import robot
+from tests.identification.experiments import experiment
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.row import row_data
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.identification.identify import identify
+from expdesign.identification.model_file import Model, model_text, read_model, robot_effect_classes
+
+ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
+
+
+def document() -> YamlDocument:
+    return read_yaml(ROBOT_FILE)
+
+
+def all_effects() -> list[Effect]:
+    """The first place of every effect that a hexapod's recordings could show."""
+    made = experiment("H1", 6)
+    points = made.recordings(made.exact)
+    found = []
+    for cls in robot_effect_classes():
+        found += cls.candidates(robot("H1"), points)[:1]
+    return found
+
+
+EFFECTS = {effect.key: effect for effect in all_effects()}
+
+
+def saved(model: Model, folder: Path) -> Path:
+    path = folder / "model.yaml"
+    path.write_text(model_text(model, folder), encoding="utf-8")
+    return path
+
+
+def model_with(effects: tuple[Effect, ...]) -> Model:
+    generator = np.random.default_rng(3)
+    chain = Chain(robot("H1"), effects)
+    values = chain.start() + 0.01 * chain.scales() * generator.uniform(0.1, 1.0, len(chain.parameters))
+    root = generator.standard_normal((len(values), len(values))) * chain.scales()[:, None]
+    content = document()
+    return Model(chain, values, root @ root.T, content.content, content.folder, "recordings.csv")
+
+
+def test_there_are_effects_to_try() -> None:
+    assert len(EFFECTS) > 10
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+def test_every_effect_survives_the_file(key: str, tmp_path: Path) -> None:
+    model = model_with((EFFECTS[key],))
+    found = read_model(saved(model, tmp_path))
+    assert [effect.key for effect in found.chain.effects] == [key]
+    np.testing.assert_array_equal(found.values[6:], model.values[6:])
+    np.testing.assert_allclose(found.values, model.values, rtol=1e-14)
+    np.testing.assert_allclose(found.covariance, model.covariance, rtol=1e-12)
+    made = experiment("H1", 6)
+    rows = row_data(made.recordings(made.exact), robot("H1"))
+    expected = model.chain.predict(rows, model.values)
+    # The file's robot has its joints rounded to nanometres.
+    np.testing.assert_allclose(found.chain.predict(rows, found.values), expected, rtol=1e-5, atol=1e-11)
+
+
+def test_effects_together_keep_their_order(tmp_path: Path) -> None:
+    effects = tuple(EFFECTS.values())[:4]
+    found = read_model(saved(model_with(effects), tmp_path))
+    assert [effect.key for effect in found.chain.effects] == [effect.key for effect in effects]
+
+
+def test_parameters_that_were_not_determined_stay_so(tmp_path: Path) -> None:
+    model = model_with(())
+    model.covariance[2, :] = model.covariance[:, 2] = np.inf
+    found = read_model(saved(model, tmp_path))
+    np.testing.assert_array_equal(np.isinf(found.covariance), np.isinf(model.covariance))
+
+
+def test_the_file_of_an_identification_says_what_was_identified(tmp_path: Path) -> None:
+    made = experiment("H1", 6)
+    result = identify(made.robot, made.recordings(made.noisy(np.random.default_rng(0))))
+    found = read_model(saved(Model.from_fit(result.fit, document(), "recordings.csv"), tmp_path))
+    np.testing.assert_allclose(found.compliance, result.compliance.estimate, rtol=1e-14)
+    assert found.chain.robot.name == "hexapod-h1"
+
+
+def changed(folder: Path, **changes: object) -> Path:
+    path = saved(model_with((next(e for e in EFFECTS.values() if e.physics == "leg_backlash"),)), folder)
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    for key, value in changes.items():
+        content[key] = value
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"kind": "hexapod"}, "not a model file"),
+        ({"schema_version": 2}, "schema version 2"),
+        ({"covariance": [[1.0]]}, "a matrix of"),
+        ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),
+        ({"effects": [{"physics": "ghost", "component": "leg 1", "parameters": {}}]}, "unknown physics `ghost`"),
+        (
+            {"effects": [{"physics": "leg_backlash", "component": "leg 1", "parameters": {"gap": 1.0}}]},
+            "does not have these parameters",
+        ),
+        ({"robot": {"kind": "hexapod"}}, "missing"),
+    ],
+)
+def test_a_wrong_model_file_is_refused(changes: dict[str, object], says: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=says) as caught:
+        read_model(changed(tmp_path, **changes))
+    assert "model.yaml" in caught.value.where

@@ -1,0 +1,107 @@
+"""Sequential design: its forecast is the criterion `total`, and its choice is the best there is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.identification.experiments import table_of
+
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.plan import Plan, plan_frame
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import read_problem
+from expdesign.design.start import reachable_measurements
+from expdesign.identification.recorded_knowledge import recorded_knowledge
+from expdesign.identification.sequential import (
+    Knowledge,
+    expected_total,
+    knowledge_of,
+    next_measurements,
+    together,
+)
+from expdesign.instrument.deflection_noise import DeflectionNoise
+from expdesign.recordings.reader import recordings_from_table
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def problem_of(name: str, *, shared_reference: bool = False) -> DesignProblem:
+    problem = read_problem(CONFIGS / f"{name}.yaml")
+    noise = DeflectionNoise(problem.noise.axes, problem.noise.covariance, shared_reference)
+    return replace(problem, noise=noise)
+
+
+def total(problem: DesignProblem, plan: Plan) -> float:
+    assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
+    return float(known_criteria()["total"].values(assessment)[0])
+
+
+def recorded(problem: DesignProblem, genes: np.ndarray, series: np.ndarray | None = None) -> tuple[Knowledge, Plan]:
+    """What recordings of some measurements say, through the text of a file, and their plan."""
+    configurations, loads = problem.space.decode(genes)
+    numbers = np.arange(1, len(genes) + 1) if series is None else series
+    plan = Plan(configurations, loads, numbers)
+    frame = plan_frame(plan, problem.loaded, with_gravity=True)
+    coordinates = problem.loaded.robot.coordinates
+    for axis, deviation in zip(problem.noise.axes, np.sqrt(np.diag(problem.noise.covariance)), strict=True):
+        frame[coordinates.deflection[axis]] = 1e-6
+        frame[coordinates.deviation[axis]] = deviation
+    return recorded_knowledge(problem, recordings_from_table(table_of(frame), problem.loaded.robot), loads), plan
+
+
+@pytest.mark.parametrize("name", ["hexapod-h1", "hexapod-120kg", "rubin-camera"])
+def test_the_forecast_is_the_criterion_total(name: str) -> None:
+    problem = problem_of(name)
+    genes = reachable_measurements(problem, 5, np.random.default_rng(1))
+    known, _ = recorded(problem, genes[:3])
+    each = knowledge_of(problem, genes[3:])
+    found = expected_total(
+        together([known, each.part(0), each.part(1)]), problem.targets, problem.loaded.robot.compliance
+    )
+    expected = total(problem, Plan(*problem.space.decode(genes), np.arange(1, 6)))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_the_forecast_with_a_shared_reference_is_the_criterion_total() -> None:
+    problem = problem_of("hexapod-h1", shared_reference=True)
+    genes = reachable_measurements(problem, 4, np.random.default_rng(2))
+    genes[1, :6], genes[3, :6] = genes[0, :6], genes[2, :6]
+    known, plan = recorded(problem, genes, np.array([1, 1, 2, 2]))
+    found = expected_total(known, problem.targets, problem.loaded.robot.compliance)
+    np.testing.assert_allclose(found, total(problem, plan), rtol=1e-6)
+
+
+def test_one_more_measurement_is_better_than_any_of_thousands_drawn() -> None:
+    problem = problem_of("hexapod-h1")
+    known, _ = recorded(problem, reachable_measurements(problem, 3, np.random.default_rng(3)))
+    found = next_measurements(problem, known, count=1, accuracy=None, seed=1)
+    others = knowledge_of(problem, reachable_measurements(problem, 3000, np.random.default_rng(99)))
+    scale = problem.loaded.robot.compliance
+    best = expected_total(known.plus(others), problem.targets, scale).min()
+    assert found.after[0] <= best
+    assert found.after[0] < found.before
+    again = known.plus(knowledge_of(problem, found.genes).part(0))
+    np.testing.assert_allclose(expected_total(again, problem.targets, scale), found.after[0])
+    assert bool(problem.loaded.robot.usable(problem.space.decode(found.genes)[0]).all())
+
+
+def test_measurements_are_added_until_the_accuracy_is_reached_and_no_further() -> None:
+    problem = problem_of("hexapod-h1")
+    known, _ = recorded(problem, reachable_measurements(problem, 2, np.random.default_rng(4)))
+    wanted = 0.5 * next_measurements(problem, known, count=1, accuracy=None, seed=1).after[0]
+    found = next_measurements(problem, known, count=20, accuracy=wanted, seed=1)
+    assert found.after[-1] <= wanted
+    assert (found.after[:-1] > wanted).all()
+    assert 1 < len(found.genes) < 20
+
+
+def test_recordings_that_determine_nothing_are_completed() -> None:
+    """One loaded axis on a bipod leaves a leg open; the next measurement closes it."""
+    problem = problem_of("bipod")
+    problem = replace(problem, noise=DeflectionNoise.from_deviations(np.array([1]), np.array([1e-6])))
+    known, _ = recorded(problem, reachable_measurements(problem, 1, np.random.default_rng(5)))
+    found = next_measurements(problem, known, count=2, accuracy=None, seed=1)
+    assert found.before == np.inf
+    assert np.isfinite(found.after[0])
+    assert found.after[1] <= found.after[0]
