@@ -61,10 +61,11 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--repetitions", type=int, default=400)
     parser.add_argument("--scatter", type=float, default=0.1, help="relative scatter of the true stiffness (1 sigma)")
     parser.add_argument("--generations", type=int, default=None, help="of the search for each criterion's plan")
+    parser.add_argument("--refinements", type=int, default=150, help="steps of the local search that follows")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     loop = loop_of(read_problem(options.config), options.scatter)
-    plans = plans_by_criterion(loop.problem, options.seed, options.generations)
+    plans = plans_by_criterion(loop.problem, options.seed, options.generations, options.refinements)
     attained, predicted = run(loop, plans, options.repetitions, options.seed)
     table = summary(attained, predicted)
     command = (
@@ -101,11 +102,11 @@ def table_of(frame: pd.DataFrame) -> Table:
     return parse_table(csv_text(frame), "closed loop")
 
 
-def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | None) -> dict[str, Plan]:
+def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | None, refinements: int) -> dict[str, Plan]:
     """The best plan that is found by every known criterion alone."""
     plans = {}
     for name, criterion in known_criteria().items():
-        best = search_single(problem, criterion, seed=seed, generations=generations)
+        best = search_single(problem, criterion, seed=seed, generations=generations, refinements=refinements)
         print(f"{name}: {best.value:.6g} after {best.evaluations} designs", file=sys.stderr, flush=True)
         plans[name] = plan_of_genes(problem, best.genes)
     return plans

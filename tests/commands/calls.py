@@ -1,0 +1,46 @@
+"""Commands called as the command line calls them."""
+
+from pathlib import Path
+
+import pytest
+
+from expdesign.commands.main import main
+
+ROOT = Path(__file__).parents[2]
+ROBOT = ROOT / "configs" / "robots" / "hexapod-h1.yaml"
+CONFIG = ROOT / "configs" / "hexapod-h1.yaml"
+
+PLAN = """sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,mass_kg,com_x_m,com_y_m,com_z_m,note
+1,1,0.01,0,0,0,0,0,26.5,0.1,0.05,0.12,first
+2,1,0.01,0,0,0,0,0,10,0.1,-0.05,0.12,second
+3,2,-0.01,0,0,0.1,0,0,26.5,-0.1,0.05,0.12,third
+4,3,-0.01,0.02,0,0.1,0.1,0,26.5,-0.1,0.0,0.12,fourth
+"""
+
+
+def call(*arguments: object) -> int:
+    """Exit status of `expdesign` with these arguments."""
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    code = caught.value.code
+    return 0 if code is None else int(code)
+
+
+def plan_file(folder: Path) -> Path:
+    """A plan of four measurements of the example hexapod."""
+    path = folder / "plan.csv"
+    path.write_text(PLAN, encoding="utf-8")
+    return path
+
+
+def recordings_file(folder: Path, *options: object) -> Path:
+    """Recordings of that plan."""
+    path = folder / "recordings.csv"
+    assert call("simulate", CONFIG, plan_file(folder), "--out", path, "--seed", 5, *options) == 0
+    return path
+
+
+def model_file(folder: Path) -> Path:
+    """The model that those recordings identify."""
+    assert call("identify", ROBOT, recordings_file(folder), "--out", folder / "identified") == 0
+    return folder / "identified" / "model.yaml"

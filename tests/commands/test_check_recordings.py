@@ -1,0 +1,30 @@
+"""`expdesign check` on recordings."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from tests.commands.calls import ROBOT, call, plan_file, recordings_file
+
+
+def test_without_and_with_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings = recordings_file(tmp_path)
+    capsys.readouterr()
+    assert call("check", recordings) == 0
+    assert "4 rows in 3 series" in capsys.readouterr().out
+    assert call("check", recordings, "--robot", ROBOT) == 0
+    assert "identify all 6 stiffnesses" in capsys.readouterr().out
+
+
+def test_what_is_wrong_or_not_identifiable_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings = recordings_file(tmp_path)
+    frame = pd.read_csv(recordings)
+    frame.drop(columns=[name for name in frame if name[0] == "d" and name != "dz_m"]).iloc[:3].to_csv(
+        recordings, index=False
+    )
+    capsys.readouterr()
+    assert call("check", recordings) == 0
+    assert call("check", recordings, "--robot", ROBOT) == 2
+    assert "3 readings cannot determine 6 compliances" in capsys.readouterr().err
+    assert call("check", plan_file(tmp_path)) == 2
+    assert "no measured column" in capsys.readouterr().err

@@ -1,0 +1,94 @@
+"""`expdesign identify`."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import ROBOT, call, recordings_file
+from tests.identification.experiments import experiment
+from tests.identification.test_identify import idle_leg
+
+from expdesign.design.plan import csv_text
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot_file import read_robot
+
+
+def test_it_writes_model_record_and_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings, out = recordings_file(tmp_path), tmp_path / "out"
+    capsys.readouterr()
+    assert call("identify", ROBOT, recordings, "--out", out) == 0
+    printed = capsys.readouterr()
+    assert printed.out.strip() == str(out / "report.html")
+    assert "leg 6:" in printed.err
+    assert "columns without a meaning here, kept but not used: note" in printed.err
+    assert sorted(path.name for path in out.iterdir()) == ["identification.json", "model.yaml", "report.html"]
+    record = json.loads((out / "identification.json").read_text(encoding="utf-8"))
+    for name in ("stiffness", "unit", "chi2", "dof", "p_value", "covariance", "rank"):
+        assert name in record
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert "Stiffness of hexapod-h1" in report
+    assert "http://" not in report.split("<script")[0]
+
+
+def test_several_files_are_one(tmp_path: Path) -> None:
+    recordings = recordings_file(tmp_path)
+    frame = pd.read_csv(recordings)
+    first, second = tmp_path / "a.csv", tmp_path / "b.csv"
+    frame.iloc[:2].to_csv(first, index=False)
+    frame.iloc[2:].to_csv(second, index=False)
+    assert call("identify", ROBOT, recordings, "--out", tmp_path / "whole") == 0
+    assert call("identify", ROBOT, first, second, "--out", tmp_path / "split") == 0
+    records = [
+        json.loads((tmp_path / name / "identification.json").read_text(encoding="utf-8")) for name in ("whole", "split")
+    ]
+    np.testing.assert_allclose(records[0]["covariance"], records[1]["covariance"], rtol=1e-9)
+    np.testing.assert_allclose(records[0]["chi2"], records[1]["chi2"], rtol=1e-9)
+
+
+def test_options_reach_the_estimator(tmp_path: Path) -> None:
+    recordings = recordings_file(tmp_path)
+
+    def record(*options: object) -> dict:  # type: ignore[type-arg]
+        assert call("identify", ROBOT, recordings, "--out", tmp_path / "out", *options) == 0
+        content: dict = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))  # type: ignore[type-arg]
+        return content
+
+    plain, shared, prior = record(), record("--shared-reference"), record("--prior", 1)
+    assert shared["shared_reference"]
+    assert shared["chi2"] != plain["chi2"]
+    assert prior["dof"] == plain["dof"] + 6
+    assert prior["covariance"][0][0] < plain["covariance"][0][0]
+
+
+def test_a_leg_without_load_ends_with_2_and_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    here = read_robot(ROBOT)
+    assert isinstance(here, ParallelRobot)
+    made = idle_leg(replace(experiment("H1", 6, seed=17), robot=here))
+    path = tmp_path / "recordings.csv"
+    path.write_text(csv_text(made.frame(made.noisy(np.random.default_rng(0)))), encoding="utf-8")
+    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
+    message = capsys.readouterr().err
+    assert "recordings.csv: leg 3 carries no load in any of the fitted rows" in message
+    assert "Traceback" not in message
+    assert not (tmp_path / "out").exists()
+    assert call("identify", ROBOT, path, "--out", tmp_path / "out", "--prior", 30) == 0
+
+
+@pytest.mark.parametrize("prior", ["0", "-5", "nan"])
+def test_a_prior_must_be_a_size(prior: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("identify", ROBOT, recordings_file(tmp_path), "--out", tmp_path / "out", f"--prior={prior}") == 2
+    assert "--prior" in capsys.readouterr().err
+
+
+def test_a_failure_leaves_earlier_results_as_they_were(tmp_path: Path) -> None:
+    recordings, out = recordings_file(tmp_path), tmp_path / "out"
+    assert call("identify", ROBOT, recordings, "--out", out) == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    frame = pd.read_csv(recordings)
+    frame.loc[2, "dz_m"] = np.nan
+    frame.to_csv(recordings, index=False)
+    assert call("identify", ROBOT, recordings, "--out", out) == 2
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before

@@ -1,0 +1,67 @@
+"""`expdesign next`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
+
+
+def forecast(text: str) -> list[float]:
+    """The totals that are announced, now and with every further measurement."""
+    return [
+        float(line.split(": ")[1].split()[0])
+        for line in text.splitlines()
+        if line.endswith("tolerances") and ": " in line
+    ]
+
+
+def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
+    capsys.readouterr()
+    assert call("next", CONFIG, recordings, "--out", out, "--count", 2) == 0
+    printed = capsys.readouterr().err
+    plan = pd.read_csv(out)
+    assert plan["sequence"].tolist() == [5, 6]
+    assert plan["series"].tolist() == [4, 5]
+    now, one, two = forecast(printed)
+    assert two < one < now
+    assert "already within 1 tolerances" in printed
+    both = tmp_path / "both.csv"
+    pd.concat([pd.read_csv(plan_file(tmp_path)).drop(columns="note"), plan]).to_csv(both, index=False)
+    assert call("evaluate", CONFIG, both, "--json") == 0
+    np.testing.assert_allclose(json.loads(capsys.readouterr().out)["total"], two, rtol=1e-3)
+
+
+def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
+    capsys.readouterr()
+    assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.35) == 0
+    totals = forecast(capsys.readouterr().err)
+    assert totals[-1] <= 0.35 < totals[-2]
+    assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.01, "--count", 1) == 0
+    assert "not enough for 0.01" in capsys.readouterr().err
+
+
+def test_the_next_measurements_can_be_simulated_and_identified_with_the_others(tmp_path: Path) -> None:
+    recordings, out, more = recordings_file(tmp_path), tmp_path / "next.csv", tmp_path / "more.csv"
+    assert call("next", CONFIG, recordings, "--out", out, "--count", 3) == 0
+    assert call("simulate", CONFIG, out, "--out", more, "--seed", 9) == 0
+    assert call("identify", ROBOT, recordings, more, "--out", tmp_path / "both") == 0
+    record = json.loads((tmp_path / "both" / "identification.json").read_text(encoding="utf-8"))
+    assert record["rows"]["fitted"] == 7
+
+
+def test_bad_input_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
+    for options in (("--count", 0), ("--accuracy", -1), ("--accuracy", "nan")):
+        assert call("next", CONFIG, recordings, "--out", out, *options) == 2
+    frame = pd.read_csv(recordings)
+    frame.loc[1, "sequence"] = 1
+    frame.to_csv(recordings, index=False)
+    capsys.readouterr()
+    assert call("next", CONFIG, recordings, "--out", out) == 2
+    assert "row 3, column sequence" in capsys.readouterr().err
+    assert not out.exists()

@@ -1,0 +1,43 @@
+"""`expdesign predict`."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import call, model_file, plan_file
+
+from expdesign.compensation.prediction import predict
+from expdesign.identification.model_file import read_model
+from expdesign.recordings.reader import read_points
+
+
+def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None:
+    model, plan, out = model_file(tmp_path), plan_file(tmp_path), tmp_path / "predicted.csv"
+    frame = pd.read_csv(plan).iloc[::-1]
+    frame.to_csv(plan, index=False)
+    assert call("predict", model, plan, "--out", out) == 0
+    written = pd.read_csv(out)
+    pd.testing.assert_frame_equal(written[list(frame.columns)], frame.reset_index(drop=True))
+    expected = predict(read_model(model), read_points(plan, read_model(model).chain.robot))
+    np.testing.assert_allclose(written["dz_m"], expected.deflections[::-1, 2], rtol=1e-12)
+    np.testing.assert_allclose(written["srx_rad"], expected.deviations[::-1, 3], rtol=1e-12)
+
+
+def test_what_was_measured_is_replaced_by_what_is_predicted(tmp_path: Path) -> None:
+    model, out = model_file(tmp_path), tmp_path / "predicted.csv"
+    assert call("predict", model, tmp_path / "recordings.csv", "--out", out, "--platform") == 0
+    measured, predicted = pd.read_csv(tmp_path / "recordings.csv"), pd.read_csv(out)
+    assert list(measured.columns) == list(predicted.columns)
+    assert not np.allclose(measured["dz_m"], predicted["dz_m"], rtol=1e-6, atol=0.0)
+
+
+def test_bad_input_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, plan, out = model_file(tmp_path), plan_file(tmp_path), tmp_path / "predicted.csv"
+    capsys.readouterr()
+    assert call("predict", plan, plan, "--out", out) == 2
+    plan.write_text(plan.read_text().replace("z_m", "zz_m", 1), encoding="utf-8")
+    assert call("predict", model, plan, "--out", out) == 2
+    assert "plan.csv, column z_m: the column is missing. Is `zz_m` meant?" in capsys.readouterr().err
+    assert call("predict", tmp_path / "none.yaml", plan, "--out", out) == 2
+    assert not out.exists()
