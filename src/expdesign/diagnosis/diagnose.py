@@ -1,7 +1,7 @@
 """Diagnosis of recordings: consistent, explained by named physics, or unexplained (interfaces.md, diagnosis.json)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scipy.stats import chi2 as chi2_distribution
 
@@ -12,6 +12,7 @@ from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.locate import Location, locate
+from expdesign.diagnosis.outliers import isolated
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.errors import NotIdentifiableError
@@ -25,6 +26,12 @@ CONSISTENT = 1e-3
 """Probability below which χ² speaks against a model."""
 RESIDUAL_SHARE = 0.05
 """Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
+
+PREDICTS = 1.3
+"""RMS of held-out residuals above which a model describes the recordings but does not predict."""
+
+TENTATIVE = 0.5
+"""Factor on the probabilities of effects beside which something unexplained remains, part of which they may imitate."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,13 @@ def diagnose(
     p_before = float(chi2_distribution.sf(base.chi2, dof_before)) if noise.known else float("nan")
     p_after = float(chi2_distribution.sf(model.fit.chi2, dof_after)) if noise.known else float("nan")
     verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
+    whole = sample.residuals(model.fit.chain, model.fit.values)
+    if verdict == "explained" and not (
+        errors.test_after <= PREDICTS and isolated(whole, model.outliers, recordings.series)
+    ):
+        verdict = "unexplained"
+    if verdict == "unexplained":
+        found = tuple(replace(finding, probability=finding.probability * TENTATIVE) for finding in found)
     return Diagnosis(robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search)
 
 

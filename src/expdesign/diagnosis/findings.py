@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.probability import standing
+from expdesign.diagnosis.probability import TEMPERATURE, standing
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.identification.fit import Fit
 
@@ -65,7 +65,10 @@ def findings(search: Search, model: Model) -> tuple[Finding, ...]:
         lines = tuple(int(line) for line in search.sample.recordings.lines[model.outliers])
         count = float(len(lines))
         sentence = f"Row{'s' if count > 1 else ''} {', '.join(map(str, lines))} of the file belong to no physics."
-        result.append(Finding("outlier", "instrument", "", {"rows": (count, count, count)}, 0.99, (), sentence, lines))
+        gain = search.including(model).misfit - model.misfit
+        probability = float(1.0 / (1.0 + np.exp(-0.5 * gain / TEMPERATURE)))
+        parameters = {"rows": (count, count, count)}
+        result.append(Finding("outlier", "instrument", "", parameters, probability, (), sentence, lines))
     return tuple(result)
 
 

@@ -55,7 +55,8 @@ def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances:
         one_sided: BoolArray = np.array([p.low >= p.neutral for p in free], dtype=bool)
         usable = np.isfinite(directions).all(axis=(1, 2))
         if usable.any():
-            places = counts[effect.physics]
+            # A search over pitches or time constants looks at as many places as it has starts.
+            places = counts[effect.physics] * int(usable.sum())
             found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places))
     return found
 

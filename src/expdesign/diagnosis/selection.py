@@ -15,6 +15,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.outliers import row_distances
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
 from expdesign.identification.fit import Fit, fit
@@ -162,6 +163,11 @@ class Search:
         rest = model.candidates[:index] + model.candidates[index + 1 :]
         return self._model(rest, model.outliers, [self._part(model, c) for c in rest])
 
+    def including(self, model: Model) -> Model:
+        """A model refitted with the rows that it sets aside."""
+        parts = [self._part(model, c) for c in model.candidates]
+        return self._model(model.candidates, np.zeros_like(model.outliers), parts)
+
     def _replacements(self, model: Model, index: int) -> list[Model]:
         smaller = self.without(model, index)
         return [self._extended(smaller, candidate) for candidate in self._promising(smaller)]
@@ -278,14 +284,3 @@ class Search:
             parts = [self._part(current, c) for c in current.candidates]
             model = self._model(current.candidates, flagged.copy(), parts, current)
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
-
-
-def row_distances(result: Fit) -> FloatArray:
-    """Reduction of χ² if a row were left out, shape (N,): r·(I − H)⁻¹·r with H the row's own leverage."""
-    rows, readings, width = result.sensitivities.shape
-    basis = orthonormal_basis(result.sensitivities.reshape(-1, width)).reshape(rows, readings, -1)
-    remaining = np.eye(readings) - np.einsum("nkr,nlr->nkl", basis, basis)
-    remaining += 1e-9 * np.eye(readings)
-    solved = np.linalg.solve(remaining, result.residuals[..., None])[..., 0]
-    distances: FloatArray = np.einsum("nk,nk->n", result.residuals, solved)
-    return distances

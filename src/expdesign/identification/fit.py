@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
@@ -13,6 +12,10 @@ from expdesign.recordings.recordings import Recordings
 
 RANK_TOLERANCE = 1e-9
 """Singular values of the scaled sensitivities below this fraction of the largest count as zero."""
+MOST_STEPS = 60
+CONVERGED = 1e-10
+"""Relative fall of the sum of squares below which a fit has settled."""
+LARGEST_DAMPING = 1e8
 
 
 @dataclass(frozen=True)
@@ -85,24 +88,60 @@ def fit(
         prior: mean and standard deviation of the parameters, shape (p,) each (infinite where there is no prior).
     """
     start = chain.start() if start is None else start
-    scales = chain.scales()
     if not chain.effects:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
-    low, high = chain.bounds()
-    inside = np.clip(start, low + 1e-9 * scales, high - 1e-9 * scales)
+    return summarise(chain, data, _minimise(chain, data, start, prior), prior)
 
-    def function(values: FloatArray) -> FloatArray:
-        return _with_prior(data.residuals(chain, values).ravel(), values, prior)
 
-    def jacobian(values: FloatArray) -> FloatArray:
-        sensitivities = data.residuals_with_sensitivities(chain, values)[1].reshape(-1, len(values))
-        if prior is not None:
-            sensitivities = np.vstack([sensitivities, np.diag(1.0 / prior[1])])
-        return -sensitivities
+def _minimise(chain: Chain, data: Data, start: FloatArray, prior: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    """Levenberg-Marquardt with bounds: a step is cut off at the bounds, and parameters held by them are left out.
 
-    result = least_squares(function, inside, jac=jacobian, bounds=(low, high), x_scale=scales, max_nfev=100)
-    return summarise(chain, data, result.x, prior)
+    The normal equations that give a step square the condition number, which costs steps but no accuracy: the minimum is
+    where the exact gradient vanishes, and `summarise` works on the sensitivities themselves.
+    """
+    scales, (low, high) = chain.scales(), chain.bounds()
+    values = np.clip(start, low, high)
+    residuals, slopes = _stacked(chain, data, values, scales, prior)
+    cost, damping = float(residuals @ residuals), 1e-3
+    for _ in range(MOST_STEPS):
+        gradient = slopes.T @ residuals
+        held = ((values <= low) & (gradient < 0.0)) | ((values >= high) & (gradient > 0.0))
+        free = np.flatnonzero(~held)
+        if free.size == 0:
+            break
+        normal = slopes[:, free].T @ slopes[:, free]
+        diagonal = np.maximum(normal.diagonal(), 1e-12 * max(float(normal.diagonal().max()), 1e-300))
+        improved = False
+        while damping < LARGEST_DAMPING:
+            step = np.zeros_like(values)
+            step[free] = np.linalg.solve(normal + damping * np.diag(diagonal), gradient[free]) * scales[free]
+            trial = np.clip(values + step, low, high)
+            remaining = _with_prior(data.residuals(chain, trial).ravel(), trial, prior)
+            trial_cost = float(remaining @ remaining)
+            if np.isfinite(trial_cost) and trial_cost < cost:
+                improved = True
+                break
+            damping *= 5.0
+        if not improved:
+            break
+        settled = cost - trial_cost <= CONVERGED * cost
+        values, cost, damping = trial, trial_cost, max(damping / 10.0, 1e-9)
+        if settled:
+            break
+        residuals, slopes = _stacked(chain, data, values, scales, prior)
+    return values
+
+
+def _stacked(
+    chain: Chain, data: Data, values: FloatArray, scales: FloatArray, prior: tuple[FloatArray, FloatArray] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Residuals (M,) and derivatives of the prediction per scaled parameter (M, p), those of a prior included."""
+    residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
+    slopes = sensitivities.reshape(-1, len(values)) * scales
+    if prior is not None:
+        slopes = np.vstack([slopes, np.diag(scales / prior[1])])
+    return _with_prior(residuals.ravel(), values, prior), slopes
 
 
 def linear_fit(

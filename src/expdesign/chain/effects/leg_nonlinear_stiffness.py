@@ -55,10 +55,13 @@ class LegNonlinearStiffness(Effect):
         relative = force / _REFERENCE
         if self.variant != "cubic":
             return parameter * _SERIES[self.variant](relative)
+        # A softening spring carries no more force than at its summit, 1/√(3·|b|); there the elongation ends.
+        summit = 0.95 / ca.sqrt(3.0 * ca.fmax(-parameter, 1e-9))
         x = relative
         for _ in range(_NEWTON_STEPS):
-            x = x - (x + parameter * x**3 - relative) / ca.fmax(1.0 + 3.0 * parameter * x**2, 0.2)
-        return x - relative
+            x = ca.fmin(ca.fmax(x, -summit), summit)
+            x = x - (x + parameter * x**3 - relative) / ca.fmax(1.0 + 3.0 * parameter * x**2, 0.05)
+        return ca.fmin(ca.fmax(x, -summit), summit) - relative
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         value = next(iter(values.values()))[0]
