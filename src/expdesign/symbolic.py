@@ -7,6 +7,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 
+_LARGEST_MAP = 2048
+"""Samples of one call to the engine; making the map of a much larger batch costs more than evaluating it."""
+
 
 class BatchFunction:
     """Symbolic expressions as a function of NumPy arrays with leading batch dimensions.
@@ -24,6 +27,11 @@ class BatchFunction:
         self._shapes = [output.shape for output in dense]
         self._mapped: dict[int, ca.Function] = {}
 
+    def _map(self, count: int) -> ca.Function:
+        if count not in self._mapped:
+            self._mapped[count] = self._function.map(count)
+        return self._mapped[count]
+
     @property
     def function(self) -> ca.Function:
         """The CasADi function of one sample."""
@@ -40,20 +48,19 @@ class BatchFunction:
         """
         batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
         count = int(np.prod(batch, dtype=np.int64))
-        if count not in self._mapped:
-            self._mapped[count] = self._function.map(count) if count else self._function
         flat = [
-            np.ascontiguousarray(np.broadcast_to(array, (*batch, width)), dtype=np.float64)
+            np.ascontiguousarray(np.broadcast_to(array, (*batch, width)), dtype=np.float64).reshape(count, width)
             for array, width in zip(arrays, self._widths, strict=True)
         ]
         # CasADi stores columns first, so a sample's matrix appears transposed in a C-ordered array.
         results = [np.empty((count, columns, rows)) for rows, columns in self._shapes]
-        if count:
-            buffer, evaluate = self._mapped[count].buffer()
+        for start in range(0, count, _LARGEST_MAP):
+            part = slice(start, min(start + _LARGEST_MAP, count))
+            buffer, evaluate = self._map(part.stop - part.start).buffer()
             for index, array in enumerate(flat):
-                buffer.set_arg(index, memoryview(array))  # type: ignore[call-arg, arg-type]
+                buffer.set_arg(index, memoryview(array[part]))  # type: ignore[call-arg, arg-type]
             for index, result in enumerate(results):
-                buffer.set_res(index, memoryview(result))  # type: ignore[call-arg, arg-type]
+                buffer.set_res(index, memoryview(result[part]))  # type: ignore[call-arg, arg-type]
             evaluate()
         return tuple(
             result.reshape(*batch, rows) if columns == 1 else result.swapaxes(-1, -2).reshape(*batch, rows, columns)

@@ -132,16 +132,17 @@ def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, orde
     split = robot.coordinates.translations
     large = np.abs(configurations[:, split:]) > LARGEST_ANGLE
     if large.any():
-        row, column = np.argwhere(large)[0]
+        row, column = (int(i) for i in np.argwhere(large)[0])
         where = table.where(int(order[row]), robot.configuration[split + column])
         what = f"{configurations[row, split + column]:g} cannot be an angle of the platform in rad"
         raise InputError(what, where=where, remedy="Check the unit.")
-    stretch = robot.lengths(configurations).max(axis=1) / robot.lengths(robot.reference_configuration()).max()
-    if stretch.size and stretch.max() > LARGEST_STRETCH:
-        row = int(np.argmax(stretch))
-        column = int(np.argmax(np.abs(configurations[row, :split])))
+    farthest = np.abs(configurations[:, :split])
+    row, column = divmod(int(np.argmax(farthest)), split)
+    reference = robot.lengths(robot.reference_configuration()).max()
+    stretch = float(robot.lengths(configurations[row]).max() / reference)
+    if stretch > LARGEST_STRETCH:
         where = table.where(int(order[row]), robot.configuration[column])
-        what = f"at {configurations[row, column]:g} m a leg would be {stretch[row]:.3g} times as long as it is"
+        what = f"at {configurations[row, column]:g} m a leg would be {stretch:.3g} times as long as it is"
         raise InputError(what, where=where, remedy="Check the unit (m).")
 
 

@@ -26,6 +26,8 @@ DOUBTFUL = 0.01
 """Probability below which a test speaks against the model."""
 MOST_POINTS = 3000
 MOST_ROWS = 200
+MOST_DOWNLOADED = 10000
+"""Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
 
 
 def identification_report(result: Identification) -> str:
@@ -236,7 +238,7 @@ def _measurement_table(result: Identification, train: Recordings) -> DataTable:
             "leverage": effect.leverage,
             "p_value": effect.p_value,
             "outlier": effect.outlier,
-            "informs": [result.robot.actuators[i] for i in best],
+            "informs": np.array(result.robot.actuators)[best],
             "share": effect.share[np.arange(len(best)), best],
         }
     )
@@ -253,14 +255,16 @@ def _measurement_table(result: Identification, train: Recordings) -> DataTable:
         ]
         for row in shown
     ]
-    part = "" if len(shown) == len(train) else f" The {len(shown)} with the largest leverage; the CSV has all."
+    part = (
+        "" if len(shown) == len(train) else f" Shown are outliers and the largest leverages, {len(shown)} rows in all."
+    )
     return DataTable(
         "measurements",
         "Leverage is how much of the fit hangs on a row (they add up to the number of stiffnesses); p is the chance of "
         "a residual as large by noise alone; the share is of all information on that actuator's stiffness." + part,
         ["Sequence", "Row", "Leverage", "p", "Flag", "Informs most", "Share"],
         rows,
-        Download("measurements.csv", csv_text(frame)),
+        Download("measurements.csv", csv_text(frame if len(frame) <= MOST_DOWNLOADED else frame.iloc[shown])),
         tall=True,
     )
 
