@@ -14,7 +14,7 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.locate import Location, locate
 from expdesign.diagnosis.outliers import isolated
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
 from expdesign.errors import NotIdentifiableError
 from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
@@ -110,9 +110,9 @@ def diagnose(
     p_after = float(chi2_distribution.sf(model.fit.chi2, dof_after)) if noise.known else float("nan")
     verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
     whole = sample.residuals(model.fit.chain, model.fit.values)
-    if verdict == "explained" and not (
-        errors.test_after <= PREDICTS and isolated(whole, model.outliers, recordings.series)
-    ):
+    # As many effects as the search allows are a sign that they imitate something else.
+    sound = len(model.candidates) < MOST_EFFECTS and errors.test_after <= PREDICTS
+    if verdict == "explained" and not (sound and isolated(whole, model.outliers, recordings.series)):
         verdict = "unexplained"
     if verdict == "unexplained":
         found = tuple(replace(finding, probability=finding.probability * TENTATIVE) for finding in found)
