@@ -23,7 +23,7 @@ TOLERANCE = 1e-4
 """Relative gap of the squared criterion at which the refinement of candidates ends."""
 ENUMERABLE = 1_000_000
 """Largest number of candidates that are all looked at."""
-_ROUNDS = 25
+_ROUNDS, _POOL = 25, 1000
 
 
 class LowerBound(NamedTuple):
@@ -121,11 +121,12 @@ class Certificate:
             )
             if self._whole is not None:
                 continue
-            # Candidates without weight that are far from mattering are dropped, so that the pool stays small.
-            keep = dual.sensitivities(rows) > 0.5 * found.largest
-            keep[support] = True
-            candidates = np.concatenate([candidates[keep], found.genes])
-            rows = np.concatenate([rows[keep], self._information.rows(found.genes)])
+            # Candidates that are far from mattering are dropped, so that the pool stays small.
+            sensitivities = dual.sensitivities(rows)
+            sensitivities[support] = np.inf
+            keep = np.argsort(-sensitivities, kind="stable")[:_POOL]
+            candidates = self._distinct(np.concatenate([candidates[keep], found.genes]))
+            rows = self._information.rows(candidates)
 
     def _text(self, words: str, gap: float) -> str:
         m = self._problem.space.measurements
@@ -188,6 +189,13 @@ class Certificate:
             return _Search(candidates[order[:20]], float(known[order[0]]), words)
         return self._ascend(dual, candidates[self._promising(order)], float(known[order[0]]))
 
+    def _distinct(self, genes: FloatArray) -> FloatArray:
+        """Measurements (j, g) without those that repeat another to a millionth of the ranges."""
+        space = self._problem.space
+        span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
+        _, first = np.unique(np.round((genes - space.lower) / span, 6), axis=0, return_index=True)
+        return genes[np.sort(first)]
+
     def _promising(self, order: IntArray) -> IntArray:
         """Starts of the ascents: the best candidates, and as many from the better half at random."""
         best = order[: self._starts // 2]
@@ -199,9 +207,9 @@ class Certificate:
         information = self._information
         size = max(known, 1e-300)
 
-        def pieces(genes: FloatArray, index: IntArray) -> tuple[FloatArray, "_Slopes"]:
+        def pieces(genes: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
             values, gradient = information.sensitivity(dual, genes[:, 0])
-            return -values[:, None] / size, _Slopes(-gradient[:, None, None, :] / size)
+            return -values[:, None] / size, -gradient[:, None, None, :] / size
 
         search = MinimaxSearch(self._problem, pieces)
         genes = self._at_best_load(dual, starts)
@@ -237,13 +245,3 @@ class Certificate:
         flat = spread.reshape(-1, genes.shape[1])
         values = dual.sensitivities(self._information.rows(flat)).reshape(len(genes), -1)
         return spread[np.arange(len(genes)), values.argmax(axis=1)]
-
-
-class _Slopes:
-    """Gradients that are known already."""
-
-    def __init__(self, gradients: FloatArray) -> None:
-        self._gradients = gradients
-
-    def __call__(self) -> FloatArray:
-        return self._gradients

@@ -75,7 +75,7 @@ class Scalarised:
         self._objectives, self._centres, self._weights = objectives, centres, weights
         self._used = np.flatnonzero((weights > 0.0).any(axis=0))
 
-    def __call__(self, genes: FloatArray, index: IntArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
+    def __call__(self, genes: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
         state = self._objectives.model.run(genes)
         found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), state)]
         weights = self._weights[index]
@@ -86,11 +86,8 @@ class Scalarised:
             columns.append(np.where(weights[:, k] > 0.0, value, _ABSENT))
         values = np.where(state.regular[:, None], np.stack(columns, axis=1), np.nan)
 
-        def gradients() -> FloatArray:
-            slopes = [piece.gradient(state) * weights[:, k, None, None] for k, piece in found]
-            return np.stack(slopes, axis=1)
-
-        return values, gradients
+        slopes = [piece.gradient(state) * weights[:, k, None, None] for k, piece in found]
+        return values, np.stack(slopes, axis=1)
 
 
 _ABSENT = -1e4

@@ -22,7 +22,7 @@ from expdesign.design.start import reachable_measurements
 Report = Callable[[str], None]
 _SCHEDULE = ((False, 12), (True, 12), (False, 8), (True, 12), (False, 60))
 """Of each round: whether measurements are exchanged between designs first, and the largest number of steps."""
-_CHILDREN = 24
+_CHILDREN, _RESTARTS = 24, 6
 
 
 def polish(
@@ -87,12 +87,15 @@ class _Polish:
         return np.unique(np.concatenate([non_dominated(values[:, : self._count]), best]))
 
     def _aims(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Centres z and weights (b, k) of the achievement functions: the ends and `total` first, then the front."""
+        """Centres z and weights (b, k) of the achievement functions: the ends and `total`, then along the front.
+
+        What everything else hangs on, the ends and `total`, is aimed at from several starts.
+        """
         total = values.shape[1]
         front = values[non_dominated(values[:, : self._count])]
         span = Objectives.spans(values)
-        single = np.eye(total) / span
-        centres = np.tile(values.min(axis=0), (total, 1))
+        single = np.repeat(np.eye(total) / span, _RESTARTS, axis=0)
+        centres = np.tile(values.min(axis=0), (len(single), 1))
         along = _spread(front[:, : self._count] / span[: self._count], self._points) * span[: self._count]
         inner = np.zeros((len(along), total))
         inner[:, : self._count] = along
@@ -101,8 +104,12 @@ class _Polish:
         return np.concatenate([centres, inner]), np.concatenate([single, weights])
 
     def _starts(self, values: FloatArray, centres: FloatArray, weights: FloatArray) -> IntArray:
-        """For each aim the design of the pool that serves it best."""
-        best: IntArray = np.argmin(_achieved(values[None], centres[:, None], weights[:, None]), axis=1)
+        """For each aim the design of the pool that serves it best; for its repetitions the next best ones."""
+        order = np.argsort(_achieved(values[None], centres[:, None], weights[:, None]), axis=1, kind="stable")
+        place = np.zeros(len(order), dtype=np.int64)
+        singles = _RESTARTS * values.shape[1]
+        place[:singles] = np.minimum(np.tile(np.arange(_RESTARTS), values.shape[1]), len(values) - 1)
+        best: IntArray = order[np.arange(len(order)), place]
         return best
 
     def _mixed(self, parents: FloatArray, pool: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:

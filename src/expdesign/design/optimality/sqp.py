@@ -16,15 +16,16 @@ from expdesign.design.optimality.limits import Limits
 from expdesign.design.optimality.quadratic import Programs, Solutions, solve
 from expdesign.design.problem import DesignProblem
 
-Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, Callable[[], FloatArray]]]
-"""Functions to be made small: (genes (b, m, g), which problems they belong to (b,)) → values (b, j) and a call that
-gives their gradients (b, j, m, g)."""
+Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
+"""Functions to be made small: (genes (b, m, g), which problems they belong to (b,)) → values (b, j) and gradients
+(b, j, m, g)."""
 Tie = Callable[[FloatArray, IntArray], FloatArray]
 """Projection of changes of genes (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
 
 PENALTY = 10.0
 _PAD = 16
 _INVALID = 1e6
+_CORRECTIONS = 2
 
 
 @dataclass
@@ -125,7 +126,32 @@ class MinimaxSearch:
         if self._tie is not None:
             change = self._tie(change, index)
         moved: FloatArray = np.clip(genes + change, self._space.lower, self._space.upper)
+        for _ in range(_CORRECTIONS):
+            # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
+            shift = self._back_within_limits(moved)
+            if self._tie is not None:
+                shift = self._tie(shift, index)
+            moved = np.clip(moved + shift, self._space.lower, self._space.upper)
         return moved
+
+    def _back_within_limits(self, genes: FloatArray) -> FloatArray:
+        """Shortest changes (b, m, g) that take violated limits, linearised, to zero."""
+        shift = np.zeros_like(genes)
+        values, gradients = self._limits.rows(genes)
+        beyond = (values > 0.0).any(axis=-1)
+        if beyond.any():
+            excess = np.maximum(values[beyond], 0.0)
+            rows = gradients[beyond][..., self._free] * self._span * (excess > 0.0)[..., None]
+            gram = rows @ rows.swapaxes(-1, -2)
+            size = np.maximum(np.trace(gram, axis1=-2, axis2=-1), 1e-300)[:, None, None]
+            gram = gram + size * (
+                np.eye(values.shape[-1]) * (excess == 0.0)[:, None] + 1e-12 * np.eye(values.shape[-1])
+            )
+            back = -(rows.swapaxes(-1, -2) @ np.linalg.solve(gram, excess[..., None]))[..., 0] * self._span
+            part = np.zeros((len(back), genes.shape[-1]))
+            part[:, self._free] = back
+            shift[beyond] = part
+        return shift
 
     def _evaluate(self, genes: FloatArray, index: IntArray) -> _Points:
         # Batches of few different sizes, because the engine keeps a function for every size.
@@ -133,7 +159,7 @@ class MinimaxSearch:
         padded = np.concatenate([genes, np.repeat(genes[-1:], missing, axis=0)])
         which = np.concatenate([index, np.repeat(index[-1:], missing)])
         values, gradients = self._pieces(padded, which)
-        slopes = gradients()[: len(genes)]
+        slopes = gradients[: len(genes)]
         if self._tie is not None:
             parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
             slopes = np.stack(parts, axis=1)
@@ -198,15 +224,17 @@ def _updated(
     valid = (length > 1e-24) & (trial.values.max(axis=1) < _INVALID) & np.isfinite(curvature)
     length = np.where(valid, length, 1.0)
     size = np.clip(np.linalg.norm(change, axis=1) / np.sqrt(length), 1e-3, 1e3)
-    start = np.eye(step.shape[1]) * size[:, None, None]
+    start = 0.1 * np.eye(step.shape[1]) * size[:, None, None]
     hessian = np.where((valid & fresh)[:, None, None], start, hessian)
     along = (hessian @ step[..., None])[..., 0]
-    model = np.where(valid, (step * along).sum(axis=1), 1.0)
+    model = (step * along).sum(axis=1)
+    valid &= model > 1e-200
+    model = np.where(valid, model, 1.0)
     mixing = np.where(curvature >= 0.2 * model, 1.0, 0.8 * model / np.where(valid, model - curvature, 1.0))[:, None]
     damped = mixing * change + (1.0 - mixing) * along
     inner = np.where(valid, (step * damped).sum(axis=1), 1.0)
-    scaled = damped / np.sqrt(np.maximum(inner, 1e-300))[:, None]
-    removed = along / np.sqrt(np.maximum(model, 1e-300))[:, None]
+    scaled = damped / np.sqrt(np.maximum(inner, 1e-200))[:, None]
+    removed = along / np.sqrt(model)[:, None]
     updated = hessian + scaled[:, :, None] * scaled[:, None] - removed[:, :, None] * removed[:, None]
     valid &= np.isfinite(updated).all(axis=(1, 2))
     return np.where(valid[:, None, None], updated, hessian), fresh & ~valid

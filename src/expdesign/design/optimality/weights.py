@@ -89,7 +89,7 @@ def optimal_weights(relaxation: Relaxation, rows: FloatArray, iterations: int = 
         largest = float(sensitivities.max())
         if dual.bound(largest) >= (1.0 - 1e-7) * value:
             break
-        keep = weights > 1e-7
+        keep = weights > 1e-6
         wanted = np.argsort(-sensitivities, kind="stable")[:20]
         added = np.setdiff1d(wanted, chosen[keep])
         if added.size == 0:
