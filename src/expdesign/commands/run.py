@@ -9,6 +9,7 @@ import typer
 
 from expdesign.commands.console import note, progress
 from expdesign.design.front import Front
+from expdesign.design.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
 from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
@@ -35,11 +36,17 @@ def command(
     with progress("searching") as bar:
 
         def report(state: Progress) -> None:
-            text = f"front {state.front_size}, hypervolume {state.hypervolume:.6g}"
+            text = state.note or f"front {state.front_size}, hypervolume {state.hypervolume:.6g}"
             bar.update(state.generation, state.generations, text)
 
         front = search(problem, report)
-    run = run_record(problem, front, time.perf_counter() - started)
+    with progress("bounding") as bar:
+        bar.update(0, 2, "DUIR")
+        duir = duir_lower_bound(problem, front.genes)
+        bar.update(1, 2, "total")
+        bounds = (duir, total_lower_bound(problem, front.genes))
+        bar.update(2, 2, "")
+    run = run_record(problem, front, bounds, time.perf_counter() - started)
     with output_folder(folder) as scratch:
         write_file(scratch / "pareto.csv", csv_text(pareto_frame(front)))
         write_file(scratch / "plans.csv", csv_text(plans_frame(problem, front)))
@@ -62,8 +69,11 @@ def _new_folder(config: Path) -> Path:
     return folder
 
 
-def run_record(problem: DesignProblem, front: Front, seconds: float) -> dict[str, Any]:
-    """The content of `run.json` (interfaces.md)."""
+def run_record(
+    problem: DesignProblem, front: Front, bounds: tuple[LowerBound, LowerBound], seconds: float
+) -> dict[str, Any]:
+    """The content of `run.json` (interfaces.md); `bounds` are those of DUIR and of total."""
+    duir, total = bounds
     packages = ("expdesign", "casadi", "numpy", "pandas", "pymoo", "scipy")
     return {
         "config": problem.config,
@@ -71,8 +81,10 @@ def run_record(problem: DesignProblem, front: Front, seconds: float) -> dict[str
         "versions": {name: version(name) for name in packages},
         "wall_s": seconds,
         "evaluations": front.evaluations,
-        "duir_lower_bound": None,
-        "duir_lower_bound_certified_on": "not computed",
+        "duir_lower_bound": duir.value,
+        "duir_lower_bound_certified_on": duir.certified_on,
+        "total_lower_bound": total.value,
+        "total_lower_bound_certified_on": total.certified_on,
         "objectives": list(front.objectives),
         "hypervolume": front.hypervolume,
         "reference_point": front.reference_point.tolist(),

@@ -19,6 +19,7 @@ class Front:
         objectives: names of the criteria that span the front.
         recommended: index of the design with the least `total`.
         knee: index of the compromise of the scaled front.
+        kktpm: proximity of each design to the optimality conditions (0: satisfied), NaN where it has no gradient.
         hypervolume: dominated by the front, in the objectives' units with maximised ones negated.
         reference_point: of the hypervolume.
         evaluations: designs evaluated by the search.
@@ -29,6 +30,7 @@ class Front:
     objectives: tuple[str, ...]
     recommended: int
     knee: int
+    kktpm: FloatArray
     hypervolume: float
     reference_point: FloatArray
     evaluations: int
@@ -44,6 +46,24 @@ def non_dominated(values: FloatArray) -> IntArray:
     fronts = NonDominatedSorting().do(values[candidates], only_non_dominated_front=True)
     indices: IntArray = np.sort(candidates[np.asarray(fronts, dtype=np.int64)])
     return indices
+
+
+def spread(values: FloatArray, kept: list[int], count: int) -> IntArray:
+    """Indices of at most `count` rows of a front (d, k) that cover it evenly, those in `kept` among them.
+
+    Each further row is the one farthest from those chosen, with every objective scaled to its range over the front.
+    """
+    if len(values) <= count:
+        return np.arange(len(values))
+    low, high = values.min(axis=0), values.max(axis=0)
+    scaled = (values - low) / np.where(high > low, high - low, 1.0)
+    chosen = list(dict.fromkeys([*np.argmin(values, axis=0).tolist(), *kept]))
+    distance = np.min([np.linalg.norm(scaled - scaled[i], axis=1) for i in chosen], axis=0)
+    while len(chosen) < count:
+        farthest = int(np.argmax(distance))
+        chosen.append(farthest)
+        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[farthest], axis=1))
+    return np.sort(np.array(chosen, dtype=np.int64))
 
 
 def knee(values: FloatArray) -> int:

@@ -16,6 +16,7 @@ def pareto_frame(front: Front) -> pd.DataFrame:
     index = np.arange(len(front))
     columns: dict[str, object] = {"design": index + 1}
     columns.update({name: front.criteria[name] for name in known_criteria()})
+    columns["kktpm"] = front.kktpm
     columns["recommended"] = index == front.recommended
     columns["knee"] = index == front.knee
     return pd.DataFrame(columns)

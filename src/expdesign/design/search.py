@@ -1,7 +1,7 @@
-"""The search for the Pareto front: NSGA-II on whole populations (theory.md 6)."""
+"""The search for the Pareto front: NSGA-II on whole populations (theory.md 6), then refinement by exact gradients."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -11,8 +11,10 @@ from pymoo.core.population import Population
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point
+from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point, spread
 from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.design.optimality.kktpm import kktpm
+from expdesign.design.optimality.polish import polish
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
@@ -21,12 +23,13 @@ from expdesign.errors import InfeasibleError
 
 @dataclass(frozen=True)
 class Progress:
-    """State of the search after a generation."""
+    """State of the search after a generation; `note` says what is done after the last one."""
 
     generation: int
     generations: int
     front_size: int
     hypervolume: float
+    note: str = ""
 
 
 def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda progress: None) -> Front:
@@ -69,9 +72,15 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
             if point is None:
                 point = reference_point(values[feasible])
             best = values[feasible][non_dominated(values[feasible])]
-            report(Progress(generation, settings.generations, len(best), hypervolume(best, point)))
+            state = Progress(generation, settings.generations, len(best), hypervolume(best, point))
+            report(state)
     genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
     values, violations = population.objectives(genes)
+    feasible = (violations <= 0.0).all(axis=1)
+    if settings.polish and feasible.any():
+        chosen = genes[feasible][non_dominated(values[feasible])]
+        genes = np.concatenate([genes, polish(problem, chosen, lambda text: report(replace(state, note=text)))])
+        values, violations = population.objectives(genes)
     return _front(problem, genes, values, violations, point, population.evaluations)
 
 
@@ -92,6 +101,9 @@ def _front(
         )
     best = feasible[non_dominated(values[feasible])]
     order = best[np.lexsort(values[best].T[::-1])]
+    total = all_criteria(problem.assess(*problem.space.decode(genes[order])))["total"]
+    marked = [int(np.argmin(total)), knee(values[order])]
+    order = order[spread(values[order], marked, problem.optimiser.population)]
     criteria = all_criteria(problem.assess(*problem.space.decode(genes[order])))
     return Front(
         genes=genes[order],
@@ -99,6 +111,7 @@ def _front(
         objectives=tuple(criterion.name for criterion in problem.objectives),
         recommended=int(np.argmin(criteria["total"])),
         knee=knee(values[order]),
+        kktpm=kktpm(problem, genes[order]),
         hypervolume=hypervolume(values[order], point),
         reference_point=point,
         evaluations=evaluations,

@@ -36,6 +36,9 @@ class LoadGenes:
     index: IntArray
     vertices: FloatArray
 
+_OVERFLOW = 1e60
+"""Observation matrices and error sensitivities beyond this are those of a singular pose."""
+
 
 class MeasurementInformation:
     """Maps R of single measurements of a problem.
@@ -76,7 +79,14 @@ class MeasurementInformation:
         return np.concatenate(parts)
 
     def _assembled(self, observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """R, and the inverse root W of the noise with which it is weighted, R = W·[A, B]."""
+        """R, and the inverse root W of the noise with which it is weighted, R = W·[A, B].
+
+        An ascent may pass a singular pose, where the maps overflow; the limit on the condition number keeps such a
+        measurement out of every result, and here it counts as if it told nothing.
+        """
+        size = np.abs(observation).max(axis=(1, 2)) + np.abs(errors).max(axis=(1, 2), initial=0.0)
+        regular = (size < _OVERFLOW)[:, None, None]
+        observation, errors = np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
         common = self.load_errors * errors[..., self.common]
         stacked = self._sharpness * np.concatenate([observation * self._scale, common], axis=2)
         root = np.broadcast_to(np.eye(stacked.shape[1]), (len(stacked), stacked.shape[1], stacked.shape[1]))
