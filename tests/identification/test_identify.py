@@ -83,13 +83,16 @@ def test_the_scatter_of_estimates_is_the_covariance_that_is_stated(shared: bool)
         ("bipod", 3, True, False),
         ("bipod", 3, False, False),
         pytest.param("H1", 3, True, False, marks=pytest.mark.slow),
-        pytest.param("H1", 3, False, False, marks=pytest.mark.slow),
+        pytest.param("H1", 6, False, False, marks=pytest.mark.slow),
         pytest.param("H1", 4, True, True, marks=pytest.mark.slow),
-        pytest.param("camera", 3, False, False, marks=pytest.mark.slow),
+        pytest.param("camera", 6, False, False, marks=pytest.mark.slow),
     ],
 )
 def test_intervals_cover_the_truth_in_95_of_100_experiments(name: str, rows: int, stated: bool, shared: bool) -> None:
     made = experiment(name, rows, seed=4)
+    if not stated:
+        # What is estimated is one level for translations and one for rotations.
+        made = replace(made, deviation=np.where(np.arange(len(made.deviation)) < 3, 5e-7, 2e-6))
     generator = np.random.default_rng(11)
     count = 2000
     covered = np.zeros(len(made.compliance))

@@ -12,7 +12,7 @@ from expdesign.identification.estimability import require_actuators, require_est
 from expdesign.identification.fit import Fit, linear_fit
 from expdesign.identification.goodness import Goodness, goodness_of_fit
 from expdesign.identification.influence import Influence, influence
-from expdesign.identification.intervals import Intervals, parameter_intervals
+from expdesign.identification.intervals import Intervals, uncertainty
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.identification.suspicions import require_positive, suspicions
 from expdesign.identification.whitening import Whitening
@@ -28,7 +28,8 @@ class Identification:
         robot: the robot.
         recordings: all rows.
         fitted: rows that were fitted, shape (N,).
-        fit: of the fitted rows; its parameters are compliances in units of 1/apK.
+        fit: of the fitted rows; its parameters are compliances in units of 1/apK, and its covariance allows for a noise
+            level that was estimated.
         noise: standard deviations of the fitted rows.
         compliance: with 95 % intervals (m/N or rad/(N·m)).
         stiffness: with 95 % intervals (N/m or N·m/rad), infinite or NaN where the compliance's interval contains zero.
@@ -111,13 +112,13 @@ def identify(
         noise = replicated or noise_from_residuals(train, translations, solve)
     fit = solve(noise.deviations)
     require_positive(fit, train, robot)
-    relative = parameter_intervals(fit, noise)
-    compliance = _scaled(relative, robot.compliance)
+    known = uncertainty(fit, noise)
+    compliance = _scaled(known.intervals(fit.values), robot.compliance)
     return Identification(
         robot=robot,
         recordings=recordings,
         fitted=fitted,
-        fit=fit,
+        fit=replace(fit, covariance=known.covariance),
         noise=noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
