@@ -73,12 +73,14 @@ class Bench:
         """What is left when the noise is taken away: wrong recordings stay, which are drawn with the noise."""
         return self.noisy(sized) - self._noise
 
-    def later(self, sized: Sized) -> Array:
-        """Further series, with noise, without wrong recordings."""
+    def later(self, sized: Sized) -> tuple[Array, Array]:
+        """Further series without wrong recordings: as recorded, and their noise."""
         right = Sized(
             tuple(each for each in sized.elements if each["physics"] != "outlier"), sized.true_rows, sized.softness
         )
-        return self._measure(right, self.experiment.later, further=1)
+        rows = self.experiment.later
+        recorded = self._measure(right, rows, further=1)
+        return recorded, recorded - self._measure(right, rows, noisy=False)
 
     def excess(self, sized: Sized) -> float:
         """Expected chi2/dof of the base fit, less 1."""
@@ -231,7 +233,9 @@ def _case(
     recordings = _written(experiment, rows, deflections)
     if rng.random() < 0.05:
         recordings = recordings.iloc[rng.permutation(len(recordings))]
-    later = _written(experiment, experiment.later, bench.later(together))
+    recorded, noise = bench.later(together)
+    later = _written(experiment, experiment.later, recorded)
+    truth["later_noise_rms"] = float(np.sqrt(np.mean((noise / experiment.std)[:, experiment.measured] ** 2)))
     return Case(machine.file(together.softness), recordings, later, plain(truth))
 
 

@@ -7,17 +7,21 @@ later.csv (further series of the same experiment), which it may not.
 from __future__ import annotations
 
 import argparse
+import os
 import secrets
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import yaml
 
-from .cases import INSIDE, OUTSIDE, Order, draw_case
+from .cases import INSIDE, OUTSIDE, Case, Order, draw_case
 from .robots import HEXAPODS
 
 SHARE_NONE, SHARE_TWO, SHARE_OUTSIDE, SHARE_BIPOD = 0.25, 0.15, 0.10, 0.16
@@ -69,33 +73,54 @@ def _pair(rng: np.random.Generator) -> tuple[str, str]:
             return first, second
 
 
-def write_case(job: tuple[int, int, Order, Path, Path]) -> dict[str, object]:
-    seed, number, order, out, truth = job
-    case = draw_case(order, np.random.default_rng([seed, number]))
-    name = f"case-{number:03d}"
-    for folder in (out / name, truth / name):
-        folder.mkdir(parents=True, exist_ok=True)
-    (out / name / "robot.yaml").write_text(yaml.safe_dump(case.robot, sort_keys=False), encoding="utf-8")
-    case.recordings.to_csv(out / name / "recordings.csv", index=False)
-    known = {"case": name, "seed": seed} | case.truth
-    (truth / name / "truth.yaml").write_text(yaml.safe_dump(known, sort_keys=False), encoding="utf-8")
-    case.later.to_csv(truth / name / "later.csv", index=False)
-    return known
+def case_name(number: int) -> str:
+    return f"case-{number:03d}"
 
 
-def generate(
-    out: Path, truth: Path, count: int, seed: int, only: Sequence[str] = (), jobs: int = 2
-) -> list[dict[str, object]]:
-    """Write the cases and return their truths."""
-    work = [(seed, number + 1, order, out, truth) for number, order in enumerate(orders(count, seed, only))]
-    known = []
-    with ProcessPoolExecutor(jobs) as pool:
-        for done, each in enumerate(pool.map(write_case, work, chunksize=1), start=1):
-            known.append(each)
+def write_questions(case: Case, folder: Path) -> None:
+    """What a diagnosis may read."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "robot.yaml").write_text(yaml.safe_dump(case.robot, sort_keys=False), encoding="utf-8")
+    case.recordings.to_csv(folder / "recordings.csv", index=False)
+
+
+def write_truth(case: Case, folder: Path) -> None:
+    """What it may not read."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "truth.yaml").write_text(yaml.safe_dump(case.truth, sort_keys=False), encoding="utf-8")
+    case.later.to_csv(folder / "later.csv", index=False)
+
+
+def generate(count: int, seed: int, only: Sequence[str] = (), jobs: int = 2) -> Iterator[Case]:
+    """The cases in order; the same seed gives the same cases, whatever the number of processes."""
+    work = [(seed, number, order) for number, order in enumerate(orders(count, seed, only), start=1)]
+    with _single_threaded(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        for done, case in enumerate(pool.map(_drawn, work, chunksize=1), start=1):
             print(f"\rgenerated {done} of {count}", end="", file=sys.stderr, flush=True)
+            yield case
     print(file=sys.stderr)
-    (truth / "seed.txt").write_text(f"{seed}\n", encoding="utf-8")
-    return known
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Processes that are started in here do their linear algebra in one thread: small matrices are slower in several."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _drawn(job: tuple[int, int, Order]) -> Case:
+    seed, number, order = job
+    case = draw_case(order, np.random.default_rng([seed, number]))
+    return replace(case, truth={"case": case_name(number), "seed": seed} | case.truth)
 
 
 def fresh_seed() -> int:
@@ -113,8 +138,10 @@ def main() -> None:
     chosen = parser.parse_args()
     seed = fresh_seed() if chosen.seed is None else chosen.seed
     started = time.monotonic()
-    known = generate(chosen.out, chosen.truth, chosen.count, seed, chosen.only, chosen.jobs)
-    print(f"{len(known)} cases, seed {seed}, {time.monotonic() - started:.0f} s", file=sys.stderr)
+    for case in generate(chosen.count, seed, chosen.only, chosen.jobs):
+        write_questions(case, chosen.out / case.truth["case"])
+        write_truth(case, chosen.truth / case.truth["case"])
+    print(f"{chosen.count} cases, seed {seed}, {time.monotonic() - started:.0f} s", file=sys.stderr)
 
 
 if __name__ == "__main__":
