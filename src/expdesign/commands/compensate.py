@@ -17,9 +17,7 @@ from expdesign.recordings.reader import points_from_table
 
 def command(
     model: Annotated[Path, typer.Argument(help="Identified model (YAML).")],
-    targets: Annotated[
-        Path, typer.Argument(help="Targets (CSV): where the platform shall be, and the load there.")
-    ],
+    targets: Annotated[Path, typer.Argument(help="Targets (CSV): where the platform shall be, and the load there.")],
     out: Annotated[Path, typer.Option(help="File for the commands.")],
 ) -> None:
     """Find the commands that bring the platform to the targets under load.
