@@ -20,11 +20,13 @@ class ParallelRobot(Robot):
     """A platform on legs whose lengths are commanded.
 
     Attributes:
+        home: origin of P in O at zero pose (m), shape (d,).
         geometry: nominal joint coordinates in the order of `geometry_names` (m), shape (n_g,).
         geometry_names: e.g. `base 3 x`.
         leg_length: shortest and longest leg (m), or None.
     """
 
+    home: FloatArray
     geometry: FloatArray
     geometry_names: tuple[str, ...]
     leg_length: tuple[float, float] | None
@@ -72,6 +74,9 @@ class ParallelRobot(Robot):
         """Leg lengths (m) at poses (..., n), shape (..., n_p)."""
         (lengths,) = self._lengths(poses)
         return lengths
+
+    def position(self, configurations: FloatArray) -> FloatArray:
+        return self.home + configurations[..., : self.coordinates.translations]
 
     def jacobians(self, configurations: FloatArray) -> Jacobians:
         length_rates, pose_rates, rotation = self._kinematics(configurations)

@@ -84,6 +84,10 @@ class Robot(ABC):
         """J, J̌ and R as expressions of a symbolic configuration (for exact derivatives)."""
 
     @abstractmethod
+    def position(self, configurations: FloatArray) -> FloatArray:
+        """Origin of P in O (m) at configurations (..., n_q), shape (..., d)."""
+
+    @abstractmethod
     def limit_excess(self, configurations: FloatArray) -> FloatArray:
         """How far each configuration (..., n_q) is beyond the robot's limits (m or rad), ≤ 0 within; shape (...)."""
 
