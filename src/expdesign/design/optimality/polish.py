@@ -13,6 +13,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.design.front import non_dominated
+from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.optimality.sqp import MinimaxSearch
@@ -22,6 +23,8 @@ from expdesign.design.start import reachable_measurements
 Report = Callable[[str], None]
 _SCHEDULE = ((False, 12), (True, 12), (False, 8), (True, 12), (False, 60))
 """Of each round: whether measurements are exchanged between designs first, and the largest number of steps."""
+TARGET = 1e-4
+"""KKT proximity at which a design counts as finished."""
 _CHILDREN, _RESTARTS = 24, 6
 
 
@@ -72,7 +75,23 @@ class _Polish:
             kept = self._kept(values)
             pool, values = pool[kept], values[kept]
             report(f"polish {number}/{len(_SCHEDULE)}: {len(non_dominated(values[:, : self._count]))} designs")
-        return pool
+        return self._finished(pool, values)
+
+    def _finished(self, pool: FloatArray, values: FloatArray) -> FloatArray:
+        """The pool with what is still rough finished or, where the front can do without it, left out."""
+        measure = kktpm(self._problem, pool)
+        rough = np.flatnonzero(~(measure <= TARGET))
+        if rough.size == 0:
+            return pool
+        weights = np.zeros_like(values[rough])
+        weights[:, : self._count] = 1.0 / Objectives.spans(values)[: self._count]
+        found = self._minimise(pool[rough], values[rough], weights, _SCHEDULE[-1][1])
+        pool, values = self._usable(np.concatenate([np.delete(pool, rough, axis=0), found, pool[rough]]))
+        kept = self._kept(values)
+        pool, values = pool[kept], values[kept]
+        smooth = kktpm(self._problem, pool) <= TARGET
+        smooth[np.argmin(values, axis=0)] = True
+        return pool[smooth]
 
     def _usable(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Designs that are within the limits and identify everything, and their criteria."""
