@@ -94,6 +94,9 @@ def write_truth(case: Case, folder: Path) -> None:
 def generate(count: int, seed: int, only: Sequence[str] = (), jobs: int = 2) -> Iterator[Case]:
     """The cases in order; the same seed gives the same cases, whatever the number of processes."""
     work = [(seed, number, order) for number, order in enumerate(orders(count, seed, only), start=1)]
+    if jobs == 1:
+        yield from map(_drawn, work)
+        return
     with _single_threaded(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         for done, case in enumerate(pool.map(_drawn, work, chunksize=1), start=1):
             print(f"\rgenerated {done} of {count}", end="", file=sys.stderr, flush=True)
@@ -103,7 +106,7 @@ def generate(count: int, seed: int, only: Sequence[str] = (), jobs: int = 2) -> 
 
 @contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Processes that are started in here do their linear algebra in one thread: small matrices are slower in several."""
+    """Processes started in here do their linear algebra in one thread: small matrices are slower in several."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))

@@ -1,0 +1,104 @@
+"""The proof's command, with a stand-in for the program: separate processes that see two files and no truth."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
+from benchmarks.concealed.generate import generate, write_questions
+from benchmarks.concealed.run import Examination, examine
+
+ROOT = Path(__file__).parents[2]
+STAND_IN = """
+import json, os, pathlib, sys
+import pandas as pd
+if sys.argv[1] == "diagnose":
+    assert sys.argv[2:5] == ["robot.yaml", "recordings.csv", "--out"]
+    out = pathlib.Path(sys.argv[5])
+    whole = sorted(str(path) for path in out.parents[2].rglob("*") if "truth" in path.name or "later" in path.name)
+    if "FAIL" in os.environ:
+        sys.exit("no such thing\\ncannot read it")
+    out.mkdir()
+    fit = dict.fromkeys(["noise_rms", "train_before", "train_after", "test_before", "test_after"], 1.0)
+    seen = {"here": sorted(os.listdir()), "truths": whole}
+    answer = {"verdict": "consistent", "effects": [], "location": None, "fit": fit, "seen": seen}
+    (out / "diagnosis.json").write_text(json.dumps(answer))
+    (out / "model.yaml").write_text("model")
+else:
+    points = pd.read_csv(sys.argv[3])
+    assert not [name for name in points if name.startswith(("d", "s")) and name.endswith(("_m", "_rad"))]
+    for name in ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"):
+        points["d" + name] = 0.0
+    points.to_csv(sys.argv[5], index=False)
+"""
+
+
+@pytest.fixture
+def stand_in(tmp_path):
+    path = tmp_path / "stand_in.py"
+    path.write_text(STAND_IN, encoding="utf-8")
+    return [sys.executable, str(path)]
+
+
+def examined(command, folder, count=2):
+    cases = list(generate(count, 21, ["none"], jobs=1))
+    examination = Examination(command, folder, jobs=2)
+    for case in cases:
+        write_questions(case, examination.questions(case.truth["case"]))
+    return cases, examination, examine(examination, cases)
+
+
+def test_a_diagnosis_sees_two_files_and_no_truth(stand_in, tmp_path):
+    cases, examination, judged = examined(stand_in, tmp_path / "proof")
+    import json  # noqa: PLC0415
+
+    for case in cases:
+        seen = json.loads((examination.answers(case.truth["case"]) / "diagnosis.json").read_text())["seen"]
+        assert seen == {"here": ["recordings.csv", "robot.yaml"], "truths": []}
+    assert [case.faults() for case in judged] == [[], []]
+    assert all(case.wall_s > 0 for case in judged)
+    assert examination.repeatable([case.truth["case"] for case in cases]) == 2
+
+
+def test_the_judges_own_series_measure_the_model(stand_in, tmp_path):
+    """Without effect the base model is at the noise floor; a model that predicts nothing is at the signal."""
+    cases, _, judged = examined(stand_in, tmp_path / "proof")
+    for case, found in zip(cases, judged, strict=True):
+        assert found.later is not None
+        names = [name for name in case.later if name.startswith("d") and name.endswith(("_m", "_rad"))]
+        whitened = np.concatenate([case.later[name] / case.later["s" + name[1:]] for name in names])
+        assert found.later.model == pytest.approx(np.sqrt(np.mean(whitened**2)), rel=1e-9)
+        assert found.later.base == pytest.approx(found.later.noise, rel=0.05)
+        assert found.later.noise == pytest.approx(1.0, abs=5 / np.sqrt(2 * whitened.size))
+
+
+def test_a_program_that_fails_has_no_answer(stand_in, tmp_path, monkeypatch):
+    monkeypatch.setenv("FAIL", "1")
+    _, _, judged = examined(stand_in, tmp_path / "proof", count=1)
+    assert judged[0].answer is None
+    assert judged[0].faults() == ["exit 1: cannot read it"]
+
+
+def test_the_command_writes_table_and_truths_afterwards(stand_in, tmp_path):
+    call = [sys.executable, "-m", "benchmarks.concealed.run", "--count", "3", "--seed", "9", "--only", "none"]
+    call += ["--only", "thermal_drift", "--again", "1", "--keep", str(tmp_path / "kept")]
+    call += ["--results", str(tmp_path / "results"), "--command", shlex.join(stand_in)]
+    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (table,) = (tmp_path / "results").glob("*-9-development.md")
+    text = table.read_text(encoding="utf-8")
+    assert "seed 9 (given), only none, thermal_drift" in text
+    assert "same diagnosis.json: 1 of 1" in text
+    assert "not detected" in text
+    assert len(list((tmp_path / "results").glob("*.csv"))) == 1
+    assert len(list((tmp_path / "kept" / "truth").glob("case-*/truth.yaml"))) == 3
+    score = [sys.executable, "-m", "benchmarks.concealed.score", "--truth", str(tmp_path / "kept" / "truth")]
+    score += ["--answers", str(tmp_path / "kept" / "answers")]
+    again = subprocess.run(score, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert text.split("## One effect")[1] == again.stdout.split("## One effect")[1].rstrip("\n") + "\n"
