@@ -15,6 +15,7 @@ from expdesign.diagnosis.locate import Location, locate
 from expdesign.diagnosis.outliers import isolated
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
+from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
 from expdesign.errors import NotIdentifiableError
 from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
@@ -49,6 +50,7 @@ class Diagnosis:
         findings: effects that are present together.
         errors: on fitted and held-out rows.
         search: everything that was considered.
+        correction: of an unexplained mismatch, as far as it is smooth; None in other cases.
     """
 
     robot: Robot
@@ -63,6 +65,12 @@ class Diagnosis:
     findings: tuple[Finding, ...]
     errors: HeldOut
     search: Search
+    correction: SmoothCorrection | None
+
+    @property
+    def rival(self) -> Model | None:
+        """A model with other physics that explains the recordings as well, where there is one."""
+        return next((finding.rival for finding in self.findings if finding.rival is not None), None)
 
 
 def diagnose(
@@ -95,6 +103,10 @@ def diagnose(
     entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
     model = search.run()
+    alone = isolated(sample.residuals(model.fit.chain, model.fit.values), model.outliers, recordings.series)
+    if not alone:
+        search.log.add("outliers", model, False, "the rows set aside have a direction or a series in common")
+        model = search.including(model)
     report("checking on held-out recordings")
     errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
     if model is not search.base and errors.test_after > errors.test_before:
@@ -109,14 +121,18 @@ def diagnose(
     p_before = float(chi2_distribution.sf(base.chi2, dof_before)) if noise.known else float("nan")
     p_after = float(chi2_distribution.sf(model.fit.chi2, dof_after)) if noise.known else float("nan")
     verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
-    whole = sample.residuals(model.fit.chain, model.fit.values)
     # As many effects as the search allows are a sign that they imitate something else.
     sound = len(model.candidates) < MOST_EFFECTS and errors.test_after <= PREDICTS
-    if verdict == "explained" and not (sound and isolated(whole, model.outliers, recordings.series)):
+    if found and not (sound and alone):
         verdict = "unexplained"
+    correction = None
     if verdict == "unexplained":
+        report("fitting a smooth correction")
+        correction = smooth_correction(model.fit, sample.restricted(~model.outliers), recordings.test)
         found = tuple(replace(finding, probability=finding.probability * TENTATIVE) for finding in found)
-    return Diagnosis(robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search)
+    return Diagnosis(
+        robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search, correction
+    )
 
 
 def _dof(result: Fit, sample: Sample) -> int:

@@ -25,6 +25,7 @@ class Finding:
         indistinguishable: other physics that would explain these recordings as well.
         sentence: for a technician.
         rows: lines of the file that were set aside (outliers only).
+        rival: a model with other physics in its place that explains the recordings as well, or None.
     """
 
     physics: str
@@ -35,6 +36,7 @@ class Finding:
     indistinguishable: tuple[str, ...]
     sentence: str
     rows: tuple[int, ...] = ()
+    rival: Model | None = None
 
 
 def findings(search: Search, model: Model) -> tuple[Finding, ...]:
@@ -57,6 +59,7 @@ def findings(search: Search, model: Model) -> tuple[Finding, ...]:
             stands.probability,
             stands.indistinguishable,
             effect.sentence(values),
+            rival=stands.rival,
         )
         found.append((without.misfit - model.misfit, finding))
     found.sort(key=lambda item: -item[0])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray
+from expdesign.arrays import BoolArray, IntArray
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.identification.fit import Fit, fit
 
@@ -39,7 +39,7 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
     if test.any():
         before, after = (_rms_on(f, sample, test) for f in (base, model))
         return HeldOut(train_before, train_after, before, after, f"{int(test.sum())} rows marked `test`")
-    folds = _folds(sample)
+    folds = folds_of(sample)
     squares = np.zeros(2)
     count = 0
     for fold in range(int(folds.max()) + 1):
@@ -57,7 +57,7 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
     )
 
 
-def _folds(sample: Sample) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def folds_of(sample: Sample) -> IntArray:
     """Fold of every row: whole series together where there are enough of them, else blocks of consecutive rows."""
     series = sample.rows.series
     if len(np.unique(series)) >= FOLDS:

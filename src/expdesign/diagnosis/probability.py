@@ -23,10 +23,12 @@ class Standing:
     Attributes:
         probability: of this physics at this component.
         indistinguishable: other physics that would explain the recordings as well.
+        rival: the best model with such other physics in its place, or None.
     """
 
     probability: float
     indistinguishable: tuple[str, ...]
+    rival: Model | None
 
 
 def standing(model: Model, index: int, without: Model, alternatives: list[Model]) -> Standing:
@@ -44,6 +46,7 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     weights = np.exp(-0.5 * (misfits - misfits.min()) / TEMPERATURE)
     same = [True]
     rivals: dict[str, float] = {}
+    nearest: Model | None = None
     for other in others.values():
         extra = [e for e in other.effects if e.key not in {m.key for m in model.effects}]
         agrees = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
@@ -52,6 +55,8 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
             if effect.physics != chosen.physics:
                 gap = other.misfit - model.misfit
                 rivals[effect.physics] = min(gap, rivals.get(effect.physics, np.inf))
+                if gap < INDISTINGUISHABLE and (nearest is None or other.misfit < nearest.misfit):
+                    nearest = other
     probability = float(weights[np.array(same)].sum() / weights.sum())
     close = sorted((gap, physics) for physics, gap in rivals.items() if gap < INDISTINGUISHABLE)
-    return Standing(probability, tuple(physics for _, physics in close))
+    return Standing(probability, tuple(physics for _, physics in close), nearest)

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
@@ -33,9 +34,34 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "test_after": errors.test_after,
             "held_out": errors.how,
         },
+        "smooth_correction": _correction(diagnosis),
         "next_experiment": next_experiment,
         "considered": diagnosis.search.log.entries,
     }
+
+
+def _correction(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """What an interpolation of an unexplained mismatch would gain; it is no physics, and no part of the model."""
+    correction = diagnosis.correction
+    if correction is None:
+        return None
+    return {
+        "test_before": correction.test_before,
+        "test_after": correction.test_after,
+        "helps": correction.helps,
+        "file": "correction.csv",
+    }
+
+
+def correction_frame(diagnosis: Diagnosis) -> pd.DataFrame:
+    """The smooth correction of every row, to be added to the prediction, in the units of the readings."""
+    recordings = diagnosis.recordings
+    assert diagnosis.correction is not None
+    values = diagnosis.correction.correction * diagnosis.noise.deviations
+    names = [diagnosis.robot.coordinates.deflection[axis] for axis in recordings.axes]
+    columns: dict[str, object] = {"sequence": recordings.sequence}
+    columns |= {f"correction_{name}": values[:, i] for i, name in enumerate(names)}
+    return pd.DataFrame(columns)
 
 
 def _effect(finding: Finding) -> dict[str, Any]:

@@ -273,7 +273,7 @@ class Search:
         """The model refitted without the rows that stand out, or None where no row does."""
         flagged = current.outliers.copy()
         model = current
-        for _ in range(max(1, len(flagged) // 10)):
+        while int(flagged.sum()) < max(1, int(self.sample.counts.sum()) // 10):
             distances = row_distances(model.fit)
             distances[flagged] = 0.0
             scale = 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
