@@ -1,0 +1,95 @@
+"""`evaluate`: the vectors of theory.md section 11 through the command line, and what it says of bad plans."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from tests.commands.calls import call
+
+CONFIG: dict[str, Any] = {
+    "schema_version": 1,
+    "robot": {
+        "name": "bipod",
+        "kind": "bipod",
+        "home": [0.0, 0.0],
+        "base_joints": [[-0.5, 0.0], [0.5, 0.0]],
+        "actuator_stiffness": [1.0e7, 1.3e7],
+    },
+    "experiment": {
+        "measurements": 1,
+        "poses": {"bounds": {"x_m": [-0.3, 0.3], "y_m": [0.35, 0.95]}},
+        "load": {"kind": "wrench", "fx_N": [-1000, 1000], "fy_N": [-1000, 1000]},
+        "deflection_noise": {"std": {"dx_m": 1.0, "dy_m": 1.0}},
+        "load_error": [{"source": "wrench", "std": [2.0, 3.0], "shared": False}],
+    },
+    "targets": [{"pose": [0.10, 0.60], "wrench": [0, -1000], "tolerance": {"dx_m": 1.0, "dy_m": 1.0}}],
+}
+HEADER = "sequence,series,x_m,y_m,fx_N,fy_N\n"
+VECTOR_U = [[1.1442042521, -0.2390983402], [-0.2390983402, 1.1581359476]]
+VECTOR_Z = np.array([[-0.1086639676, -0.0330364372], [0.0240485830, -0.0746558704]]) * 1e-6
+
+
+def evaluate(folder: Path, rows: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    config, plan = folder / "config.yaml", folder / "plan.csv"
+    config.write_text(yaml.safe_dump(CONFIG))
+    plan.write_text(HEADER + rows)
+    code = call("evaluate", config, plan, "--json")
+    printed = capsys.readouterr()
+    return code, printed.out, printed.err
+
+
+def test_vectors_of_the_theory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, output, _ = evaluate(tmp_path, "1,1,-0.20,0.55,200,-900\n", capsys)
+    record = json.loads(output)
+    assert code == 0
+    target = record["targets"][0]
+    np.testing.assert_allclose(target["U"], VECTOR_U, atol=1e-10)
+    np.testing.assert_allclose(target["Z"], VECTOR_Z, atol=1e-16)
+    np.testing.assert_allclose(target["cov_fe"], VECTOR_Z @ np.diag([4.0, 9.0]) @ VECTOR_Z.T, rtol=1e-8)
+    assert record["o_tp"] == pytest.approx(2.3023401997, abs=1e-9)
+    assert record["duir"] == pytest.approx(np.sqrt(2.3023401997), abs=1e-9)
+    assert record["feir"] == pytest.approx(np.sqrt(np.trace(np.array(target["cov_fe"]))), rel=1e-12)
+    assert record["total"] == pytest.approx(np.hypot(record["duir"], record["feir"]), rel=1e-12)
+    indices = (607.811485, 0.842296, 557.829267, 469.857415, 302.790234)
+    for number, value in enumerate(indices, start=1):
+        assert record[f"o{number}"] == pytest.approx(value, rel=2e-6)
+    assert record["rank"] == 2
+    assert record["condition"] == pytest.approx(1.0 / 0.842296, rel=2e-6)
+
+
+def test_any_number_of_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = "".join(f"{i},{i},-0.20,0.55,200,-900\n" for i in range(1, 5))
+    _, output, _ = evaluate(tmp_path, rows, capsys)
+    np.testing.assert_allclose(json.loads(output)["targets"][0]["U"], np.array(VECTOR_U) / 4.0, atol=1e-10)
+
+
+def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # Along the second leg's direction the first leg carries nothing.
+    code, output, error = evaluate(tmp_path, "1,1,0.0,0.5,-500,500\n", capsys)
+    record = json.loads(output)
+    assert code == 0
+    assert record["rank"] == 1
+    assert record["duir"] is None
+    assert record["condition"] is None
+    assert record["o3"] == 0.0
+    assert "identify 1 of 2 stiffnesses" in error
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("1,1,0.0,0.0,200,-900\n", ("plan.csv, row 2", "singular")),
+        ("1,1,0.1,0.5,200,\n", ("plan.csv, row 2, column fy_N", "empty")),
+        ("1,1,0.1,0.5,200,nan\n", ("plan.csv, row 2, column fy_N", "not a finite number")),
+        ("", ("plan.csv", "no rows")),
+    ],
+)
+def test_bad_plans(tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: str, words: tuple[str, ...]) -> None:
+    code, output, error = evaluate(tmp_path, rows, capsys)
+    assert code == 2
+    assert output == ""
+    for word in words:
+        assert word in error
