@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.information import MeasurementInformation
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.design.optimality.information import CHUNK, MeasurementInformation
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
@@ -23,7 +23,7 @@ TOLERANCE = 1e-4
 """Relative gap of the squared criterion at which the refinement of candidates ends."""
 ENUMERABLE = 1_000_000
 """Largest number of candidates that are all looked at."""
-_ROUNDS, _POOL = 25, 1000
+_ROUNDS, _SHORTLIST = 25, 2000
 
 
 class LowerBound(NamedTuple):
@@ -59,13 +59,29 @@ class _Search:
 
 @dataclass(frozen=True)
 class Refinement:
-    """One round: candidates that have weight (j, g), their weights, the relaxation's value and the bound (squares)."""
+    """One round.
 
-    candidates: FloatArray
+    Attributes:
+        shortlist: candidates with weight, and the most sensitive of the others, shape (j, g).
+        weights: of the shortlist, shape (j,).
+        value: optimum of the relaxation over the candidates so far, the criterion squared.
+        bound: lower bound over the whole design space, the criterion squared.
+        words: how the largest sensitivity was found.
+    """
+
+    shortlist: FloatArray
     weights: FloatArray
     value: float
     bound: float
     words: str
+
+
+@dataclass(frozen=True)
+class Result:
+    """A bound, and the last round of the refinement that led to it (None where there was none)."""
+
+    bound: LowerBound
+    last: Refinement | None
 
 
 class Certificate:
@@ -76,32 +92,45 @@ class Certificate:
         load_errors: see `MeasurementInformation`.
         samples: number of random measurements among the first candidates.
         starts: number of gradient ascents of a round.
+        candidates: the only measurements that may be chosen, genes (j, g); the whole design space where left out.
     """
 
-    def __init__(self, problem: DesignProblem, load_errors: float, samples: int = 6000, starts: int = 64) -> None:
+    def __init__(
+        self,
+        problem: DesignProblem,
+        load_errors: float,
+        samples: int = 6000,
+        starts: int = 64,
+        candidates: FloatArray | None = None,
+    ) -> None:
         self._problem = problem
         self._samples, self._starts = samples, starts
         self._information = MeasurementInformation(problem, load_errors)
         self._relaxation: Relaxation = self._information.relaxation()
         self._generator = np.random.default_rng(problem.optimiser.seed)
         self._loads = self._information.load_genes()
-        self._whole = self._enumerated()
+        self._given = candidates is not None
+        self._whole = self._enumerated() if candidates is None else self._usable(candidates)
 
     def bound(self, front: FloatArray | None) -> LowerBound:
-        """The best bound of the refinement."""
+        """The best bound of the refinement; see `duir_lower_bound` for `front`."""
+        return self.result(front).bound
+
+    def result(self, front: FloatArray | None) -> "Result":
+        """The best bound of the refinement and its last round."""
         if not (self._relaxation.targets != 0.0).any():
-            return LowerBound(None, "no axis of any target has a tolerance")
-        best, words, gap = 0.0, "", np.inf
-        for step in self.refine(front, _ROUNDS):
-            if step.bound > best:
-                best, words = step.bound, step.words
-            gap = 1.0 - best / step.value
+            return Result(LowerBound(None, "no axis of any target has a tolerance"), None)
+        best, words, gap, last = 0.0, "", np.inf, None
+        for last in self.refine(front, _ROUNDS):
+            if last.bound > best:
+                best, words = last.bound, last.words
+            gap = 1.0 - best / last.value
             if gap <= TOLERANCE:
                 break
-        if not words:
-            return LowerBound(None, "no measurement within the robot's limits was found")
+        if last is None:
+            return Result(LowerBound(None, "no measurement within the robot's limits was found"), None)
         # Rounding in d and in the traces is below 1e-9 of the bound.
-        return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap))
+        return Result(LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap, last)), last)
 
     def refine(self, front: FloatArray | None, rounds: int) -> Iterator["Refinement"]:
         """Solve the relaxation over candidates, search for better ones, add them, and so on."""
@@ -112,9 +141,10 @@ class Certificate:
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self._relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = self._largest(dual, candidates, rows)
+            listed = np.argsort(-np.where(weights.candidates > 0.0, np.inf, dual.sensitivities(rows)), kind="stable")
             yield Refinement(
-                candidates[support],
-                weights.candidates[support],
+                candidates[listed[:_SHORTLIST]],
+                weights.candidates[listed[:_SHORTLIST]],
                 weights.value,
                 dual.bound(found.largest),
                 found.words,
@@ -124,11 +154,11 @@ class Certificate:
             # Candidates that are far from mattering are dropped, so that the pool stays small.
             sensitivities = dual.sensitivities(rows)
             sensitivities[support] = np.inf
-            keep = np.argsort(-sensitivities, kind="stable")[:_POOL]
+            keep = np.argsort(-sensitivities, kind="stable")[:_SHORTLIST]
             candidates = self._distinct(np.concatenate([candidates[keep], found.genes]))
             rows = self._information.rows(candidates)
 
-    def _text(self, words: str, gap: float) -> str:
+    def _text(self, words: str, gap: float, last: Refinement) -> str:
         m = self._problem.space.measurements
         with_errors = self._information.load_errors > 0.0
         quantity = "total" if with_errors else "DUIR"
@@ -141,10 +171,20 @@ class Certificate:
         if with_errors:
             parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
         parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
+        support = np.sort(last.weights[last.weights > 0.01])[::-1]
+        if len(support) > m or np.abs(m * support - np.rint(m * support)).max() > 0.1:
+            shares = ", ".join(f"{m * weight:.2f}" for weight in support[:8])
+            parts.append(
+                f"that optimum takes {len(support)} different measurements {shares}{' …' if len(support) > 8 else ''} "
+                "times, which a plan of whole measurements can only approach"
+            )
         return "; ".join(parts)
 
     def _usable(self, genes: FloatArray) -> FloatArray:
-        usable: BoolArray = self._problem.loaded.robot.usable(self._problem.space.decode(genes)[0])
+        usable = np.empty(len(genes), dtype=bool)
+        for start in range(0, len(genes), CHUNK):
+            part = slice(start, start + CHUNK)
+            usable[part] = self._problem.loaded.robot.usable(self._problem.space.decode(genes[part])[0])
         return genes[usable]
 
     def _enumerated(self) -> FloatArray | None:
@@ -162,11 +202,13 @@ class Certificate:
         if float(np.prod([len(axis) for axis in axes])) * len(vertices) > ENUMERABLE:
             return None
         grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
-        genes = np.empty((len(grid), len(vertices), space.genes))
-        genes[..., others] = grid[:, None]
+        poses = np.zeros((len(grid), space.genes))
+        poses[:, others] = grid
+        # Whether a measurement can be taken does not depend on its load.
+        genes = np.repeat(self._usable(poses)[:, None], len(vertices), axis=1)
         if extreme:
             genes[..., self._loads.index] = vertices
-        return self._usable(genes.reshape(-1, space.genes))
+        return genes.reshape(-1, space.genes)
 
     def _candidates(self, front: FloatArray | None) -> FloatArray:
         space = self._problem.space
@@ -184,7 +226,7 @@ class Certificate:
         order = np.argsort(-known, kind="stable")
         if self._whole is not None:
             words = f"its sensitivity was evaluated at all {len(candidates)} measurements"
-            if self._information.convex_in_load and self._loads.index.size:
+            if not self._given and self._information.convex_in_load and self._loads.index.size:
                 words += " with extreme loads, where it is largest because it is convex in the load"
             return _Search(candidates[order[:20]], float(known[order[0]]), words)
         return self._ascend(dual, candidates[self._promising(order)], float(known[order[0]]))

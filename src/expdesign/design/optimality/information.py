@@ -21,7 +21,8 @@ from expdesign.design.optimality.weights import Dual, Relaxation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
 
-_CHUNK = 20000
+CHUNK = 20000
+"""Number of measurements that are evaluated at a time, so that memory is that of the results."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class LoadGenes:
 
     index: IntArray
     vertices: FloatArray
+
 
 _OVERFLOW = 1e60
 """Observation matrices and error sensitivities beyond this are those of a singular pose."""
@@ -72,11 +74,12 @@ class MeasurementInformation:
 
     def rows(self, genes: FloatArray) -> FloatArray:
         """R (j, k, q) of measurements with genes (j, g)."""
-        parts = []
-        for start in range(0, len(genes), _CHUNK):
-            tape = self.model.chain.run(self.problem.space.quantities(genes[start : start + _CHUNK]))
-            parts.append(self._assembled(tape.observation, tape.errors)[0])
-        return np.concatenate(parts)
+        count = len(self.problem.noise.axes)
+        rows = np.empty((len(genes), count, len(self._scale) + int(self.common.sum())))
+        for start in range(0, len(genes), CHUNK):
+            tape = self.model.chain.run(self.problem.space.quantities(genes[start : start + CHUNK]))
+            rows[start : start + CHUNK] = self._assembled(tape.observation, tape.errors)[0]
+        return rows
 
     def _assembled(self, observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """R, and the inverse root W of the noise with which it is weighted, R = W·[A, B].

@@ -19,6 +19,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.quadratic import Programs, solve
 
 _REGULARISATION = 1e-10
+_CHUNK = 50000
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,11 @@ class Dual:
         return self.gain**2 / (self.prior + self.count * largest)
 
     def sensitivities(self, rows: FloatArray) -> FloatArray:
-        """D = ‖R·Q‖² of candidates R (..., k, q), shape (...)."""
-        products = rows @ self.matrix
-        values: FloatArray = (products**2).sum(axis=(-2, -1))
+        """D = ‖R·Q‖² of candidates R (j, ..., k, q), shape (j, ...)."""
+        values = np.empty(rows.shape[:-2])
+        for start in range(0, len(rows), _CHUNK):
+            products = rows[start : start + _CHUNK] @ self.matrix
+            values[start : start + _CHUNK] = (products**2).sum(axis=(-2, -1))
         return values
 
 

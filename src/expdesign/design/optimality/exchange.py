@@ -1,0 +1,155 @@
+"""Choose m measurements out of very many candidates: relaxation, rounding, Fedorov exchange (theory.md 10.1).
+
+What a plan is worth depends on its measurements through sums alone: with M_j = A_jᵀV⁻¹A_j, S_j = A_jᵀV⁻¹D_jL_j of the
+shared and N_j = A_jᵀV⁻¹D_jL_jL_jᵀD_jᵀV⁻¹A_j of the independent load errors,
+
+    DUIR² + s²·FEIR² = tr(C·M⁻¹) + s²·tr(C·M⁻¹·(N + S·Sᵀ)·M⁻¹) ,
+
+so that exchanging one measurement costs the same however many there are. The sums square the condition of Ã, which the
+ranking of exchanges can bear; the value that is reported is computed without them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.certificate import Certificate, LowerBound
+from expdesign.design.optimality.information import MeasurementInformation
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import InfeasibleError
+
+_DRAWS, _STARTS, _SWEEPS, _CHEAP = 400, 4, 50, 50000
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A plan chosen from candidates.
+
+    Attributes:
+        genes: shape (m, g).
+        value: DUIR, or `total` where load errors were counted.
+        bound: what no plan from the candidates can beat.
+    """
+
+    genes: FloatArray
+    value: float
+    bound: LowerBound
+
+
+def choose_measurements(
+    problem: DesignProblem, candidates: FloatArray | None = None, *, with_load_errors: bool = False
+) -> Selection:
+    """The best plan that exchange finds, of as many measurements as the configuration has (repetitions allowed).
+
+    Args:
+        problem: the design problem.
+        candidates: genes (j, g); all measurements of a space with finitely many where left out.
+        with_load_errors: whether `total` is to be made small, and not DUIR.
+
+    Raises:
+        InfeasibleError: no candidate is within the robot's limits, or they identify too little.
+    """
+    factor = 1.0 if with_load_errors else 0.0
+    certificate = Certificate(problem, factor, candidates=candidates)
+    result = certificate.result(None)
+    if result.last is None:
+        remedy = "Widen `experiment.poses` or the loads."
+        raise InfeasibleError(result.bound.certified_on, where=problem.source, remedy=remedy)
+    last = result.last
+    generator = np.random.default_rng(problem.optimiser.seed)
+    exchange = Exchange(problem, last.shortlist, factor)
+    first = rounded(last.weights, problem.space.measurements, _DRAWS, generator)
+    m, listed = problem.space.measurements, len(last.shortlist)
+    # Where a sweep costs little, starts at random are worth their while.
+    further = generator.integers(listed, size=(min(20, _CHEAP // (m * listed)), m))
+    starts = np.concatenate([exchange.best(first, _STARTS), further])
+    designs = problem.space.canonical(last.shortlist[exchange.improve(starts)])
+    name = "total" if with_load_errors else "duir"
+    values = known_criteria()[name].values(problem.assess(*problem.space.decode(designs)))
+    if np.isnan(values).all():
+        what = "no plan that was found among the candidates identifies what the targets need"
+        raise InfeasibleError(what, where=problem.source, remedy="Allow more measurements, or more loads.")
+    best = int(np.nanargmin(values))
+    return Selection(designs[best], float(values[best]), result.bound)
+
+
+def rounded(weights: FloatArray, count: int, draws: int, generator: np.random.Generator) -> IntArray:
+    """Draws (draws, count) of candidates, each as often as its weight says give or take one (systematic sampling)."""
+    support = np.flatnonzero(weights > 0.0)
+    order = np.argsort(generator.random((draws, len(support))), axis=1)
+    edges = np.cumsum(weights[support][order] / weights.sum(), axis=1)
+    points = (np.arange(count) + generator.random((draws, 1))) / count
+    places = (points[:, :, None] > edges[:, None, :]).sum(axis=2)
+    chosen: IntArray = support[np.take_along_axis(order, np.minimum(places, len(support) - 1), axis=1)]
+    return chosen
+
+
+class Exchange:
+    """Exchange of measurements within a list of candidates.
+
+    Args:
+        problem: the design problem.
+        genes: candidates, shape (j, g).
+        factor: s, of the load errors.
+    """
+
+    def __init__(self, problem: DesignProblem, genes: FloatArray, factor: float) -> None:
+        information = MeasurementInformation(problem, 0.0)
+        chain = information.model.chain
+        tape = chain.run(problem.space.quantities(genes))
+        rows = tape.observation * problem.loaded.robot.compliance
+        transposed = rows.swapaxes(1, 2)
+        common, own = factor * tape.errors[..., chain.shared], factor * tape.errors[..., ~chain.shared]
+        reach = transposed @ own
+        parts = [transposed @ rows, reach @ reach.swapaxes(1, 2), transposed @ common]
+        self._shapes = [part.shape[1:] for part in parts]
+        self._parts: FloatArray = np.concatenate([part.reshape(len(genes), -1) for part in parts], axis=1)
+        self._targets = information.relaxation().targets
+
+    def sums(self, plans: IntArray) -> FloatArray:
+        """Sums (b, c) over the measurements of plans (b, m)."""
+        return self._parts[plans].sum(axis=1)
+
+    def values(self, sums: FloatArray) -> FloatArray:
+        """DUIR² + s²·FEIR² (...,) of plans with the given sums (..., c); inf where they identify too little."""
+        sizes = np.cumsum([int(np.prod(shape)) for shape in self._shapes])[:-1]
+        matrix, own, common = (
+            part.reshape(*sums.shape[:-1], *shape)
+            for part, shape in zip(np.split(sums, sizes, axis=-1), self._shapes, strict=True)
+        )
+        # A ridge far below rounding of a regular matrix keeps a singular one from stopping the batch.
+        size = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None]
+        inverse = np.linalg.inv(matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(matrix.shape[-1]))
+        gain = self._targets @ inverse[..., None, :, :]
+        noise = np.einsum("...trp,trp->...t", gain, self._targets)
+        turned = (gain @ own[..., None, :, :]) * gain
+        force = turned.sum(axis=(-2, -1)) + ((gain @ common[..., None, :, :]) ** 2).sum(axis=(-2, -1))
+        largest = (noise + force).max(axis=-1)
+        result: FloatArray = np.where((largest > 0.0) & np.isfinite(largest), largest, np.inf)
+        return result
+
+    def best(self, plans: IntArray, count: int) -> IntArray:
+        """The best `count` of plans (b, m), without repetitions."""
+        plans = np.unique(np.sort(plans, axis=1), axis=0)
+        values = self.values(self.sums(plans))
+        return plans[np.argsort(values, kind="stable")[:count]]
+
+    def improve(self, plans: IntArray) -> IntArray:
+        """Plans (b, m) after exchanges that help, one measurement at a time, until none does (Fedorov 1972)."""
+        plans = plans.copy()
+        for plan in plans:
+            sums = self._parts[plan].sum(axis=0)
+            value = float(self.values(sums))
+            for _ in range(_SWEEPS):
+                before = value
+                for place in range(len(plan)):
+                    without = self._parts[np.delete(plan, place)].sum(axis=0)
+                    found = self.values(without + self._parts)
+                    winner = int(np.argmin(found))
+                    if found[winner] < value * (1.0 - 1e-10):
+                        plan[place], value = winner, float(found[winner])
+                if value >= before * (1.0 - 1e-9):
+                    break
+        return plans
