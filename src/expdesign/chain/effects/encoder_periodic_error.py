@@ -34,7 +34,7 @@ class EncoderPeriodicError(Effect):
         return (
             Parameter("sine_m", 1e-6),
             Parameter("cosine_m", 1e-6),
-            Parameter("pitch_m", 1e-4, neutral=1e-3, low=5e-5, high=1.0, shape=True),
+            Parameter("pitch_m", 1e-4, neutral=1e-3, low=5e-5, high=1e3, shape=True),
         )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
