@@ -45,15 +45,11 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         assessment = problem.assess(configurations, loads)
         condition = assessment.measurements.condition.max(axis=1)
         singular = ~np.isfinite(condition)
-        if singular.any():
-            # The maps do not exist there; stand in another design so that the rest of the batch can be evaluated.
-            configurations = np.where(singular[:, None, None], problem.targets.configurations[0], configurations)
-            assessment = problem.assess(configurations, loads)
         unidentified = ((~assessment.estimable) & (problem.targets.importance > 0.0)).sum(axis=(1, 2))
         values = np.stack([criterion.values(assessment) for criterion in problem.objectives], axis=1) * self._signs
         unusable = (unidentified > 0) | singular | ~np.isfinite(values).all(axis=1)
         values[unusable] = UNIDENTIFIED
-        excess = robot.limit_excess(problem.space.decode(genes)[0]).max(axis=1)
+        excess = robot.limit_excess(configurations).max(axis=1)
         violations = np.stack(
             [
                 np.maximum(excess - 1e-12, -1.0),

@@ -1,0 +1,95 @@
+"""What an evaluation costs, and how much of a run is the genetic algorithm's own work.
+
+`python -m benchmarks.evaluation [CONFIG] [--results FOLDER]`: microseconds per design for both criteria in a population
+of 100 (best and median of many repetitions), and where the seconds of a search go.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import statistics
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from expdesign.design.optimality.certificate import duir_lower_bound
+from expdesign.design.optimality.polish import polish
+from expdesign.design.problem_file import read_problem
+from expdesign.design.pymoo_problem import DesignPopulation
+from expdesign.design.search import search
+from expdesign.design.start import starting_designs
+
+REPETITIONS = 200
+SIZE = 100
+
+
+class Watched(DesignPopulation):
+    """The population with a stop-watch on its evaluations."""
+
+    seconds = 0.0
+
+    def objectives(self, genes):  # type: ignore[no-untyped-def]
+        start = time.perf_counter()
+        found = super().objectives(genes)
+        Watched.seconds += time.perf_counter() - start
+        return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("config", nargs="?", type=Path, default=Path("configs/hexapod-h1.yaml"))
+    parser.add_argument("--results", type=Path)
+    arguments = parser.parse_args()
+    problem = read_problem(arguments.config)
+    population = DesignPopulation(problem)
+    genes = population.genes(starting_designs(problem, SIZE, np.random.default_rng(0)))
+    population.objectives(genes)
+    times = []
+    for _ in range(REPETITIONS):
+        start = time.perf_counter()
+        population.objectives(genes)
+        times.append((time.perf_counter() - start) / SIZE * 1e6)
+
+    import expdesign.design.search as module  # noqa: PLC0415 (its evaluations are to be watched)
+
+    module.DesignPopulation = Watched  # type: ignore[misc]
+    start = time.perf_counter()
+    front = search(replace(problem, optimiser=replace(problem.optimiser, polish=False)))
+    genetic = time.perf_counter() - start
+    evaluated = Watched.seconds
+    start = time.perf_counter()
+    polish(problem, front.genes)
+    polished = time.perf_counter() - start
+    start = time.perf_counter()
+    duir_lower_bound(problem, front.genes)
+    bounded = time.perf_counter() - start
+    text = "\n".join(
+        [
+            f"# What an evaluation costs: {arguments.config}",
+            "",
+            f"Command: `python -m benchmarks.evaluation {arguments.config}`; two cores, one thread of linear algebra.",
+            "",
+            "| what | value |",
+            "| --- | --- |",
+            f"| DUIR and FEIR with constraints, per design, best of {REPETITIONS} | {min(times):.1f} µs |",
+            f"| the same, median | {statistics.median(times):.1f} µs |",
+            f"| genetic search, {front.evaluations} designs | {genetic:.2f} s |",
+            f"| of it our evaluation | {evaluated:.2f} s ({evaluated / genetic:.0%}) |",
+            f"| of it the genetic algorithm's own work | {genetic - evaluated:.2f} s ({1 - evaluated / genetic:.0%}) |",
+            f"| polish of the front by gradients | {polished:.2f} s |",
+            f"| certified lower bound on DUIR | {bounded:.2f} s |",
+            "",
+        ]
+    )
+    print(text)
+    if arguments.results:
+        arguments.results.mkdir(parents=True, exist_ok=True)
+        (arguments.results / "evaluation.md").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
