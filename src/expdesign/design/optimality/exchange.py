@@ -63,7 +63,7 @@ def choose_measurements(
     first = rounded(last.weights, problem.space.measurements, _DRAWS, generator)
     m, listed = problem.space.measurements, len(last.shortlist)
     # Where a sweep costs little, starts at random are worth their while.
-    further = generator.integers(listed, size=(min(20, _CHEAP // (m * listed)), m))
+    further = generator.integers(listed, size=(min(100, _CHEAP // (m * listed)), m))
     starts = np.concatenate([exchange.best(first, _STARTS), further])
     designs = problem.space.canonical(last.shortlist[exchange.improve(starts)])
     name = "total" if with_load_errors else "duir"
