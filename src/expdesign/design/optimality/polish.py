@@ -6,7 +6,7 @@ min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches conve
 design known for it; then again from what its neighbours found.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -25,7 +25,7 @@ _SCHEDULE = ((False, 12), (True, 12), (False, 8), (True, 12), (False, 60))
 """Of each round: whether measurements are exchanged between designs first, and the largest number of steps."""
 TARGET = 1e-4
 """KKT proximity at which a design counts as finished."""
-_CHILDREN, _RESTARTS = 24, 6
+_CHILDREN, _RESTARTS, _CAPACITY = 24, 6, 1_200_000_000
 
 
 def polish(
@@ -43,10 +43,19 @@ def polish(
         Genes (d', m, g), within bounds and limits, among them the best found for each objective alone and for `total`.
         Discrete genes are those of the designs that they came from. The same arguments give the same designs.
     """
+    last = genes
+    for number, last in enumerate(polish_rounds(problem, genes, points=points), start=1):
+        report(f"polish, round {number} of {len(_SCHEDULE) + 1}: {len(last)} designs")
+    return last
+
+
+def polish_rounds(problem: DesignProblem, genes: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
+    """What `polish` has reached after each of its rounds; the arguments are the same."""
     designs = np.concatenate([genes, relaxed_designs(problem)])
     if not (~problem.space.discrete).any():
-        return designs
-    return _Polish(problem, points or problem.optimiser.population).run(designs, report)
+        yield designs
+        return
+    yield from _Polish(problem, points or problem.optimiser.population).run(designs)
 
 
 class _Polish:
@@ -55,17 +64,24 @@ class _Polish:
     def __init__(self, problem: DesignProblem, points: int) -> None:
         known = known_criteria()
         further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
-        self._problem, self._points = problem, points
+        self._problem = problem
+        # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued.
+        variables = problem.space.measurements * int((~problem.space.discrete).sum())
+        affordable = max(1, _CAPACITY // variables**3)
+        self._restarts = min(_RESTARTS, max(1, affordable // 20))
+        self._points = min(points, affordable)
         self._objectives = Objectives(problem, further)
         self._count = self._objectives.count
         self._robot = problem.loaded.robot
         self._generator = np.random.default_rng(problem.optimiser.seed)
 
-    def run(self, genes: FloatArray, report: Report) -> FloatArray:
+    def run(self, genes: FloatArray) -> Iterator[FloatArray]:
+        """The designs kept after each round."""
         pool, values = self._usable(genes)
         if len(pool) == 0:
-            return genes
-        for number, (mixed, iterations) in enumerate(_SCHEDULE, start=1):
+            yield genes
+            return
+        for mixed, iterations in _SCHEDULE:
             centres, weights = self._aims(values)
             starts = pool[self._starts(values, centres, weights)]
             if mixed:
@@ -74,8 +90,8 @@ class _Polish:
             pool, values = self._usable(np.concatenate([pool, found]))
             kept = self._kept(values)
             pool, values = pool[kept], values[kept]
-            report(f"polish {number}/{len(_SCHEDULE)}: {len(non_dominated(values[:, : self._count]))} designs")
-        return self._finished(pool, values)
+            yield pool
+        yield self._finished(pool, values)
 
     def _finished(self, pool: FloatArray, values: FloatArray) -> FloatArray:
         """The pool with what is still rough finished or, where the front can do without it, left out."""
@@ -113,7 +129,7 @@ class _Polish:
         total = values.shape[1]
         front = values[non_dominated(values[:, : self._count])]
         span = Objectives.spans(values)
-        single = np.repeat(np.eye(total) / span, _RESTARTS, axis=0)
+        single = np.repeat(np.eye(total) / span, self._restarts, axis=0)
         centres = np.tile(values.min(axis=0), (len(single), 1))
         along = _spread(front[:, : self._count] / span[: self._count], self._points) * span[: self._count]
         inner = np.zeros((len(along), total))
@@ -126,8 +142,8 @@ class _Polish:
         """For each aim the design of the pool that serves it best; for its repetitions the next best ones."""
         order = np.argsort(_achieved(values[None], centres[:, None], weights[:, None]), axis=1, kind="stable")
         place = np.zeros(len(order), dtype=np.int64)
-        singles = _RESTARTS * values.shape[1]
-        place[:singles] = np.minimum(np.tile(np.arange(_RESTARTS), values.shape[1]), len(values) - 1)
+        singles = self._restarts * values.shape[1]
+        place[:singles] = np.minimum(np.tile(np.arange(self._restarts), values.shape[1]), len(values) - 1)
         best: IntArray = order[np.arange(len(order)), place]
         return best
 

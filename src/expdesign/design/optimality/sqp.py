@@ -26,6 +26,8 @@ PENALTY = 10.0
 _PAD = 16
 _INVALID = 1e6
 _CORRECTIONS = 2
+_MEMORY = 20_000_000
+"""Largest number of entries of the Hessians that are treated at once."""
 
 
 @dataclass
@@ -89,22 +91,29 @@ class MinimaxSearch:
         """
         if not self._free.any() or len(genes) == 0:
             return genes.copy()
+        together = max(1, _MEMORY // (genes.shape[1] * len(self._span)) ** 2)
+        parts = np.split(np.arange(len(genes)), np.arange(together, len(genes), together))
+        return np.concatenate([self._minimise(genes[part], part, iterations, radius, tolerance) for part in parts])
+
+    def _minimise(
+        self, genes: FloatArray, index: IntArray, iterations: int, radius: float, tolerance: float
+    ) -> FloatArray:
         n = genes.shape[1] * len(self._span)
         hessian = np.tile(np.eye(n), (len(genes), 1, 1))
         fresh = np.ones(len(genes), dtype=bool)
         radii, quiet = np.full(len(genes), radius), np.zeros(len(genes), dtype=np.int64)
         alive = np.arange(len(genes))
-        points = self._evaluate(genes, alive)
+        points = self._evaluate(genes, index)
         for _ in range(iterations):
             if alive.size == 0:
                 break
             here = points.take(alive)
             programs = self._programs(here, hessian[alive], radii[alive])
             solution = _solve_scaled(programs, radii[alive])
-            moved = self._moved(here.genes, solution.step, alive)
+            moved = self._moved(here.genes, solution.step, index[alive])
             step = ((moved - here.genes)[..., self._free] / self._span).reshape(len(alive), n)
             predicted = here.merit - _model(programs, step)
-            trial = self._evaluate(moved, alive)
+            trial = self._evaluate(moved, index[alive])
             actual = here.merit - trial.merit
             ratio = np.where(predicted > 0.0, actual / np.where(predicted > 0.0, predicted, 1.0), -1.0)
             accepted = (ratio > 1e-3) & (actual > 0.0)
