@@ -75,6 +75,13 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
+    if result.correction is not None:
+        correction = result.correction
+        texts.append(
+            f"A smooth interpolation of the residuals over pose, load and time (correction.csv) would predict held-out "
+            f"recordings to {words.number(correction.test_after)} instead of {words.number(correction.test_before)} "
+            "standard deviations; it says nothing about the cause and is no part of the model."
+        )
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
     return texts
@@ -221,9 +228,18 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
     ]
     size = np.linalg.norm(recordings.wrenches[:, : robot.coordinates.translations], axis=1)
     blocks.append(_scatter(result, "load", size[::step], "size of the load, N", step))
+    coordinate = _telling_coordinate(result)
+    poses = recordings.configurations[::step, robot.configuration.index(coordinate)]
+    blocks.append(_scatter(result, "pose", poses, f"{coordinate}, the pose coordinate that tells most", step))
     if recordings.time is not None:
         blocks.append(_scatter(result, "time", recordings.time[::step], "time, s", step))
     return blocks
+
+
+def _telling_coordinate(result: Diagnosis) -> str:
+    """The pose coordinate on which the residuals of the base model depend most."""
+    names = result.robot.configuration
+    return next((probe.name for probe in result.location.patterns if probe.name in names), names[0])
 
 
 def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str, step: int) -> Figure:
@@ -317,6 +333,8 @@ def _next_steps(result: Diagnosis) -> Steps:
         ("Predict with the physics included.", "expdesign predict model.yaml points.csv --out predicted.csv"),
         ("Find commands that allow for it.", "expdesign compensate model.yaml targets.csv --out commands.csv"),
     ]
+    if result.rival is not None:
+        steps.insert(0, ("Measure plan-next.csv: it tells the two remaining explanations apart.", ""))
     if result.verdict == "unexplained":
         steps.insert(0, ("Look at the place named above; record again with more loads and poses there.", ""))
     return Steps(steps)
