@@ -92,6 +92,8 @@ class Certificate:
         load_errors: see `MeasurementInformation`.
         samples: number of random measurements among the first candidates.
         starts: number of gradient ascents of a round.
+        steps: largest number of steps of an ascent.
+        tolerance: of the relaxation over the present candidates, relative to the criterion squared.
         candidates: the only measurements that may be chosen, genes (j, g); the whole design space where left out.
     """
 
@@ -101,9 +103,12 @@ class Certificate:
         load_errors: float,
         samples: int = 6000,
         starts: int = 64,
+        steps: int = 60,
+        tolerance: float = 1e-7,
         candidates: FloatArray | None = None,
     ) -> None:
         self._problem = problem
+        self._steps, self._tolerance = steps, tolerance
         self._samples, self._starts = samples, starts
         self._information = MeasurementInformation(problem, load_errors)
         self._relaxation: Relaxation = self._information.relaxation()
@@ -137,7 +142,7 @@ class Certificate:
         candidates = self._candidates(front)
         rows = self._information.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
         for _ in range(rounds if len(candidates) else 0):
-            weights = optimal_weights(self._relaxation, rows)
+            weights = optimal_weights(self._relaxation, rows, self._tolerance)
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self._relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = self._largest(dual, candidates, rows)
@@ -256,7 +261,7 @@ class Certificate:
         search = MinimaxSearch(self._problem, pieces)
         genes = self._at_best_load(dual, starts)
         for _ in range(3):
-            ends = search.minimise(genes[:, None], iterations=60, tolerance=1e-8)[:, 0]
+            ends = search.minimise(genes[:, None], iterations=self._steps, tolerance=1e-8)[:, 0]
             genes = self._at_best_load(dual, ends)
             if np.array_equal(genes[:, self._loads.index], ends[:, self._loads.index]):
                 break

@@ -21,7 +21,7 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
     found: list[FloatArray] = []
     known: FloatArray | None = None
     for factor in LADDER if problem.loaded.sources else LADDER[:1]:
-        certificate = Certificate(problem, factor, samples=1500, starts=24)
+        certificate = Certificate(problem, factor, samples=1000, starts=16, steps=15, tolerance=1e-3)
         rounds = list(certificate.refine(known, _ROUNDS))
         if not rounds:
             break

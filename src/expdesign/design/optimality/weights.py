@@ -19,7 +19,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.quadratic import Programs, solve
 
 _REGULARISATION = 1e-10
-_CHUNK = 50000
+_CHUNK, _ROUNDS = 50000, 60
 
 
 @dataclass(frozen=True)
@@ -75,22 +75,23 @@ class Weights:
     value: float
 
 
-def optimal_weights(relaxation: Relaxation, rows: FloatArray, iterations: int = 60) -> Weights:
+def optimal_weights(relaxation: Relaxation, rows: FloatArray, tolerance: float = 1e-7) -> Weights:
     """Solve the relaxation over candidates with maps R (j, k, q), by Newton's method on few of them at a time.
 
-    Candidates enter as their sensitivities call for it, so that the cost of a step is linear in their number.
+    Candidates enter as their sensitivities call for it, so that the cost of a step is linear in their number. It ends
+    when the bound over these candidates is within the tolerance of the value, relative, both squares.
     """
     count = len(rows)
     chosen = _start(relaxation, rows)
     weights = np.full(len(chosen), 1.0 / len(chosen))
     mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
     value = np.inf
-    for _ in range(iterations):
-        weights, mixture, value = _newton(relaxation, rows[chosen], weights)
+    for _ in range(_ROUNDS):
+        weights, mixture, value = _newton(relaxation, rows[chosen], weights, 1e-2 * tolerance)
         dual = dual_of(relaxation, rows[chosen], weights, mixture)
         sensitivities = dual.sensitivities(rows)
         largest = float(sensitivities.max())
-        if dual.bound(largest) >= (1.0 - 1e-7) * value:
+        if dual.bound(largest) >= (1.0 - tolerance) * value:
             break
         keep = weights > 1e-6
         wanted = np.argsort(-sensitivities, kind="stable")[:20]
@@ -139,7 +140,9 @@ def _values(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> Fl
     return values
 
 
-def _newton(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+def _newton(
+    relaxation: Relaxation, rows: FloatArray, weights: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray, float]:
     """Optimal weights of few candidates, the mixture, and the value: damped Newton steps, each a quadratic program."""
     number = len(weights)
     mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
@@ -180,6 +183,6 @@ def _newton(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> tu
         if length <= 1e-6:
             break
         weights, values = trial, found
-        if size - float(values.max()) < 1e-11 * size:
+        if size - float(values.max()) < tolerance * size:
             break
     return weights, mixture, float(values.max())
