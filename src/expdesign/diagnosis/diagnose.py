@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import FloatArray
@@ -16,9 +17,11 @@ from expdesign.diagnosis.outliers import isolated
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
-from expdesign.errors import NotIdentifiableError
-from expdesign.identification.fit import Data, Fit, fit
+from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.identification.estimability import require_regular_rows
+from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.identification.suspicions import require_positive
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
@@ -83,8 +86,15 @@ def diagnose(
     """Say where the base model and the recordings differ, which physics was left out, and whether adding it helps.
 
     Raises:
+        InputError: no row may be fitted, or the deflections have the wrong sign.
+        SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
+    if recordings.test.all():
+        remedy = "Mark some loaded rows `train` in the column `split`."
+        raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
+    if len(robot.stiffness):
+        require_regular_rows(recordings, robot.jacobians(recordings.configurations))
     rows = row_data(recordings, robot)
 
     def sample_with(deviations: FloatArray) -> Sample:
@@ -95,10 +105,7 @@ def diagnose(
     noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
     sample = sample_with(noise.deviations)
     base = fit(Chain(robot), sample)
-    if base.rank < len(robot.stiffness):
-        legs = ", ".join(name for name, known in zip(robot.actuators, base.determined, strict=True) if not known)
-        remedy = "Add recordings in which every actuator carries load."
-        raise NotIdentifiableError(f"no load reaches {legs}", where=recordings.source, remedy=remedy)
+    _require_determined(robot, recordings, base)
     report("preparing the library")
     entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
@@ -125,6 +132,8 @@ def diagnose(
     sound = len(model.candidates) < MOST_EFFECTS and errors.test_after <= PREDICTS
     if found and not (sound and alone):
         verdict = "unexplained"
+    if verdict == "consistent":
+        require_positive(base, recordings, robot)
     correction = None
     if verdict == "unexplained":
         report("fitting a smooth correction")
@@ -133,6 +142,16 @@ def diagnose(
     return Diagnosis(
         robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search, correction
     )
+
+
+def _require_determined(robot: Robot, recordings: Recordings, base: Fit) -> None:
+    """Raise where a compliance is not determined; a force that is nothing but rounding determines none."""
+    sizes = np.linalg.norm(base.sensitivities.reshape(-1, len(base.values)), axis=0)
+    known = base.determined & (sizes > RANK_TOLERANCE * sizes.max(initial=0.0))
+    if not known.all():
+        legs = ", ".join(name for name, one in zip(robot.actuators, known, strict=True) if not one)
+        remedy = "Add recordings in which every actuator carries load."
+        raise NotIdentifiableError(f"no load reaches {legs}", where=recordings.source, remedy=remedy)
 
 
 def _dof(result: Fit, sample: Sample) -> int:
