@@ -1,0 +1,64 @@
+"""Small recordings of random experiments, as a diagnosis sees them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from tests.cases import robot
+from tests.chain.places import KINDS, rows
+from tests.identification.experiments import read
+from tests.oracle import Array
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.sample import Sample
+from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+
+
+def effect(name: str, physics: str, component: str, variant: str = "") -> Effect:
+    """An effect of the library by its name."""
+    kind = next(kind for kind in KINDS if kind.physics == physics)
+    return kind(robot(name), component, variant)
+
+
+@cache
+def _exact(name: str, effects: tuple[Effect, ...], parameters: tuple[float, ...], series: int) -> Recordings:
+    """What the chain says of free wrenches, or of payloads for effects of a payload."""
+    load = "payload" if any(e.component == "payload" for e in effects) else "wrench"
+    here, frame = robot(name), rows(name, load, series=series)
+    frame = frame[[column for column in frame if not column.startswith("abs_")]]
+    recordings = read(frame, here)
+    chain = Chain(here, effects)
+    values = np.concatenate([np.ones(chain.compliances), parameters])
+    return replace(recordings, deflections=chain.predict(row_data(recordings, here), values))
+
+
+def simulated(
+    name: str,
+    *effects: Effect,
+    parameters: Sequence[float] = (),
+    seed: int = 0,
+    noise: float = 1.0,
+    series: int = 6,
+) -> Recordings:
+    """Recordings of a robot of the table, with `noise` times the noise that they state."""
+    exact = _exact(name, effects, tuple(parameters), series)
+    scatter = np.random.default_rng(seed).standard_normal(exact.deflections.shape)
+    return replace(exact, deflections=exact.deflections + noise * np.array(exact.deviations) * scatter)
+
+
+def sample_of(name: str, recordings: Recordings, counts: Array | None = None) -> Sample:
+    """All rows, or some."""
+    data = Data(
+        recordings, row_data(recordings, robot(name)), Whitening(np.array(recordings.deviations), recordings.series)
+    )
+    return Sample.of(data, np.ones(len(recordings), dtype=bool) if counts is None else counts)
+
+
+def base_fit(name: str, sample: Sample) -> Fit:
+    """The base model's fit."""
+    return fit(Chain(robot(name)), sample)
