@@ -138,8 +138,8 @@ def main(path: Path, script_seconds: float, plain_seconds: float, seed: int = 1)
         rows.append({**row, "at the end": f"{parts[-1]:.2%}", "after (s)": trace.seconds[-1], "steps": len(parts)})
     table = pd.DataFrame(rows)
     notes = [
-        f"Configuration {path}; objectives of script and program differ by at most {difference:.1e} on random designs.",
-        "Columns: processor seconds until that part of the best known hypervolume. `not reached`: not within the time given.",
+        f"Configuration {path}; objectives of script and program differ by at most {difference:.1e}.",
+        "Columns: processor seconds until that part of the best known hypervolume.",
         *_ratios(traces, reached),
     ]
     command = f"python -m benchmarks.optimality.hypervolume {path} --script-seconds {script_seconds:g}"
@@ -155,8 +155,8 @@ def _ratios(traces: list[Trace], reached: Callable[[Trace], list[float]]) -> lis
         needed = next(s for s, part in zip(trace.seconds, reached(trace), strict=True) if part >= last)
         same = next((s for s, part in zip(ours.seconds, mine, strict=True) if part >= last), np.nan)
         notes.append(
-            f"{trace.name}: reached at most {last:.2%}, after {needed:.1f} s; this program had as much after {same:.2f} s, "
-            f"{needed / same:.0f} times faster."
+            f"{trace.name}: reached at most {last:.2%}, after {needed:.1f} s; this program had as much after "
+            f"{same:.2f} s, {needed / same:.0f} times faster."
         )
         level = next((s for s, part in zip(ours.seconds, mine, strict=True) if part >= 0.99), np.nan)
         if last < 0.99:

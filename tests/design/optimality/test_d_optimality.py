@@ -28,4 +28,4 @@ def test_many_measurements_reach_the_bound() -> None:
     known = choose_d_optimal(corners, 4, np.random.default_rng(0))
     assert sorted(known.chosen) == [0, 0, 1, 1]
     assert known.value == pytest.approx(1.0)
-    assert known.bound == pytest.approx(1.0, rel=1e-3)
+    assert known.bound == pytest.approx(1.0, rel=2e-3)

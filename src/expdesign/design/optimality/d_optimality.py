@@ -41,7 +41,7 @@ def choose_d_optimal(rows: FloatArray, count: int, generator: np.random.Generato
     return DOptimalPlan(best[1], float(np.exp(best[0] / parameters) / count), bound)
 
 
-def _weights(rows: FloatArray, tolerance: float = 1e-4) -> tuple[FloatArray, float]:
+def _weights(rows: FloatArray, tolerance: float = 1e-3) -> tuple[FloatArray, float]:
     """Weights by the multiplicative algorithm, and the bound that they prove."""
     parameters = rows.shape[-1]
     alive = np.arange(len(rows))
