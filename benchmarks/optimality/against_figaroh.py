@@ -3,8 +3,8 @@
     python -m benchmarks.optimality.against_figaroh [CONFIG] [--python INTERPRETER] [--pools 200 500 1000 2000]
 
 FIGAROH weighs the candidates by a D-optimal SOCP and takes the heaviest (its own rule), or exchanges with its DetMax.
-This program chooses by the same criterion, O1, from the same matrices; and by DUIR, which is what the plan is for, where
-its seconds include making the matrices and proving the bound.
+This program chooses by the same criterion, O1, from the same matrices; and by DUIR, which is what the plan is for,
+where its seconds include making the matrices and proving the bound.
 """
 
 import os
