@@ -1,0 +1,163 @@
+"""What the search for physics charges, keeps and says of its alternatives."""
+
+import numpy as np
+import pytest
+from tests.cases import robot
+from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
+
+from expdesign.chain.effect import Effect
+from expdesign.diagnosis.findings import findings, reported
+from expdesign.diagnosis.held_out import held_out
+from expdesign.diagnosis.library import candidates, library
+from expdesign.diagnosis.probability import standing
+from expdesign.diagnosis.selection import ACCEPTANCE, Search
+from expdesign.diagnosis.smooth import smooth_correction
+from expdesign.identification.fit import Fit
+from expdesign.recordings.recordings import Recordings
+
+NAME = "bipod-unequal"
+FRICTION = effect(NAME, "friction_hysteresis", "leg 2", "rigid")
+PLAY = effect(NAME, "leg_backlash", "leg 1", "middle")
+
+
+def search_of(recordings: Recordings, *, known_noise: bool = True, effects: list[Effect] | None = None) -> Search:
+    sample, here = sample_of(NAME, recordings), robot(NAME)
+    chosen = library(here, recordings) if effects is None else effects
+    entries = candidates(chosen, sample, here, base_fit(NAME, sample).values)
+    return Search(here, sample, entries, known_noise=known_noise)
+
+
+def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
+    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
+    model = search.run()
+    assert [effect.physics for effect in model.effects] == ["leg_backlash"]
+    assert search.base.misfit - model.misfit > ACCEPTANCE
+    assert model.fit.values[-1] == pytest.approx(1.5e-5, rel=0.2)
+    kept = [entry for entry in search.log.entries if entry["kept"]]
+    assert kept
+    for entry in search.log.entries:
+        assert set(entry) == {"step", "effects", "chi2", "penalised_misfit", "kept", "reason"}
+
+
+def test_an_effect_costs_its_parameters_and_the_places_where_it_was_looked_for() -> None:
+    """χ² + k·ln M + 2·ln(places) + 2·ln(kinds): the same effect costs more in a larger library."""
+    recordings = simulated(NAME, PLAY, parameters=[1.5e-5])
+    everywhere = [e for e in library(robot(NAME), recordings) if e.physics == "leg_backlash"]
+    alone = [e for e in everywhere if e.key == PLAY.key]
+    few, many = (search_of(recordings, effects=effects).run() for effects in (alone, everywhere))
+    assert few.keys == many.keys
+    assert many.fit.chi2 == pytest.approx(few.fit.chi2, rel=1e-9)
+    assert many.misfit - few.misfit == pytest.approx(2.0 * np.log(len(everywhere)), rel=1e-6)
+    assert few.misfit - few.fit.chi2 > np.log(48.0)
+
+
+def test_with_an_unknown_noise_the_scale_of_the_deviations_does_not_matter() -> None:
+    recordings = simulated(NAME, PLAY, parameters=[1.5e-5])
+    search = search_of(recordings, known_noise=False)
+    assert search.log_misfit(200.0, 48) - search.log_misfit(100.0, 48) == pytest.approx(48.0 * np.log(2.0))
+    assert search.run().keys == search_of(recordings).run().keys
+
+
+def test_removing_an_effect_of_two_leaves_the_other() -> None:
+    search = search_of(simulated(NAME, FRICTION, PLAY, parameters=[60.0, 2e-5]))
+    model = search.run()
+    assert {effect.physics for effect in model.effects} == {"friction_hysteresis", "leg_backlash"}
+    for index, candidate in enumerate(model.candidates):
+        smaller = search.without(model, index)
+        assert candidate not in smaller.candidates
+        assert len(smaller.candidates) == 1
+        assert smaller.fit.chi2 > model.fit.chi2
+
+
+def test_the_standing_of_an_effect() -> None:
+    """Strong evidence leaves no doubt; a rival counts by exp(−½·Δ/temperature)."""
+    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
+    model = search.run()
+    without = search.without(model, 0)
+    stands = standing(model, 0, without, search.alternatives(model)[0])
+    assert stands.probability > 0.95
+    assert "leg_backlash" not in stands.indistinguishable
+    alone = standing(model, 0, without, [])
+    assert alone.probability == pytest.approx(1.0 / (1.0 + np.exp(-0.25 * (without.misfit - model.misfit))))
+    assert alone.probability >= stands.probability
+
+
+def test_two_names_for_one_thing_share_the_probability() -> None:
+    """In the plane a base that shifts and a mount that shifts move the tool alike: neither can be told."""
+    base = effect(NAME, "base_compliance", "base", "diagonal")
+    mount = effect(NAME, "platform_compliance", "platform", "diagonal")
+    recordings = simulated(NAME, base, parameters=[2e-8, 0.0])
+    search = search_of(recordings, effects=[base, mount])
+    model = search.run()
+    (finding,) = findings(search, model)
+    assert finding.probability == pytest.approx(0.5, abs=0.01)
+    assert len(finding.indistinguishable) == 1
+    assert {finding.physics, *finding.indistinguishable} == {"base_compliance", "platform_compliance"}
+    assert finding.rival is not None
+
+
+def fitted(values: list[float], covariance: np.ndarray) -> Fit:  # type: ignore[type-arg]
+    nothing = np.zeros((1, 1))
+    known = np.isfinite(np.diag(covariance))
+    return Fit(None, np.array(values), covariance, known, nothing, nothing[None], 0.0, 1, 2)  # type: ignore[arg-type]
+
+
+def test_reported_intervals_are_those_of_the_delta_method() -> None:
+    """Amplitude of a sine and a cosine: its standard deviation against a draw of 10⁵, to 4 standard errors (1 %)."""
+    screw = effect(NAME, "encoder_periodic_error", "leg 1")
+    mean, covariance = np.array([3e-6, 4e-6, 1e-2]), np.diag([1e-14, 4e-14, 1e-10])
+    covariance[0, 1] = covariance[1, 0] = 1e-14
+    found = reported(screw, fitted(mean.tolist(), covariance), slice(0, 3), 1.0)
+    draws = np.random.default_rng(0).multivariate_normal(mean, covariance, 100_000)
+    amplitude = np.hypot(draws[:, 0], draws[:, 1])
+    estimate, low, high = found["amplitude_m"]
+    assert estimate == pytest.approx(5e-6)
+    assert (high - low) / (2 * 1.959964) == pytest.approx(amplitude.std(), rel=0.01)
+    wider = reported(screw, fitted(mean.tolist(), covariance), slice(0, 3), 4.0)["amplitude_m"]
+    assert wider[2] - wider[1] == pytest.approx(2.0 * (high - low))
+
+
+def test_a_parameter_that_the_recordings_do_not_determine_has_no_interval() -> None:
+    scale = effect(NAME, "instrument_scale", "instrument")
+    covariance = np.array([[1e-4, np.inf], [np.inf, np.inf]])
+    found = reported(scale, fitted([0.1, 0.2], covariance), slice(0, 2), 1.0)
+    assert found["scale_x"][2] == pytest.approx(0.1 + 1.96 * 0.01, rel=1e-3)
+    assert found["scale_y"][2] - found["scale_y"][1] > 1e290
+
+
+@pytest.mark.parametrize("marked", [False, True])
+def test_held_out_rows_are_not_fitted(marked: bool) -> None:
+    """Noise of known size: √(1 + p/M) on rows that were not fitted, √(1 − p/M) on those that were."""
+    squares = np.zeros(2)
+    count, rows = 150, np.arange(24)
+    test = rows % 4 == 0 if marked else np.zeros(24, dtype=bool)
+    first = sample_of(NAME, simulated(NAME), ~test)
+    for seed in range(count):
+        sample = type(first)(simulated(NAME, seed=seed), first.rows, first.whitening, first.counts)
+        base = base_fit(NAME, sample)
+        errors = held_out(base, base, sample, test, np.zeros(24, dtype=bool))
+        assert errors.test_after == pytest.approx(errors.test_before, rel=1e-9)
+        squares += [errors.train_before**2, errors.test_before**2]
+    readings = 2 * int((~test).sum())
+    train, held = squares / count
+    assert train == pytest.approx(1.0 - 2.0 / readings, abs=4.0 * np.sqrt(2.0 / (readings * count)))
+    held_readings = 2 * int(test.sum()) if marked else readings
+    assert held > train
+    # The leverage of held-out rows is about p/M of the fitted ones, at most a few times that.
+    assert 1.0 - 4.0 * np.sqrt(2.0 / (held_readings * count)) < held < 1.0 + 6.0 * 2.0 / readings
+
+
+def test_a_smooth_mismatch_is_corrected_and_noise_is_not() -> None:
+    noise = simulated(NAME, series=12)
+    x, fx = noise.configurations[:, 0], noise.wrenches[:, 0]
+    bump = 6.0 * np.sin(4.0 * x) * np.sign(fx) ** 2
+    bent = type(noise)(**{**vars(noise), "deflections": noise.deflections + bump[:, None] * np.array(noise.deviations)})
+    test = noise.series % 4 == 0
+    results = []
+    for recordings in (bent, noise):
+        sample = sample_of(NAME, recordings, ~test)
+        results.append(smooth_correction(base_fit(NAME, sample), sample, test))
+    assert results[0].test_after < 0.5 * results[0].test_before
+    assert results[0].helps
+    assert results[1].test_after < 1.1 * results[1].test_before
+    assert results[0].correction.shape == (48, 2)
