@@ -1,0 +1,237 @@
+"""`expdesign diagnose`, and what is done with the model it writes."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import ROOT, call
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effects.leg_backlash import LegBacklash
+from expdesign.chain.row import row_data
+from expdesign.design.plan import csv_text
+from expdesign.files.table import parse_table
+from expdesign.recordings.reader import points_from_table
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot_file import read_robot
+
+ROBOT = ROOT / "configs" / "robots" / "bipod.yaml"
+GAP = 8e-6
+VERDICTS = {"consistent", "explained", "unexplained"}
+
+
+def recordings(folder: Path, gap: float = GAP, spoilt: bool = False) -> Path:
+    """A bipod whose first leg has play, with noise; `spoilt`: and with noise that nobody stated."""
+    generator = np.random.default_rng(2)
+    here = read_robot(ROBOT)
+    assert isinstance(here, ParallelRobot)
+    poses = np.repeat(generator.uniform(-0.25, 0.25, (10, 2)), 4, axis=0)
+    loads = generator.uniform(-1.0, 1.0, (40, 2)) * [400.0, 1000.0]
+    frame = pd.DataFrame(np.hstack([poses, loads]), columns=["x_m", "y_m", "fx_N", "fy_N"])
+    frame.insert(0, "sequence", np.arange(1, 41))
+    frame.insert(1, "series", np.repeat(np.arange(1, 11), 4))
+    chain = Chain(here, (LegBacklash(here, "leg 1", "middle"),))
+    points = points_from_table(parse_table(csv_text(frame), "points"), here)
+    exact = chain.predict(row_data(points, here), np.array([1.1, 0.9, gap]))
+    size = 5e-7 * (1.0 + 3.0 * spoilt)
+    frame[["dx_m", "dy_m"]] = exact + size * generator.standard_normal(exact.shape)
+    frame = frame.assign(sx_m=5e-7, sy_m=5e-7, remark="<i>windy</i>")
+    path = folder / "recordings.csv"
+    path.write_text(csv_text(frame), encoding="utf-8")
+    return path
+
+
+def record_of(out: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    return content
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with recordings and, in `out`, their diagnosis."""
+    folder = tmp_path_factory.mktemp("diagnosed")
+    assert call("diagnose", ROBOT, recordings(folder), "--out", folder / "out") == 0
+    return folder
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def check_record(record: dict[str, Any]) -> None:
+    """Every key of interfaces.md, with its type."""
+    assert record["verdict"] in VERDICTS
+    assert set(record["tests"]) >= {"chi2", "dof", "p_value"}
+    assert is_number(record["tests"]["dof"])
+    location = record["location"]
+    assert (location is None) == (record["verdict"] == "consistent")
+    if location is not None:
+        component = location["component"]
+        assert isinstance(component, str) or all(isinstance(part, str) for part in component)
+        assert location["axes"]
+        assert set(location["axes"]) <= {"dx_m", "dy_m"}
+        assert isinstance(location["region"], str)
+        assert 0.0 <= location["share"] <= 1.0
+    for effect in record["effects"]:
+        assert isinstance(effect["physics"], str)
+        assert isinstance(effect["component"], str)
+        assert 0.0 <= effect["probability"] <= 1.0
+        assert all(isinstance(name, str) for name in effect["indistinguishable_from"])
+        for interval in effect["parameters"].values():
+            assert len(interval) == 3
+            assert is_number(interval[0])
+            assert all(value is None or is_number(value) for value in interval)
+    for name in ("noise_rms", "train_before", "train_after", "test_before", "test_after"):
+        assert is_number(record["fit"][name])
+    assert record["next_experiment"] is None or record["next_experiment"].endswith(".csv")
+
+
+def test_it_writes_what_it_found(diagnosed: Path) -> None:
+    record = record_of(diagnosed / "out")
+    check_record(record)
+    assert record["verdict"] == "explained"
+    assert {"diagnosis.json", "model.yaml", "report.html"} <= {path.name for path in (diagnosed / "out").iterdir()}
+    (effect,) = record["effects"]
+    assert (effect["physics"], effect["component"]) == ("leg_backlash", "leg 1")
+    estimate, low, high = effect["parameters"]["gap_m"]
+    assert low < estimate < high
+    assert abs(estimate - GAP) < 4.0 / 1.96 * (high - estimate)
+    assert record["tests"]["p_value"] < 1e-3
+    assert record["fit"]["noise_rms"] == 1.0
+    assert record["fit"]["test_after"] < record["fit"]["test_before"]
+    assert record["location"]["component"] == "leg 1"
+
+
+def test_it_says_so_on_standard_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = recordings(tmp_path)
+    assert call("diagnose", ROBOT, path, "--out", tmp_path / "out") == 0
+    printed = capsys.readouterr()
+    assert printed.out.strip() == str(tmp_path / "out" / "report.html")
+    assert "Verdict: explained." in printed.err
+    assert "Leg 1 has" in printed.err
+    assert "µm of play" in printed.err
+
+
+def test_the_same_recordings_give_the_same_bytes(diagnosed: Path, tmp_path: Path) -> None:
+    assert call("diagnose", ROBOT, diagnosed / "recordings.csv", "--out", tmp_path / "again") == 0
+    for name in ("diagnosis.json", "report.html"):
+        assert (tmp_path / "again" / name).read_bytes() == (diagnosed / "out" / name).read_bytes()
+
+
+def test_the_model_predicts_what_the_recordings_show(diagnosed: Path, tmp_path: Path) -> None:
+    """To the noise: the play included, which the base model would miss."""
+    predicted = tmp_path / "predicted.csv"
+    assert call("predict", diagnosed / "out" / "model.yaml", diagnosed / "recordings.csv", "--out", predicted) == 0
+    measured, found = pd.read_csv(diagnosed / "recordings.csv"), pd.read_csv(predicted)
+    residuals = (measured[["dx_m", "dy_m"]] - found[["dx_m", "dy_m"]]).to_numpy() / 5e-7
+    record = record_of(diagnosed / "out")
+    assert np.sqrt((residuals**2).mean()) == pytest.approx(record["fit"]["train_after"], rel=1e-6)
+    assert (residuals**2).sum() == pytest.approx(record["tests"]["chi2_after"], rel=1e-6)
+    assert (found[["sx_m", "sy_m"]] > 0.0).all(axis=None)
+
+
+def test_the_model_compensates(diagnosed: Path, tmp_path: Path) -> None:
+    """Command plus predicted deflection is the target, though the leg's play jumps with the sign of its force."""
+    model, commands, predicted = diagnosed / "out" / "model.yaml", tmp_path / "commands.csv", tmp_path / "predicted.csv"
+    targets = pd.read_csv(diagnosed / "recordings.csv").drop(columns=["dx_m", "dy_m", "sx_m", "sy_m"])
+    targets["series"] = targets["sequence"]
+    (tmp_path / "targets.csv").write_text(csv_text(targets), encoding="utf-8")
+    assert call("compensate", model, tmp_path / "targets.csv", "--out", commands) == 0
+    assert call("predict", model, commands, "--out", predicted, "--platform") == 0
+    command, moved = pd.read_csv(commands), pd.read_csv(predicted)
+    attained = command[["x_m", "y_m"]].to_numpy() + moved[["dx_m", "dy_m"]].to_numpy()
+    np.testing.assert_allclose(attained, targets[["x_m", "y_m"]].to_numpy(), rtol=0.0, atol=1e-11)
+
+
+def test_recordings_of_the_base_robot_are_consistent(tmp_path: Path) -> None:
+    assert call("diagnose", ROBOT, recordings(tmp_path, gap=0.0), "--out", tmp_path / "out") == 0
+    record = record_of(tmp_path / "out")
+    check_record(record)
+    assert record["verdict"] == "consistent"
+    assert record["effects"] == []
+    assert record["location"] is None
+    assert record["next_experiment"] is None
+    assert "nothing is missing" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_unexplained_gets_a_correction_and_no_name(tmp_path: Path) -> None:
+    assert call("diagnose", ROBOT, recordings(tmp_path, gap=0.0, spoilt=True), "--out", tmp_path / "out") == 0
+    record = record_of(tmp_path / "out")
+    check_record(record)
+    assert record["verdict"] == "unexplained"
+    assert record["location"] is not None
+    assert all(effect["probability"] <= 0.5 for effect in record["effects"])
+    correction = pd.read_csv(tmp_path / "out" / record["smooth_correction"]["file"])
+    assert correction.columns.tolist() == ["sequence", "correction_dx_m", "correction_dy_m"]
+    assert len(correction) == 40
+
+
+def test_without_standard_deviations_chi_squared_is_null(tmp_path: Path) -> None:
+    path = recordings(tmp_path)
+    pd.read_csv(path).drop(columns=["sx_m", "sy_m"]).to_csv(path, index=False)
+    assert call("diagnose", ROBOT, path, "--out", tmp_path / "out") == 0
+    record = record_of(tmp_path / "out")
+    check_record(record)
+    assert record["tests"]["chi2"] is None
+    assert record["verdict"] == "explained"
+
+
+def spoil_with_nan(frame: pd.DataFrame) -> None:
+    frame.loc[2, "dy_m"] = np.nan
+
+
+def spoil_with_no_noise(frame: pd.DataFrame) -> None:
+    frame.loc[2, "sx_m"] = 0.0
+
+
+def spoil_with_millimetres(frame: pd.DataFrame) -> None:
+    frame["dx_m"] = 3.0
+
+
+def spoil_the_sign(frame: pd.DataFrame) -> None:
+    frame[["dx_m", "dy_m"]] *= -1.0
+
+
+def spoil_the_load(frame: pd.DataFrame) -> None:
+    frame[["fx_N", "fy_N"]] = 0.0
+
+
+def spoil_the_split(frame: pd.DataFrame) -> None:
+    frame["split"] = "test"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (spoil_with_nan, "row 4, column dy_m"),
+        (spoil_with_no_noise, "row 4, column sx_m"),
+        (spoil_with_millimetres, "column dx_m"),
+        (spoil_the_sign, "wrong sign"),
+        (spoil_the_load, "load"),
+        (spoil_the_split, "no row is left to fit"),
+    ],
+)
+def test_bad_recordings_end_with_2_and_leave_nothing(
+    spoil: Any, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = recordings(tmp_path, gap=0.0)
+    frame = pd.read_csv(path)
+    spoil(frame)
+    frame.to_csv(path, index=False)
+    assert call("diagnose", ROBOT, path, "--out", tmp_path / "out") == 2
+    error = capsys.readouterr().err
+    assert "recordings.csv" in error
+    assert message in error
+    assert "Traceback" not in error
+    assert [p.name for p in tmp_path.iterdir()] == ["recordings.csv"]
+
+
+def test_files_that_are_not_there_end_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = recordings(tmp_path)
+    for arguments in ((tmp_path / "none.yaml", path), (ROBOT, tmp_path / "none.csv"), (path, path)):
+        assert call("diagnose", *arguments, "--out", tmp_path / "out") == 2
+        assert "Traceback" not in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,133 @@
+"""The page of a diagnosis says what the diagnosis says, and shows foreign text as text."""
+
+import html
+import json
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from tests.cases import robot
+from tests.chain.places import rows
+from tests.identification.experiments import read
+from tests.report.conftest import EVIL_NAME
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effects.leg_backlash import LegBacklash
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.recordings.recordings import Recordings
+from expdesign.report import words
+from expdesign.report.diagnosis_report import diagnosis_report
+
+NAME = "bipod-unequal"
+
+
+@cache
+def diagnosis(kind: str) -> Diagnosis:
+    """`explained`: play in leg 1; `unexplained`: four times the noise; `consistent`; each with foreign columns."""
+    here = robot(NAME)
+    frame = rows(NAME, "wrench", series=7)
+    frame = frame[[c for c in frame if not c.startswith("abs_")]]
+    frame["remark <b>"] = np.random.default_rng(1).standard_normal(len(frame))
+    recordings: Recordings = read(frame, here, source=f"{EVIL_NAME}.csv")
+    chain = Chain(here, (LegBacklash(here, "leg 1", "middle"),))
+    gap = 2e-5 if kind == "explained" else 0.0
+    exact = chain.predict(row_data(recordings, here), np.array([1.0, 1.0, gap]))
+    size = 4.0 if kind == "unexplained" else 1.0
+    noise = size * np.array(recordings.deviations) * np.random.default_rng(4).standard_normal(exact.shape)
+    result = diagnose(here, replace(recordings, deflections=exact + noise))
+    assert result.verdict == kind
+    return result
+
+
+@cache
+def page(kind: str) -> str:
+    return diagnosis_report(diagnosis(kind))
+
+
+def text(kind: str) -> str:
+    """What a person reads: the page without markup and scripts."""
+    bare = re.sub(r"<(script|style)\b.*?</\1>", " ", page(kind), flags=re.DOTALL)
+    return plain(html.unescape(re.sub(r"<[^>]+>", " ", bare)))
+
+
+def plain(shown: str) -> str:
+    """One space wherever there is any."""
+    return " ".join(shown.split())
+
+
+def number(value: float, digits: int = 3) -> str:
+    return plain(words.number(value, digits))
+
+
+KINDS = ["consistent", "explained", "unexplained"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_verdict_and_errors_are_there(kind: str) -> None:
+    result, shown = diagnosis(kind), text(kind)
+    opening = {
+        "consistent": "The base model explains these recordings",
+        "explained": "with the physics named below it does",
+        "unexplained": "no physics in the library accounts for",
+    }
+    assert opening[kind] in shown
+    assert all(opening[other] not in shown for other in KINDS if other != kind)
+    for value in (result.errors.test_before, result.errors.test_after):
+        assert number(value) in shown
+    for heading in ("Before and after", "Where the mismatch is", "Residuals", "What was considered", "Next steps"):
+        assert heading in shown
+
+
+def test_findings_are_told_with_their_numbers() -> None:
+    result, shown = diagnosis("explained"), text("explained")
+    (finding,) = result.findings
+    assert plain(finding.sentence) in shown
+    assert f"Probability {number(finding.probability, 2)}" in shown
+    value, low, high = finding.parameters["gap_m"]
+    assert number(value) in shown
+    assert f"{number(low)} to {number(high)}" in shown
+    assert "The mismatch shows in" in shown
+    assert result.location.region in shown
+    assert "predict model.yaml" in shown
+
+
+def test_nothing_is_named_where_nothing_was_found() -> None:
+    shown = text("consistent")
+    assert "What was left out" not in shown
+    assert "The mismatch shows in" not in shown
+
+
+def test_places_of_the_mismatch_are_listed_with_their_tests() -> None:
+    result, shown = diagnosis("explained"), text("explained")
+    for probe in (*result.location.components, *result.location.patterns):
+        assert probe.name in shown
+    first = result.location.components[0]
+    assert first.name == "leg 1"
+    assert number(first.explained, 4) in shown
+    assert "stands out" in shown
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_foreign_text_stays_text(kind: str) -> None:
+    """The name of the file and of a column hold markup; neither becomes any, in the page or in its scripts."""
+    content = page(kind)
+    assert EVIL_NAME in text(kind)
+    assert "document.title='broken'</script>" not in content
+    assert "remark <b>" not in re.sub(r"<script\b.*?</script>", "", content, flags=re.DOTALL)
+    opened, closed = (len(re.findall(tag, content)) for tag in (r"<script\b", r"</script>"))
+    assert opened == closed
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_figure_holds_a_number_that_is_none(kind: str) -> None:
+    blocks = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', page(kind), flags=re.DOTALL)
+    assert blocks
+    for block in blocks:
+        json.loads(block, parse_constant=lambda value: pytest.fail(f"{value} in a figure"))
+
+
+def test_the_same_diagnosis_makes_the_same_page() -> None:
+    assert diagnosis_report(diagnosis("explained")) == page("explained")
