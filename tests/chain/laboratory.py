@@ -42,7 +42,7 @@ def experiment(name: str, series: int = 25, loads: int = 6, seed: int = 0) -> pd
     time = 0.0
     for number in range(series):
         if name == "bipod":
-            pose = generator.uniform(-1.0, 1.0, 2) * [0.25, 0.25]
+            pose = generator.uniform(-1.0, 1.0, 2) * [0.1, 0.1]
         else:
             pose = generator.uniform(-0.5, 0.5, 6) * [0.06, 0.06, 0.04, 0.3, 0.3, 0.4]
         for index in range(loads):

@@ -28,7 +28,7 @@ def recordings(folder: Path, gap: float = GAP, spoilt: bool = False) -> Path:
     generator = np.random.default_rng(2)
     here = read_robot(ROBOT)
     assert isinstance(here, ParallelRobot)
-    poses = np.repeat(generator.uniform(-0.25, 0.25, (10, 2)), 4, axis=0)
+    poses = np.repeat(generator.uniform(-0.05, 0.05, (10, 2)), 4, axis=0)
     loads = generator.uniform(-1.0, 1.0, (40, 2)) * [400.0, 1000.0]
     frame = pd.DataFrame(np.hstack([poses, loads]), columns=["x_m", "y_m", "fx_N", "fy_N"])
     frame.insert(0, "sequence", np.arange(1, 41))
