@@ -1,7 +1,7 @@
 """First designs from the convex relaxation: its optimal weights, rounded to m measurements (theory.md 10.1, 10.4).
 
 The relaxation is solved for DUIR² + s²·FEIR² with a ladder of factors s, so that the designs lie along the whole front.
-Where there is nothing continuous to be refined afterwards, measurements are exchanged instead.
+The roundings are improved by exchanging measurements, which finds better plans than gradients do from the roundings.
 """
 
 import numpy as np
@@ -20,6 +20,8 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
     space = problem.space
     found: list[FloatArray] = []
     known: FloatArray | None = None
+    # Where genes can be refined afterwards a short list will do.
+    listed = 100 if (~space.discrete).any() else 2000
     for factor in LADDER if problem.loaded.sources else LADDER[:1]:
         certificate = Certificate(problem, factor, samples=1000, starts=16, steps=15, tolerance=1e-3)
         rounds = list(certificate.refine(known, _ROUNDS))
@@ -28,9 +30,8 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
         last = rounds[-1]
         known = last.shortlist[last.weights > 0.0]
         generator = np.random.default_rng([problem.optimiser.seed, int(100 * factor)])
-        exchange = Exchange(problem, last.shortlist, factor)
-        plans = exchange.best(rounded(last.weights, space.measurements, _DRAWS, generator), _KEPT)
-        if not (~space.discrete).any():
-            plans = exchange.improve(plans)
+        exchange = Exchange(problem, last.shortlist[:listed], factor)
+        plans = exchange.best(rounded(last.weights[:listed], space.measurements, _DRAWS, generator), _KEPT)
+        plans = np.concatenate([plans, np.unique(np.sort(exchange.improve(plans), axis=1), axis=0)])
         found.append(space.canonical(last.shortlist[plans]))
     return np.concatenate(found) if found else np.zeros((0, space.measurements, space.genes))
