@@ -46,6 +46,8 @@ def score(residuals: FloatArray, basis: FloatArray, directions: FloatArray, one_
     gram = np.einsum("gmd,gme->gde", free, free)
     whole = np.einsum("gmd,gmd->gd", directions, directions)
     slope = np.einsum("gmd,m->gd", free, residuals)
+    if not one_sided.any():
+        return _best_of_all(gram, whole, slope)
     best = Score(0.0, 0, 0, np.zeros(directions.shape[2]))
     for start in range(len(directions)):
         kept = gram[start].diagonal() > _NEGLIGIBLE * whole[start]
@@ -62,6 +64,23 @@ def score(residuals: FloatArray, basis: FloatArray, directions: FloatArray, one_
                 break
             kept &= ~wrong
     return best
+
+
+def _best_of_all(gram: FloatArray, whole: FloatArray, slope: FloatArray) -> Score:
+    """The best start of directions without constraints: gram (G, d, d), squared norms before projection and slopes
+    (G, d).
+    """
+    diagonal = np.diagonal(gram, axis1=1, axis2=2)
+    kept = diagonal > _NEGLIGIBLE * whole
+    scale = np.where(kept, np.sqrt(np.where(kept, diagonal, 1.0)), np.inf)
+    values, vectors = np.linalg.eigh(gram / (scale[:, :, None] * scale[:, None, :]))
+    used = (values > 1e-7 * values[:, -1:]) & (values > 0.0)
+    rotated = np.einsum("gdk,gd->gk", vectors, slope / scale)
+    weights = np.where(used, rotated / np.where(used, values, 1.0), 0.0)
+    statistics = (rotated * weights).sum(axis=1)
+    start = int(np.argmax(statistics))
+    step = (vectors[start] @ weights[start]) / scale[start]
+    return Score(float(statistics[start]), int(used[start].sum()), start, step)
 
 
 def _solve(gram: FloatArray, slope: FloatArray) -> tuple[FloatArray, int]:
