@@ -38,7 +38,7 @@ def test_cells_that_are_not_numbers(cell: str) -> None:
     assert error.value.remedy
 
 
-@pytest.mark.parametrize("cell", ["1.5", "1e30", "-1e300"])
+@pytest.mark.parametrize("cell", ["1.5", "1e20", "-1e18"])
 def test_cells_that_are_not_whole_numbers(cell: str) -> None:
     table = parse_table(f"series\n1\n{cell}\n", "t.csv")
     with pytest.raises(InputError, match="whole number") as error:

@@ -5,11 +5,25 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
-from expdesign.files.schema import Count, NonNegative, Number, Positive, Section, invalid
+from expdesign.files.schema import (
+    LARGEST,
+    LARGEST_COUNT,
+    Count,
+    NonNegative,
+    Number,
+    Positive,
+    Section,
+    invalid,
+    shortened,
+)
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) < float("inf"):
+        return False
+    if abs(value) > LARGEST:
+        raise invalid(f"{shortened(value)} is beyond any quantity in SI units", remedy="Check the exponent.")
+    return True
 
 
 def _quantity(value: Any) -> Quantity:
@@ -21,7 +35,7 @@ def _quantity(value: Any) -> Quantity:
         return fixed(float(value))
     if isinstance(value, list):
         if len(value) != 2 or not all(_is_number(v) for v in value):
-            raise invalid(f"{value} is not an interval of two finite numbers", remedy=remedy)
+            raise invalid(f"{shortened(value)} is not an interval of two finite numbers", remedy=remedy)
         if value[0] > value[1]:
             raise invalid(f"the bounds are the wrong way round: {value[0]} > {value[1]}", remedy="Write `[low, high]`.")
         return Interval(float(value[0]), float(value[1]))
@@ -33,7 +47,7 @@ def _quantity(value: Any) -> Quantity:
     if isinstance(value, dict):
         unknown = next((str(key) for key in value if key != "choices"), None)
         raise invalid("unknown key" if unknown else "a number is needed here", unknown, remedy)
-    raise invalid(f"a number is needed here, not {value!r}", remedy=remedy)
+    raise invalid(f"a number is needed here, not {shortened(value)}", remedy=remedy)
 
 
 def _grid_axis(value: Any) -> Quantity:
@@ -44,10 +58,11 @@ def _grid_axis(value: Any) -> Quantity:
         return fixed(float(value))
     remedy = "Write `[low, high, points]`."
     if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
-        raise invalid(f"{value} is not an axis of a grid", remedy=remedy)
+        raise invalid(f"{shortened(value)} is not an axis of a grid", remedy=remedy)
     low, high, points = value
-    if not isinstance(points, int) or points < 1:
-        raise invalid(f"the number of points must be a whole number of at least 1, not {points}", remedy=remedy)
+    if not isinstance(points, int) or not 1 <= points <= LARGEST_COUNT:
+        what = f"the number of points must be a whole number from 1 to {LARGEST_COUNT}, not {shortened(points)}"
+        raise invalid(what, remedy=remedy)
     if low > high:
         raise invalid(f"the bounds are the wrong way round: {low} > {high}", remedy=remedy)
     if points == 1 and low != high:
@@ -166,7 +181,7 @@ class OptimiserSection(Section):
     """`optimiser`."""
 
     algorithm: Literal["nsga2"] = "nsga2"
-    population: Annotated[int, Field(strict=True, ge=4)] = 100
+    population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = 100
     generations: Count = 200
     seed: Annotated[int, Field(strict=True, ge=0)] = 1
     polish: Annotated[bool, Field(strict=True)] = True

@@ -3,16 +3,34 @@
 import difflib
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, dotted
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
-NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
-Count = Annotated[int, Field(strict=True, ge=1)]
+LARGEST = 1e20
+"""No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
+LARGEST_COUNT = 1_000_000
+"""No count (of measurements, generations, points of an axis) is larger."""
+
+
+def _sensible(value: float) -> float:
+    if abs(value) > LARGEST:
+        raise invalid(f"{shortened(value)} is beyond any quantity in SI units", remedy="Check the exponent.")
+    return value
+
+
+def _not_tiny(value: float) -> float:
+    if 0.0 < value < 1.0 / LARGEST:
+        raise invalid(f"{value:g} is below any quantity in SI units", remedy="Check the exponent.")
+    return value
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(_sensible)]
+Positive = Annotated[Number, Field(gt=0.0), AfterValidator(_not_tiny)]
+NonNegative = Annotated[Number, Field(ge=0.0), AfterValidator(_not_tiny)]
+Count = Annotated[int, Field(strict=True, ge=1, le=LARGEST_COUNT)]
 
 
 class Section(BaseModel):
@@ -62,6 +80,12 @@ def invalid(message: str, key: str | None = None, remedy: str = "") -> PydanticC
     return PydanticCustomError("invalid", message.replace("{", "{{").replace("}", "}}"), context)
 
 
+def shortened(value: Any) -> str:
+    """`value` as a message shows it."""
+    text = f"{value:g}" if isinstance(value, float) else repr(value)
+    return text if len(text) <= 40 else f"{text[:40]}..."
+
+
 _REMEDIES = {
     "missing": ("the key is missing", "Add it."),
     "float_type": ("a number is needed here", "Write a plain number (SI units, no unit text, no quotes)."),
@@ -69,6 +93,8 @@ _REMEDIES = {
     "finite_number": ("a finite number is needed here", "NaN and infinity are not allowed."),
     "string_type": ("a text is needed here", "Write a text."),
     "bool_type": ("`true` or `false` is needed here", "Write `true` or `false`."),
+    "dict_type": ("a mapping (`key: value`) is needed here", "Write `key: value`."),
+    "float_parsing": ("a number is needed here", "Write a plain number (SI units, no unit text, no quotes)."),
     "list_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
     "tuple_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
 }
@@ -93,7 +119,7 @@ def _as_input_error(error: ValidationError, document: YamlDocument) -> InputErro
 
 def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tuple[str, str]:
     """What is wrong and what to do, from one of pydantic's errors."""
-    given = f", not {value!r}" if kind != "missing" and isinstance(value, str | int | float | None) else ""
+    given = f", not {shortened(value)}" if kind != "missing" and isinstance(value, str | int | float | None) else ""
     if kind in _REMEDIES:
         what, remedy = _REMEDIES[kind]
         return what + given, remedy
@@ -104,8 +130,10 @@ def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tu
     if kind in {"greater_than", "greater_than_equal"}:
         bound = f"greater than {context['gt']:g}" if kind == "greater_than" else f"at least {context['ge']:g}"
         return f"the number must be {bound}{given}", "Correct it (SI units)."
+    if kind == "less_than_equal":
+        return f"the number must be at most {context['le']:g}{given}", "Correct it."
     if kind == "literal_error":
-        return f"{value!r} is not known here", f"Write {context['expected']}."
+        return f"{shortened(value)} is not known here", f"Write {context['expected']}."
     return message.removeprefix("Value error, "), str(context.get("remedy") or "Correct it.")
 
 

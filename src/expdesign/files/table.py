@@ -11,6 +11,7 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
+from expdesign.files.schema import LARGEST
 from expdesign.files.yaml_reader import read_text
 
 _LARGEST_INTEGER = 2.0**53
@@ -56,7 +57,9 @@ class Table:
         """Raise an `InputError` for the first of `columns` that is missing."""
         for column in columns:
             if column not in self.frame.columns:
-                near = difflib.get_close_matches(column, self.columns, n=1, cutoff=0.7)
+                # Slips of the pen rarely touch the first letter, and `sx_m` is not meant where `x_m` is missing.
+                others = [name for name in self.columns if name not in columns and name[:1] == column[:1]]
+                near = difflib.get_close_matches(column, others, n=1, cutoff=0.7)
                 remedy = f"Is `{near[0]}` meant?" if near else "Add the column."
                 raise InputError("the column is missing", where=self.where(column=column), remedy=remedy)
 
@@ -74,9 +77,14 @@ class Table:
             wrong = np.flatnonzero(~np.isfinite(values[:, index]))
             if wrong.size:
                 text = str(cells.iloc[wrong[0]]).strip()
-                what = "the cell is empty" if text == "" else f"`{text}` is not a finite number"
+                what = "the cell is empty" if text == "" else f"`{text[:40]}` is not a finite number"
                 remedy = "Fill it in, or remove the row." if text == "" else "Correct it, or remove the row."
                 raise InputError(what, where=self.where(int(wrong[0]), column), remedy=remedy)
+            large = np.flatnonzero(np.abs(values[:, index]) > LARGEST)
+            if large.size:
+                text = str(cells.iloc[large[0]]).strip()
+                where = self.where(int(large[0]), column)
+                raise InputError(f"{text[:40]} is beyond any quantity in SI units", where=where, remedy="Correct it.")
         return values
 
     def integers(self, column: str) -> IntArray:
@@ -116,6 +124,11 @@ def parse_table(text: str, source: str) -> Table:
         if header.count(name) > 1:
             what = "the header has a column without a name" if name == "" else f"the column {name} stands there twice"
             raise InputError(what, where=f"{source}, row {filled[0][0]}", remedy="Correct the header.")
+    separator = next((mark for mark in (";", "\t") if len(header) == 1 and mark in header[0]), None)
+    if separator is not None:
+        name = "semicolons" if separator == ";" else "tabulators"
+        remedy = "Save it with commas, and with points in the numbers."
+        raise InputError(f"the columns are separated by {name}", where=f"{source}, row {filled[0][0]}", remedy=remedy)
     body = filled[1:]
     if not body:
         raise InputError("the file has a header but no rows", where=source, remedy="Add at least one row.")
