@@ -12,6 +12,9 @@ from expdesign.errors import InputError
 
 KeyPath = tuple[str | int, ...]
 
+_LARGEST_DOCUMENT = 1_000_000
+"""Keys and entries, aliases written out; aliases of aliases can ask for more than any memory holds."""
+
 
 @dataclass(frozen=True)
 class YamlDocument:
@@ -133,7 +136,8 @@ def parse_yaml(text: str, source: str, folder: Path) -> YamlDocument:
         remedy = "Correct the syntax there (indentation, a missing colon or bracket)."
         raise InputError(what, where=f"{source}{line}", remedy=remedy) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"not valid YAML: {error}", where=source, remedy="Correct the syntax.") from None
+        what = f"not valid YAML: {' '.join(str(error).split())}"
+        raise InputError(what, where=source, remedy="Correct the syntax.") from None
     return YamlDocument(source, folder, content, lines)
 
 
@@ -142,6 +146,9 @@ def _walk(node: yaml.Node, path: KeyPath, lines: dict[KeyPath, int], source: str
     if id(node) in above:
         where = f"{source}, line {node.start_mark.line + 1}"
         raise InputError("an alias refers to itself", where=where, remedy="Write the value out.")
+    if len(lines) > _LARGEST_DOCUMENT:
+        what = f"more than {_LARGEST_DOCUMENT} entries"
+        raise InputError(what, where=source, remedy="Shorten the file (aliases count as often as they are used).")
     above = above | {id(node)}
     if isinstance(node, yaml.MappingNode):
         seen: set[Hashable] = set()
