@@ -29,7 +29,7 @@ def robot_from_document(document: YamlDocument) -> Robot:
         remedy = f"Add `kind:` with one of {', '.join(sorted(kinds))}."
         raise InputError("the key is missing", where=document.where(("kind",)), remedy=remedy)
     kind = content["kind"]
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         near = difflib.get_close_matches(str(kind), list(kinds), n=1)
         remedy = f"Did you mean `{near[0]}`?" if near else f"Known kinds: {', '.join(sorted(kinds))}."
         raise InputError(f"unknown kind of robot `{kind}`", where=document.where(("kind",)), remedy=remedy)
