@@ -15,7 +15,7 @@ from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError, SingularConfigurationError
-from expdesign.files.schema import validate
+from expdesign.files.schema import LARGEST, validate
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
 from expdesign.instrument.deflection_noise import DeflectionNoise
@@ -81,11 +81,18 @@ def _plain(value: Any) -> Any:
 
 
 def _in_key(document: YamlDocument, read: Any, path: Path) -> Robot:
-    if not path.exists():
+    if not _is_file(path):
         remedy = "Paths are relative to the configuration file."
         raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
     robot: Robot = read()
     return robot
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long, or a folder that may not be read
+        return False
 
 
 def _gravity_matches(section: RunSection, robot: Robot, document: YamlDocument) -> None:
@@ -156,8 +163,10 @@ def _noise(section: NoiseSection, coordinates: Coordinates, document: YamlDocume
         what = f"a matrix of {coordinates.n}×{coordinates.n} is needed here"
         raise InputError(what, where=place, remedy=f"Order: {', '.join(coordinates.deflection)}.")
     matrix = np.array(rows)
-    if np.any(np.diag(matrix) <= 0.0):
-        raise InputError("a variance is not positive", where=place, remedy="Correct the diagonal.")
+    if np.any(np.diag(matrix) <= LARGEST**-2):
+        raise InputError(
+            "a variance is not positive (or below any that is)", where=place, remedy="Correct the diagonal."
+        )
     scale = np.sqrt(np.diag(matrix))
     if np.abs((matrix - matrix.T) / np.outer(scale, scale)).max() > 1e-6:
         raise InputError("the matrix is not symmetric", where=place, remedy="Correct it.")
@@ -197,6 +206,9 @@ def _targets(section: RunSection, loaded: LoadedRobot, document: YamlDocument) -
         poses.append(pose)
         for name, tolerance in target.tolerance.items():
             importance[index, _axis(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
+    if not np.any(wrenches):
+        what = "no target carries a load, so that there is nothing to compensate"
+        raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])
     arrays = (np.array(poses), np.array(observations), importance, weights)
     return Targets(*arrays, coordinates.translations, section.aggregate), np.array(wrenches)
@@ -251,7 +263,7 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
     section = experiment.poses
     if section.candidates is not None:
         path = document.folder / section.candidates
-        if not path.exists():
+        if not _is_file(path):
             place = document.where((*where, "candidates"))
             raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")
         return PoseSet(candidates=read_table(path).numbers(robot.configuration))
