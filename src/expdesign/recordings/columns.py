@@ -12,6 +12,8 @@ LARGEST_DEFLECTION = 0.1
 """m; a larger "deflection" is a wrong unit or an absolute pose."""
 LARGEST_ROTATION = 0.2
 """rad; likewise."""
+SMALLEST_DEVIATION = 1e-18
+"""m, rad; no instrument has a smaller one."""
 
 
 def order_in_time(table: Table) -> IntArray:
@@ -67,6 +69,9 @@ def read_deflections(table: Table, coordinates: Coordinates, order: IntArray) ->
             raise InputError(what, where=table.where(), remedy="Convert them to deflections.")
         columns = ", ".join(coordinates.deflection)
         raise InputError("there is no measured column", where=table.where(), remedy=f"At least one of {columns}.")
+    if table.has("px_m"):
+        what = f"there are marker positions beside the deflections {coordinates.deflection[axes[0]]} ..."
+        raise InputError(what, where=table.where(column="px_m"), remedy="One file holds one of them; take one out.")
     names = tuple(coordinates.deflection[i] for i in axes)
     deflections = table.numbers(names)[order]
     wrong = np.abs(deflections) > _largest(coordinates, axes)
@@ -87,6 +92,11 @@ def read_deviations(table: Table, coordinates: Coordinates, axes: IntArray, orde
     deviations = table.numbers(names)[order]
     for wrong, what, remedy in (
         (deviations <= 0.0, "a standard deviation must be positive, not {:g}", "Correct it."),
+        (
+            deviations < SMALLEST_DEVIATION,
+            "{:g} is smaller than the standard deviation of any instrument",
+            "Check the unit (m, rad).",
+        ),
         (
             deviations > _largest(coordinates, axes),
             "{:g} cannot be the standard deviation of a deflection",

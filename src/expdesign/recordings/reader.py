@@ -47,9 +47,9 @@ def read_points(path: Path, robot: Robot) -> LoadedPoints:
     return points_from_table(read_table(path), robot)
 
 
-def points_from_table(table: Table, robot: Robot) -> LoadedPoints:
-    """Points in a table; see `read_points`."""
-    return _points(table, robot, measured=False)
+def points_from_table(table: Table, robot: Robot, *, measured: bool = False) -> LoadedPoints:
+    """Points in a table; see `read_points`. Where they are to be `measured`, rows of a series share one command."""
+    return _points(table, robot, measured=measured)
 
 
 def read_several(paths: list[Path], robot: Robot) -> Recordings:
@@ -59,8 +59,11 @@ def read_several(paths: list[Path], robot: Robot) -> Recordings:
     numbers that do not overlap are those of one session that was written to several files.
 
     Raises:
-        InputError: a file is wrong, or the files do not have the same columns.
+        InputError: a file is wrong or is given twice, or the files do not have the same columns.
     """
+    for index, path in enumerate(paths):
+        if path.resolve() in [other.resolve() for other in paths[:index]]:
+            raise InputError("this file is given twice", where=str(path), remedy="Name it once.")
     return join([read_recordings(path, robot) for path in paths])
 
 
@@ -70,6 +73,9 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
     axes, deflections = read_deflections(table, robot.coordinates, order)
+    if len(robot.stiffness) and np.any(points.wrenches) and not np.any(deflections):
+        remedy = "Fill in what was measured."
+        raise InputError("every deflection is 0, although there are loads", where=table.where(), remedy=remedy)
     return Recordings(
         **vars(points),
         axes=axes,
