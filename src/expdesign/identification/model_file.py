@@ -138,11 +138,7 @@ def model_from_document(document: YamlDocument) -> Model:
     values = [np.array(list(section.compliance.values())) * robot.stiffness]
     for effect, entry in zip(effects, section.effects, strict=True):
         values.append(np.array([entry.parameters[parameter.name] for parameter in effect.parameters]))
-    covariance = np.array(section.covariance, dtype=float).reshape(len(section.covariance), -1)
-    count = len(chain.parameters)
-    if covariance.shape != (count, count) or np.isnan(covariance).any():
-        what = f"a matrix of {count}×{count} numbers is needed here"
-        raise InputError(what, where=document.where(("covariance",)), remedy="Order: `parameters`.")
+    covariance = _covariance(section, chain, document)
     scale = _units(chain)
     joined = np.concatenate(values)
     return Model(
@@ -153,6 +149,26 @@ def model_from_document(document: YamlDocument) -> Model:
         folder=document.folder,
         source=document.source,
     )
+
+
+def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) -> FloatArray:
+    """The covariance of the file; infinite variances mark what was not determined."""
+    where = document.where(("covariance",))
+    if section.parameters != _names(chain):
+        remedy = f"They must be {', '.join(_names(chain))}, in this order."
+        raise InputError("these are not the model's parameters", where=document.where(("parameters",)), remedy=remedy)
+    count = len(chain.parameters)
+    rows = section.covariance
+    if len(rows) != count or any(len(row) != count for row in rows) or np.isnan(rows).any():
+        what = f"a matrix of {count}×{count} numbers is needed here"
+        raise InputError(what, where=where, remedy="Order: `parameters`.")
+    covariance = np.array(rows, dtype=float)
+    known = np.isfinite(np.diag(covariance))
+    inner = covariance[np.ix_(known, known)]
+    if np.any(np.diag(covariance) < 0.0) or not np.allclose(inner, inner.T, rtol=1e-6, atol=0.0):
+        remedy = "Identify or diagnose the recordings again."
+        raise InputError("a covariance is symmetric with a diagonal of variances", where=where, remedy=remedy)
+    return covariance
 
 
 def robot_effect_classes() -> list[type[Effect]]:
