@@ -12,13 +12,14 @@ from expdesign.arrays import FloatArray
 from expdesign.commands.console import note
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan, read_plan
+from expdesign.design.plan import Plan, completed, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.search import all_criteria
 from expdesign.errors import SingularConfigurationError
 from expdesign.files.output import json_text
 from expdesign.files.table import Table, read_table
+from expdesign.recordings.reader import points_from_table
 from expdesign.robots.robot import CONDITION_LIMIT
 
 
@@ -34,6 +35,7 @@ def command(
     problem = read_problem(config)
     table = read_table(plan)
     given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    points_from_table(completed(table, given, problem.loaded), problem.loaded.robot)  # units, numbering, contradictions
     assessment = assess_plan(problem, given, table)
     error = problem.unidentified(assessment)
     if error is not None:

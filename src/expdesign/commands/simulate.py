@@ -1,6 +1,5 @@
 """`expdesign simulate`: recordings of a plan as the model gives them, with noise and load errors."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,12 +9,13 @@ import typer
 
 from expdesign.arrays import FloatArray
 from expdesign.commands.console import note
-from expdesign.design.plan import Plan, csv_text, read_plan
+from expdesign.compensation.prediction import require_regular_points
+from expdesign.design.plan import completed, csv_text, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.errors import InputError
 from expdesign.files.output import write_file
-from expdesign.files.table import Table, read_table
+from expdesign.files.table import read_table
 from expdesign.identification.model_file import read_model
 from expdesign.identification.synthetic import simulated_deflections
 from expdesign.recordings.reader import points_from_table
@@ -43,28 +43,15 @@ def command(
     problem = read_problem(config)
     table = read_table(plan)
     given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
-    complete = completed(table, given, problem)
-    points = points_from_table(complete, problem.loaded.robot)
+    complete = completed(table, given, problem.loaded)
+    points = points_from_table(complete, problem.loaded.robot, measured=True)
+    require_regular_points(problem.loaded.robot, points)
     identified = None if model is None else read_model(model)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
     frame = recorded(complete.frame, deflections, problem)
     write_file(out, csv_text(frame))
     note(f"{len(frame)} rows simulated (seed {seed}{'' if noise else ', no noise'})")
     print(out)
-
-
-def completed(table: Table, plan: Plan, problem: DesignProblem) -> Table:
-    """The plan's table with every column that recordings need: sequence, series, and loads that were left out."""
-    robot, load = problem.loaded.robot, problem.loaded.load
-    frame = table.frame.copy()
-    if not table.has("series"):
-        frame.insert(0, "series", plan.series.astype(str))
-    if not table.has("sequence"):
-        frame.insert(0, "sequence", np.arange(1, len(frame) + 1).astype(str))
-    for index, name in enumerate(load.columns):
-        if not table.has(name) and name not in robot.coordinates.gravity:
-            frame[name] = [repr(float(value)) for value in plan.loads[:, index]]
-    return replace(table, frame=frame)
 
 
 def recorded(frame: pd.DataFrame, deflections: FloatArray, problem: DesignProblem) -> pd.DataFrame:

@@ -1,7 +1,7 @@
 """A plan: the measurements of one design, as a table that a person takes to the laboratory."""
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -79,6 +79,20 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     if shared_reference and table.has("series"):
         _same_pose_within_series(table, configurations, series)
     return Plan(configurations, loads, series)
+
+
+def completed(table: Table, plan: Plan, loaded: LoadedRobot) -> Table:
+    """The table of a plan with every column that recordings need: sequence, series, and loads that were left out."""
+    robot, load = loaded.robot, loaded.load
+    frame = table.frame.copy()
+    if not table.has("series"):
+        frame.insert(0, "series", plan.series.astype(str))
+    if not table.has("sequence"):
+        frame.insert(0, "sequence", np.arange(1, len(frame) + 1).astype(str))
+    for index, name in enumerate(load.columns):
+        if not table.has(name) and name not in robot.coordinates.gravity:
+            frame[name] = [repr(float(value)) for value in plan.loads[:, index]]
+    return replace(table, frame=frame)
 
 
 def _same_pose_within_series(table: Table, configurations: FloatArray, series: IntArray) -> None:
