@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from expdesign.commands.console import note
+from expdesign.commands.console import note, note_unknown_columns
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document, require_regular
 from expdesign.design.start import require_identifiable, starting_designs
@@ -14,6 +14,7 @@ from expdesign.errors import InputError
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.identify import identify
+from expdesign.identification.model_file import model_from_document
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot import Robot
@@ -36,7 +37,11 @@ def command(
         return
     document = read_yaml(file)
     content = document.content if isinstance(document.content, dict) else {}
-    if "experiment" in content or "schema_version" in content or "targets" in content:
+    if content.get("kind") == "model":
+        model = model_from_document(document)
+        robot_of = check_robot(model.chain.robot, str(file))
+        print(f"{file}: identified model with {len(model.chain.effects)} effect(s) of a {robot_of}")
+    elif "experiment" in content or "schema_version" in content or "targets" in content:
         print(f"{file}: {check_problem(problem_from_document(document))}")
     elif "kind" in content or "base_joints" in content:
         print(f"{file}: {check_robot(robot_from_document(document), str(file))}")
@@ -53,6 +58,7 @@ def check_recordings(file: Path, robot_file: Path | None, *, shared_reference: b
     robot = read_robot(robot_file)
     text = check_structure(table, commanded=len(robot.stiffness) > 0)
     recordings = recordings_from_table(table, robot)
+    note_unknown_columns(recordings)
     if len(robot.stiffness) == 0:
         return text
     result = identify(robot, recordings, shared_reference=shared_reference)

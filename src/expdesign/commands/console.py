@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from expdesign.recordings.recordings import Recordings
+
 _PLAIN_INTERVAL = 5.0
 """s between lines of progress where standard error is not a terminal."""
 
@@ -52,3 +54,10 @@ def progress(title: str) -> Iterator[ProgressReport]:
 def note(text: str) -> None:
     """One line on standard error."""
     print(text, file=sys.stderr, flush=True)
+
+
+def note_unknown_columns(recordings: Recordings) -> None:
+    """Say which columns have no meaning here."""
+    if len(recordings.extra.columns):
+        names = ", ".join(str(name) for name in recordings.extra.columns)
+        note(f"{recordings.source}: columns without a meaning here, kept but not used: {names}")

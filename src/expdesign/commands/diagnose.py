@@ -5,12 +5,12 @@ from typing import Annotated
 
 import typer
 
-from expdesign.commands.console import note, progress
+from expdesign.commands.console import note, note_unknown_columns, progress
 from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.record import correction_frame, diagnosis_record
-from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.files.output import json_text, output_folder, require_writable, write_file
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.model_file import Model, model_text
 from expdesign.recordings.reader import read_recordings
@@ -34,9 +34,11 @@ def command(
     """
     from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
+    require_writable(out)
     document = read_yaml(robot)
     machine = robot_from_document(document)
     data = read_recordings(recordings, machine)
+    note_unknown_columns(data)
     steps = 0
     with progress("diagnosing") as bar:
 

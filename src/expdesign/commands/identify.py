@@ -5,16 +5,18 @@ from typing import Annotated
 
 import typer
 
-from expdesign.commands.console import note
+from expdesign.commands.console import note, note_unknown_columns
 from expdesign.errors import InputError
-from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.files.output import json_text, output_folder, require_writable, write_file
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.identify import Identification, identify
 from expdesign.identification.model_file import Model, model_text
 from expdesign.identification.record import identification_record, rms, stiffness_unit
 from expdesign.recordings.reader import read_several
-from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot_file import robot_from_document
+
+SMALLEST_PRIOR = 1e-6
+"""%; a smaller deviation would say that nothing has to be identified."""
 
 
 def command(
@@ -35,8 +37,9 @@ def command(
     """
     from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
-    if prior is not None and not 0.0 < prior < float("inf"):
+    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
         raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
+    require_writable(out)
     document = read_yaml(robot)
     measured = read_several(recordings, robot_from_document(document))
     note_unknown_columns(measured)
@@ -54,13 +57,6 @@ def command(
         write_file(scratch / "report.html", identification_report(result))
     _summarise(result)
     print(out / "report.html")
-
-
-def note_unknown_columns(recordings: Recordings) -> None:
-    """Say which columns have no meaning here."""
-    if len(recordings.extra.columns):
-        names = ", ".join(str(name) for name in recordings.extra.columns)
-        note(f"{recordings.source}: columns without a meaning here, kept but not used: {names}")
 
 
 def _summarise(result: Identification) -> None:

@@ -45,6 +45,11 @@ def main(arguments: list[str] | None = None) -> None:
     except ExpdesignError as error:
         print(f"expdesign: {error.message}", file=sys.stderr)
         sys.exit(2)
+    except MemoryError:
+        print(
+            "expdesign: the problem does not fit into memory. Use fewer measurements, designs or rows.", file=sys.stderr
+        )
+        sys.exit(2)
     except KeyboardInterrupt:
         print("expdesign: interrupted", file=sys.stderr)
         sys.exit(130)

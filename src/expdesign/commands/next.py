@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from expdesign.commands.console import note
+from expdesign.commands.console import note, note_unknown_columns
 from expdesign.design.plan import Plan, csv_text, plan_frame, read_plan
 from expdesign.design.problem_file import read_problem
 from expdesign.errors import InputError, NotIdentifiableError
@@ -40,11 +40,14 @@ def command(
     """
     if count is not None and count < 1:
         raise InputError(f"{count} is not a number of measurements", where="--count", remedy="Use at least 1.")
+    if seed < 0:
+        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
     if accuracy is not None and not 0.0 < accuracy < float("inf"):
         raise InputError(f"{accuracy:g} is not an accuracy", where="--accuracy", remedy="Give tolerances, e.g. 0.8.")
     problem = read_problem(config)
     table = read_table(recordings)
     measured = recordings_from_table(table, problem.loaded.robot)
+    note_unknown_columns(measured)
     loads = None
     if problem.loaded.sources:
         plan = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)

@@ -15,7 +15,8 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.result import pareto_frame, plan_of, plans_frame
 from expdesign.design.search import Progress, search
-from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.errors import InputError
+from expdesign.files.output import json_text, output_folder, require_writable, write_file
 
 
 def command(
@@ -31,7 +32,12 @@ def command(
     from expdesign.report.design_report import design_report  # noqa: PLC0415 (slow to import)
 
     folder = out or _new_folder(config)
+    require_writable(folder)
     problem = read_problem(config)
+    if problem.space.genes == 0:
+        what = "every pose and every load is fixed, so that there is nothing to choose"
+        remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
+        raise InputError(what, where=f"{config}, experiment", remedy=remedy)
     started = time.perf_counter()
     with progress("searching") as bar:
 

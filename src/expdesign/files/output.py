@@ -42,6 +42,22 @@ def output_folder(folder: Path) -> Iterator[Path]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
+def require_writable(folder: Path) -> None:
+    """Raise an `InputError` where a folder plainly cannot be made or written: before the work instead of after it."""
+    try:
+        above = folder
+        while not above.exists():
+            above = above.parent
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+    if not above.is_dir():
+        what = "is a file, not a folder" if above == folder else f"cannot be made, because {above} is a file"
+        raise InputError(what, where=str(folder), remedy="Name another folder.")
+    if not os.access(above, os.W_OK | os.X_OK):
+        what = f"cannot be written (no right to write in {above})"
+        raise InputError(what, where=str(folder), remedy="Name a place that is writable.")
+
+
 def write_file(path: Path, text: str) -> None:
     """Write `text` to `path` in one step, making its folder where it is missing.
 
