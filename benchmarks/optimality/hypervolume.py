@@ -148,7 +148,7 @@ def main(path: Path, script_seconds: float, plain_seconds: float, seed: int = 1)
         f"Configuration {path}; objectives of script and program differ by at most {difference:.1e}.",
         "Columns: processor seconds until that part of the best known hypervolume.",
         "Relaxation and polish start from random designs, without a genetic search; `expdesign run` has one before "
-        f"them ({problem.optimiser.generations} generations of {problem.optimiser.population}), counted in the last row.",
+        f"them ({problem.optimiser.generations} generations of {problem.optimiser.population}): last row.",
         *_ratios(traces, reached),
     ]
     command = f"python -m benchmarks.optimality.hypervolume {path} --script-seconds {script_seconds:g}"

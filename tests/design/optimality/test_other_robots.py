@@ -1,0 +1,67 @@
+"""A robot of any kind, known only by its Jacobians and its excess over its limits, is treated like a parallel one."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.design.problems import HEXAPOD, problem
+
+from expdesign.coordinates import SPATIAL
+from expdesign.design.optimality.certificate import duir_lower_bound
+from expdesign.design.optimality.gradients import criterion_gradients
+from expdesign.design.optimality.kktpm import kktpm
+from expdesign.design.optimality.polish import polish
+from expdesign.design.problem import DesignProblem
+from expdesign.design.start import starting_designs
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.robots.robot import Robot
+
+NAMES = ["duir", "feir", "total", "o1", "o_tp"]
+
+
+def _delegate(name: str) -> Any:
+    return lambda self, *arguments: getattr(self.hidden, name)(*arguments)
+
+
+def disguised_as_any_robot(robot: Robot) -> Robot:
+    """A hexapod that does not say that it is one: no more than what every robot gives."""
+    methods = {name: _delegate(name) for name in Robot.__abstractmethods__}
+    kind = type("Disguised", (Robot,), {**methods, "kind": "disguised", "coordinates": SPATIAL})
+    copy = kind()
+    for name in ("name", "stiffness", "gravity", "configuration"):
+        setattr(copy, name, getattr(robot, name))
+    copy.hidden = robot
+    return copy
+
+
+@pytest.fixture(scope="module")
+def both() -> tuple[DesignProblem, DesignProblem]:
+    plain = problem(HEXAPOD, {"optimiser.population": 8})
+    loaded = LoadedRobot(disguised_as_any_robot(plain.loaded.robot), plain.loaded.load, plain.loaded.sources)
+    return plain, replace(plain, loaded=loaded)
+
+
+def test_gradients_are_the_same(both: tuple[DesignProblem, DesignProblem]) -> None:
+    plain = both[0]
+    space = plain.space
+    genes = starting_designs(plain, 4, np.random.default_rng(0)).reshape(4, space.measurements, space.genes)
+    expected, found = (criterion_gradients(here, genes, NAMES) for here in both)
+    for name in NAMES:
+        np.testing.assert_allclose(found[name][0], expected[name][0], rtol=1e-9)
+        scale = np.abs(expected[name][1]).max()
+        np.testing.assert_allclose(found[name][1], expected[name][1], rtol=1e-6, atol=1e-9 * scale)
+
+
+def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
+    plain, disguised = both
+    space = plain.space
+    genes = starting_designs(plain, 8, np.random.default_rng(1)).reshape(8, space.measurements, space.genes)
+    found = polish(disguised, genes)
+    assert disguised.loaded.robot.usable(space.decode(found)[0]).all()
+    best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
+    bounds = [duir_lower_bound(here).value for here in both]
+    assert bounds[1] == pytest.approx(bounds[0], rel=1e-3)
+    assert bounds[1] is not None
+    assert bounds[1] <= best
+    assert np.nanmin(kktpm(disguised, found)) < 1e-6
