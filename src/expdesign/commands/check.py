@@ -15,7 +15,7 @@ from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.identify import identify
 from expdesign.identification.model_file import model_from_document
-from expdesign.recordings.reader import recordings_from_table
+from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import read_robot, robot_from_document
@@ -58,6 +58,7 @@ def check_recordings(file: Path, robot_file: Path | None, *, shared_reference: b
     robot = read_robot(robot_file)
     text = check_structure(table, commanded=len(robot.stiffness) > 0)
     recordings = recordings_from_table(table, robot)
+    require_measured(recordings, robot)
     note_unknown_columns(recordings)
     if len(robot.stiffness) == 0:
         return text

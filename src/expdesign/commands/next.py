@@ -15,7 +15,7 @@ from expdesign.files.table import read_table
 from expdesign.identification.identify import identify
 from expdesign.identification.recorded_knowledge import recorded_knowledge
 from expdesign.identification.sequential import next_measurements
-from expdesign.recordings.reader import recordings_from_table
+from expdesign.recordings.reader import recordings_from_table, require_measured
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""
@@ -47,6 +47,7 @@ def command(
     problem = read_problem(config)
     table = read_table(recordings)
     measured = recordings_from_table(table, problem.loaded.robot)
+    require_measured(measured, problem.loaded.robot)
     note_unknown_columns(measured)
     loads = None
     if problem.loaded.sources:

@@ -39,7 +39,9 @@ def read_recordings(path: Path, robot: Robot) -> Recordings:
     Raises:
         InputError: the file is missing, or anything in it is missing, not a number, or cannot be right.
     """
-    return recordings_from_table(read_table(path), robot)
+    recordings = recordings_from_table(read_table(path), robot)
+    require_measured(recordings, robot)
+    return recordings
 
 
 def read_points(path: Path, robot: Robot) -> LoadedPoints:
@@ -67,15 +69,19 @@ def read_several(paths: list[Path], robot: Robot) -> Recordings:
     return join([read_recordings(path, robot) for path in paths])
 
 
+def require_measured(recordings: Recordings, robot: Robot) -> None:
+    """Raise an `InputError` where nothing deflects under load, as in a plan whose columns were filled with zeros."""
+    if len(robot.stiffness) and np.any(recordings.wrenches) and not np.any(recordings.deflections):
+        what = "every deflection is 0, although there are loads"
+        raise InputError(what, where=recordings.source, remedy="Fill in what was measured.")
+
+
 def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     """Recordings in a table; see `read_recordings`."""
     table.require(("sequence", "series"))
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
     axes, deflections = read_deflections(table, robot.coordinates, order)
-    if len(robot.stiffness) and np.any(points.wrenches) and not np.any(deflections):
-        remedy = "Fill in what was measured."
-        raise InputError("every deflection is 0, although there are loads", where=table.where(), remedy=remedy)
     return Recordings(
         **vars(points),
         axes=axes,
