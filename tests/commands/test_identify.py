@@ -24,7 +24,8 @@ def test_it_writes_model_record_and_report(tmp_path: Path, capsys: pytest.Captur
     assert printed.out.strip() == str(out / "report.html")
     assert "leg 6:" in printed.err
     assert "columns without a meaning here, kept but not used: note" in printed.err
-    assert sorted(path.name for path in out.iterdir()) == ["identification.json", "model.yaml", "report.html"]
+    names = ["identification.json", "model.yaml", "report.html", "report.json"]
+    assert sorted(path.name for path in out.iterdir()) == names
     record = json.loads((out / "identification.json").read_text(encoding="utf-8"))
     for name in ("stiffness", "unit", "chi2", "dof", "p_value", "covariance", "rank"):
         assert name in record

@@ -29,7 +29,14 @@ def written(folder: Path, content: object) -> Path:
 def test_run_writes_what_the_interfaces_say(config: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert call("run", config, "--out", out) == 0
-    assert sorted(p.name for p in out.iterdir()) == ["pareto.csv", "plan.csv", "plans.csv", "report.html", "run.json"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "pareto.csv",
+        "plan.csv",
+        "plans.csv",
+        "report.html",
+        "report.json",
+        "run.json",
+    ]
     pareto = pd.read_csv(out / "pareto.csv")
     expected = {"design", "duir", "feir", "total", "o1", "o2", "o3", "o4", "o5", "o_tp", "o_mv", "kktpm", "recommended"}
     assert expected <= set(pareto.columns)

@@ -14,6 +14,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.search import search
 from expdesign.report.design_report import design_report
+from expdesign.report.page import render
 
 ROOT = Path(__file__).parents[2]
 
@@ -44,7 +45,7 @@ def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Ca
         "duir_lower_bound_certified_on": "40 candidates",
     }
     path = folder / "report.html"
-    html = design_report(problem, front, run)
+    html = render(design_report(problem, front, run))
     path.write_text(html, encoding="utf-8")
     return Case(problem, front, run, html, path)
 

@@ -20,6 +20,7 @@ from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.recordings.recordings import Recordings
 from expdesign.report import words
 from expdesign.report.diagnosis_report import diagnosis_report
+from expdesign.report.page import render
 
 NAME = "bipod-unequal"
 
@@ -46,7 +47,7 @@ def diagnosis(kind: str) -> Diagnosis:
 
 @cache
 def page(kind: str) -> str:
-    return diagnosis_report(diagnosis(kind))
+    return render(diagnosis_report(diagnosis(kind)))
 
 
 def text(kind: str) -> str:
@@ -132,4 +133,4 @@ def test_no_figure_holds_a_number_that_is_none(kind: str) -> None:
 
 
 def test_the_same_diagnosis_makes_the_same_page() -> None:
-    assert diagnosis_report(diagnosis("explained")) == page("explained")
+    assert render(diagnosis_report(diagnosis("explained"))) == page("explained")

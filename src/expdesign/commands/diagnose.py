@@ -33,6 +33,7 @@ def command(
     Example: expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
     from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
+    from expdesign.report.stored import write_report  # noqa: PLC0415
 
     require_writable(out)
     document = read_yaml(robot)
@@ -59,7 +60,7 @@ def command(
         model = Model.from_fit(result.model.fit, document, str(recordings))
         write_file(scratch / "model.yaml", model_text(model, out))
         write_file(scratch / "diagnosis.json", json_text(record))
-        write_file(scratch / "report.html", diagnosis_report(result))
+        write_report(scratch, diagnosis_report(result))
     note(f"Verdict: {result.verdict}.")
     for finding in result.findings:
         note(f"{finding.sentence} (probability {finding.probability:.2f})")

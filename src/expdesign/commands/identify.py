@@ -36,6 +36,7 @@ def command(
     Example: expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
     from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
+    from expdesign.report.stored import write_report  # noqa: PLC0415
 
     if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
         raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
@@ -54,7 +55,7 @@ def command(
     with output_folder(out) as scratch:
         write_file(scratch / "model.yaml", model_text(model, out))
         write_file(scratch / "identification.json", json_text(record))
-        write_file(scratch / "report.html", identification_report(result))
+        write_report(scratch, identification_report(result))
     _summarise(result)
     print(out / "report.html")
 

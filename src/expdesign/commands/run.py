@@ -30,6 +30,7 @@ def command(
     Example: expdesign run configs/hexapod-h1.yaml --out results/mine
     """
     from expdesign.report.design_report import design_report  # noqa: PLC0415 (slow to import)
+    from expdesign.report.stored import write_report  # noqa: PLC0415
 
     folder = out or _new_folder(config)
     require_writable(folder)
@@ -58,7 +59,7 @@ def command(
         write_file(scratch / "plans.csv", csv_text(plans_frame(problem, front)))
         write_file(scratch / "plan.csv", csv_text(plan_of(problem, front, front.recommended)))
         write_file(scratch / "run.json", json_text(run))
-        write_file(scratch / "report.html", design_report(problem, front, run))
+        write_report(scratch, design_report(problem, front, run))
     best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
     note(
         f"{len(front)} designs on the front; recommended design {front.recommended + 1}: "

@@ -30,7 +30,7 @@ from expdesign.report.blocks import (
 from expdesign.report.design_data import design_data, design_summary
 from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings
-from expdesign.report.page import Page, render
+from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
 
 _BARS_BESIDE = 4
@@ -46,8 +46,8 @@ _BUDGET_CAPTION = (
 )
 
 
-def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str:
-    """The report of a finished search as one HTML file.
+def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Page:
+    """The report of a finished search.
 
     Args:
         problem: what was searched.
@@ -79,7 +79,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         scripts=("robot_view.js", "design_report.js"),
         footer=f"Made by expdesign {versions.get('expdesign', '')}".rstrip() + ".",
     )
-    return render(page)
+    return page
 
 
 def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str | None:

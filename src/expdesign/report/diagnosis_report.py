@@ -23,7 +23,7 @@ from expdesign.report.blocks import (
     Sentences,
     Steps,
 )
-from expdesign.report.page import Page, render
+from expdesign.report.page import Page
 
 MOST_POINTS = 2000
 MOST_MODELS = 60
@@ -34,8 +34,8 @@ _VERDICTS = {
 }
 
 
-def diagnosis_report(result: Diagnosis) -> str:
-    """The report of a diagnosis as one HTML file."""
+def diagnosis_report(result: Diagnosis) -> Page:
+    """The report of a diagnosis."""
     sections = [
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
         Section("errors", "Before and after", [_error_figure(result), _axis_figure(result)]),
@@ -55,7 +55,7 @@ def diagnosis_report(result: Diagnosis) -> str:
         subtitle=f"{result.robot.kind}, {words.count(rows, 'row')}; recordings {result.recordings.source}",
         sections=tuple(sections),
     )
-    return render(page)
+    return page
 
 
 def _conclusions(result: Diagnosis) -> list[str]:

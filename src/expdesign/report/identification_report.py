@@ -20,7 +20,7 @@ from expdesign.report.blocks import (
     Sentences,
     Steps,
 )
-from expdesign.report.page import Page, render
+from expdesign.report.page import Page
 
 DOUBTFUL = 0.01
 """Probability below which a test speaks against the model."""
@@ -30,8 +30,8 @@ MOST_DOWNLOADED = 10000
 """Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
 
 
-def identification_report(result: Identification) -> str:
-    """The report of an identification as one HTML file."""
+def identification_report(result: Identification) -> Page:
+    """The report of an identification."""
     train = result.recordings.rows(result.fitted)
     robot = result.robot
     sections = (
@@ -50,7 +50,7 @@ def identification_report(result: Identification) -> str:
         ),
         sections=sections,
     )
-    return render(page)
+    return page
 
 
 def _conclusions(result: Identification) -> list[str]:

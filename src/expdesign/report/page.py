@@ -73,6 +73,11 @@ def render(page: Page) -> str:
     )
 
 
+def known_scripts() -> set[str]:
+    """Names of the scripts that a page may ask for."""
+    return {file.name for file in _FOLDER.glob("*.js")}
+
+
 def plot_text(text: str) -> str:
     """User text for a place inside a plotly figure, which reads some HTML tags."""
     return html.escape(text, quote=False)

@@ -1,0 +1,113 @@
+"""A report page as data, so that it can be made again, in the look of the day, without the work that led to it.
+
+A folder of results holds `report.json` (what the page says: texts, tables, figures) beside `report.html` (the same with
+style, scripts and plotly.js, fifty times as large). The page is always rendered from the former, so that one that is
+made again is the same byte for byte as long as the look is the same.
+"""
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import TemplateError
+
+from expdesign.errors import InputError
+from expdesign.files.output import write_file
+from expdesign.files.yaml_reader import read_text
+from expdesign.report import blocks
+from expdesign.report.page import Page, known_scripts, render
+
+CONTENT, PAGE = "report.json", "report.html"
+_PART = "part"
+"""Key that names the class of a part of a page."""
+_DAMAGED = "The file is damaged, or of another version: run the command that made the folder again."
+_PARTS: dict[str, type[Any]] = {"Page": Page} | {
+    name: value for name, value in vars(blocks).items() if dataclasses.is_dataclass(value) and isinstance(value, type)
+}
+
+
+def write_report(folder: Path, page: Page) -> None:
+    """Write `report.json` and `report.html` into a folder."""
+    text = page_text(page)
+    write_file(folder / CONTENT, text)
+    write_file(folder / PAGE, render(page_from_text(text, str(folder / CONTENT))))
+
+
+def remake_report(folder: Path) -> Path:
+    """Make `report.html` of a folder of results again from its `report.json`.
+
+    Returns:
+        the path of the page.
+
+    Raises:
+        InputError: the folder holds no results that are known, or they are damaged.
+    """
+    content = folder / CONTENT
+    if not folder.is_dir():
+        what = "this is a file, not a folder" if folder.exists() else "there is no such folder"
+        raise InputError(what, where=str(folder), remedy="Name a folder that a command wrote (`--out`).")
+    if not content.is_file():
+        what = f"nothing that a report can be made of lies here (`{CONTENT}` is missing)"
+        remedy = "Name the folder that `run`, `identify`, `diagnose`, `compare`, `montecarlo` or a sweep's run wrote."
+        raise InputError(what, where=str(folder), remedy=remedy)
+    page = page_from_text(read_text(content), str(content))
+    try:
+        html = render(page)
+    except (TemplateError, AttributeError, TypeError, ValueError) as error:  # parts of a wrong kind
+        raise InputError(f"this is not a stored report ({error})", where=str(content), remedy=_DAMAGED) from None
+    write_file(folder / PAGE, html)
+    return folder / PAGE
+
+
+def page_text(page: Page) -> str:
+    """A page as JSON, with arrays as lists and what is not finite as null."""
+    return json.dumps(_encoded(page), ensure_ascii=False, allow_nan=False, separators=(",", ":")) + "\n"
+
+
+def page_from_text(text: str, source: str) -> Page:
+    """The page that `page_text` wrote.
+
+    Raises:
+        InputError: the text is not such a page; `source` names it.
+    """
+    try:
+        page = _decoded(json.loads(text))
+    except (ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"this is not a stored report ({error})", where=source, remedy=_DAMAGED) from None
+    if not isinstance(page, Page) or not set(page.scripts) <= known_scripts():
+        raise InputError("this is not a stored report", where=source, remedy=_DAMAGED)
+    return page
+
+
+def _encoded(value: Any) -> Any:
+    if dataclasses.is_dataclass(value):
+        fields = {field.name: _encoded(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {_PART: type(value).__name__, **fields}
+    if isinstance(value, Mapping):
+        if _PART in value:
+            raise ValueError(f"`{_PART}` is no key of a page's data")
+        return {str(key): _encoded(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _encoded(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_encoded(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _decoded(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_decoded(entry) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    fields = {key: _decoded(entry) for key, entry in value.items() if key != _PART}
+    if _PART not in value:
+        return fields
+    if value[_PART] not in _PARTS:
+        raise ValueError(f"unknown part `{value[_PART]}`")
+    return _PARTS[value[_PART]](**fields)

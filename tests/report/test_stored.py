@@ -1,0 +1,78 @@
+"""Stored reports: made again they are the same bytes, and nothing but a stored report is taken for one."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
+
+from expdesign.errors import InputError
+from expdesign.report.blocks import DataTable, Download, Figure, KeyFigure, KeyFigures, Paragraph, Section, SideBySide
+from expdesign.report.page import Page, render
+from expdesign.report.stored import page_from_text, page_text, remake_report
+
+PAGE = Page(
+    "</script><b>title</b>",
+    "ünïcode − 1e−3",
+    [
+        Section("a", "A", (KeyFigures((KeyFigure("x", "1", "m"),)), Paragraph("text", live=True))),
+        Section(
+            "b",
+            "B",
+            [
+                SideBySide(
+                    [Figure("f", "F", {"data": [{"y": np.array([0.1, np.nan, 1e-17])}]}, "c", "d")],
+                    [DataTable("t", "T", ("x",), (("1",),), Download("x.csv", "x\n1\n"), chosen=0)],
+                )
+            ],
+        ),
+    ],
+    data={"list": (1, 2.5, None, True), "size": np.int64(3)},
+    scripts=("design_report.js",),
+)
+
+
+def test_the_page_from_its_text_is_the_page() -> None:
+    text = page_text(PAGE)
+    assert render(page_from_text(text, "here")) == render(PAGE)
+    assert page_text(page_from_text(text, "here")) == text
+
+
+def test_a_report_of_a_run_made_again_is_the_same(tmp_path: Path) -> None:
+    out = tmp_path / "identified"
+    assert call("identify", ROBOT, recordings_file(tmp_path), "--out", out) == 0
+    first = (out / "report.html").read_bytes()
+    (out / "report.html").unlink()
+    assert call("report", out) == 0
+    assert (out / "report.html").read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("content", "word"),
+    [
+        ("{", "not a stored report"),
+        ("[]", "not a stored report"),
+        ('{"part": "Path"}', "unknown part `Path`"),
+        ('{"part": "Page"}', "not a stored report"),
+        ('{"part": "Page", "title": "t", "subtitle": "s", "sections": ["a"]}', "not a stored report"),
+        (page_text(PAGE).replace("design_report.js", "../errors.py"), "not a stored report"),
+    ],
+)
+def test_what_is_no_stored_report_is_refused(tmp_path: Path, content: str, word: str) -> None:
+    (tmp_path / "report.json").write_text(content)
+    with pytest.raises(InputError, match=word):
+        remake_report(tmp_path)
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_folder_without_results(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan_file(tmp_path)
+    for folder, word in ((tmp_path, "nothing that a report"), (tmp_path / "no", "no such folder"), (CONFIG, "a file")):
+        assert call("report", folder) == 2
+        assert word in capsys.readouterr().err
+
+
+def test_texts_stay_texts() -> None:
+    assert json.loads(page_text(PAGE))["title"] == PAGE.title
+    assert "<b>title</b>" not in render(page_from_text(page_text(PAGE), "here"))
