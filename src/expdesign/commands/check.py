@@ -7,6 +7,7 @@ import numpy as np
 import typer
 
 from expdesign.commands.console import note, note_unknown_columns
+from expdesign.design.optimality.gradient_check import ACCEPTED, gradient_table
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document, require_regular
 from expdesign.design.start import require_identifiable, starting_designs
@@ -27,10 +28,13 @@ def command(
     shared_reference: Annotated[
         bool, typer.Option("--shared-reference", help="Half of each row's variance is common to its series.")
     ] = False,
+    gradients: Annotated[
+        bool, typer.Option("--gradients", help="Compare every criterion's exact gradient with central differences.")
+    ] = False,
 ) -> None:
     """Read a robot, a configuration or recordings, and say what is wrong or not identifiable.
 
-    Example: expdesign check configs/hexapod-h1.yaml
+    Example: expdesign check configs/hexapod-h1.yaml --gradients
     """
     if file.suffix.lower() == ".csv":
         print(f"{file}: {check_recordings(file, robot, shared_reference=shared_reference)}")
@@ -42,7 +46,10 @@ def command(
         robot_of = check_robot(model.chain.robot, str(file))
         print(f"{file}: identified model with {len(model.chain.effects)} effect(s) of a {robot_of}")
     elif "experiment" in content or "schema_version" in content or "targets" in content:
-        print(f"{file}: {check_problem(problem_from_document(document))}")
+        problem = problem_from_document(document)
+        print(f"{file}: {check_problem(problem)}")
+        if gradients:
+            check_gradients(problem)
     elif "kind" in content or "base_joints" in content:
         print(f"{file}: {check_robot(robot_from_document(document), str(file))}")
     else:
@@ -97,3 +104,25 @@ def check_problem(problem: DesignProblem) -> str:
         f"{continuous} continuous and {space.genes - continuous} discrete variables each, "
         f"{len(problem.targets.weights)} target(s); {share:.0%} of random designs identify what the targets need."
     )
+
+
+def check_gradients(problem: DesignProblem) -> None:
+    """Print the table of the gradients at two random designs; exit with status 1 where a gradient is wrong."""
+    space = problem.space
+    if space.discrete.all():
+        what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
+        raise InputError(what, where=problem.source, remedy="Leave --gradients out, or give a variable an interval.")
+    designs = starting_designs(problem, 100, np.random.default_rng(problem.optimiser.seed))
+    genes = designs.reshape(len(designs), space.measurements, space.genes)
+    # Two of those at which everything is identified; where there is none, the table says that nothing was evaluated.
+    assessment = problem.assess(*space.decode(genes))
+    order = np.argsort(~assessment.identifies_targets, kind="stable")
+    table = gradient_table(problem, genes[order[:2]])
+    print(
+        "Largest relative difference between exact gradients and central differences, over all variables of two "
+        "random designs,\nat steps of these parts of each variable's range:"
+    )
+    print(table.to_string(index=False, float_format=lambda value: f"{value:.1e}", na_rep="-"))
+    if (table["verdict"] == "fail").any():
+        note(f"a gradient is wrong by more than {ACCEPTED:.0e}: see the verdicts")
+        raise typer.Exit(1)

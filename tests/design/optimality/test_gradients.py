@@ -9,8 +9,9 @@ from tests.oracle import Array
 
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion, known_criteria
-from expdesign.design.optimality.chain import MeasurementChain
-from expdesign.design.optimality.gradients import criterion_gradients, gradient_check
+from expdesign.design.optimality.gradient_check import gradient_check, gradient_table
+from expdesign.design.optimality.gradients import criterion_gradients
+from expdesign.design.optimality.measurement_maps import MeasurementMaps
 from expdesign.design.optimality.partials import pieces
 from expdesign.design.optimality.sensitivity import DesignModel
 from expdesign.design.problem import DesignProblem
@@ -86,6 +87,26 @@ def test_the_check_finds_a_wrong_gradient(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(DesignModel, "to_genes", lambda model, values: 1.001 * right(model, values))
     table = gradient_check(here, designs(here, 1)[0], ["duir"])
     assert table["relative_error"].max() > 1e-4
+    assert gradient_table(here, designs(here, 2), ["duir"])["verdict"].tolist() == ["fail"]
+
+
+def test_the_table_shows_truncation_and_rounding() -> None:
+    here = a_problem("hexapod")
+    table = gradient_table(here, designs(here, 2), ["duir", "feir"])
+    assert table["verdict"].tolist() == ["pass", "pass"]
+    errors = table[["1e-04", "1e-05"]]
+    # The error of a central difference falls with the square of the step, until rounding takes over.
+    assert (errors.iloc[:, 0] > 30.0 * errors.iloc[:, 1]).all()
+    assert (table["1e-09"] > 3.0 * table["at best steps"]).all()
+    assert table["worst variable"].str.contains(" of measurement ").all()
+
+
+def test_what_has_no_value_is_not_evaluated() -> None:
+    here = problem(HEXAPOD, {"experiment.load": {"kind": "payload", "mass_kg": [0.0, 5.0]}})
+    genes = designs(here, 1)
+    mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
+    genes[..., mass] = 0.0
+    assert gradient_table(here, genes, ["duir"])["verdict"].tolist() == ["not evaluated"]
 
 
 @pytest.mark.parametrize("name", ["bipod", "hexapod"])
@@ -104,13 +125,13 @@ def test_shared_references_are_differentiated_as_they_are(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["bipod", "hexapod", "geometric-stiffness", "wrench"])
-def test_the_chain_is_the_model_of_the_criteria(name: str) -> None:
+def test_the_maps_are_the_model_of_the_criteria(name: str) -> None:
     here = a_problem(name)
     genes = designs(here, 4)
     measured = here.loaded.measure(*here.space.decode(genes))
-    chain = MeasurementChain(here)
+    maps = MeasurementMaps(here)
     quantities = here.space.quantities(genes)
-    tape = chain.run(quantities.reshape(-1, quantities.shape[-1]))
+    tape = maps.run(quantities.reshape(-1, quantities.shape[-1]))
     whitener, axes = here.noise.whitener, here.noise.axes
     expected = whitener @ measured.observation[:, :, axes]
     np.testing.assert_allclose(tape.observation.reshape(expected.shape), expected, rtol=1e-11)

@@ -97,11 +97,11 @@ class Exchange:
 
     def __init__(self, problem: DesignProblem, genes: FloatArray, factor: float) -> None:
         information = MeasurementInformation(problem, 0.0)
-        chain = information.model.chain
-        tape = chain.run(problem.space.quantities(genes))
+        maps = information.model.maps
+        tape = maps.run(problem.space.quantities(genes))
         rows = tape.observation * problem.loaded.robot.compliance
         transposed = rows.swapaxes(1, 2)
-        common, own = factor * tape.errors[..., chain.shared], factor * tape.errors[..., ~chain.shared]
+        common, own = factor * tape.errors[..., maps.shared], factor * tape.errors[..., ~maps.shared]
         reach = transposed @ own
         parts = [transposed @ rows, reach @ reach.swapaxes(1, 2), transposed @ common]
         self._shapes = [part.shape[1:] for part in parts]

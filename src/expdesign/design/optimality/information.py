@@ -54,7 +54,7 @@ class MeasurementInformation:
     def __init__(self, problem: DesignProblem, load_errors: float) -> None:
         self.problem, self.load_errors = problem, load_errors
         self.model = DesignModel(problem)
-        shared = self.model.chain.shared
+        shared = self.model.maps.shared
         self.common: BoolArray = shared & (load_errors > 0.0)
         self.own: BoolArray = ~shared & (load_errors > 0.0)
         self._sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
@@ -77,7 +77,7 @@ class MeasurementInformation:
         count = len(self.problem.noise.axes)
         rows = np.empty((len(genes), count, len(self._scale) + int(self.common.sum())))
         for start in range(0, len(genes), CHUNK):
-            tape = self.model.chain.run(self.problem.space.quantities(genes[start : start + CHUNK]))
+            tape = self.model.maps.run(self.problem.space.quantities(genes[start : start + CHUNK]))
             rows[start : start + CHUNK] = self._assembled(tape.observation, tape.errors)[0]
         return rows
 
@@ -101,7 +101,7 @@ class MeasurementInformation:
 
     def sensitivity(self, dual: Dual, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with genes (b, g)."""
-        tape = self.model.chain.run(self.problem.space.quantities(genes))
+        tape = self.model.maps.run(self.problem.space.quantities(genes))
         rows, root = self._assembled(tape.observation, tape.errors)
         products = rows @ dual.matrix
         # d = tr(yᵀ·V⁻¹·y) with y = [A, B]·Q: ∂d = 2·tr(yᵀ·V⁻¹·∂y) − tr(yᵀ·V⁻¹·∂V·V⁻¹·y), ∂V from B_own·B_ownᵀ.
@@ -114,7 +114,7 @@ class MeasurementInformation:
             factor = self._sharpness * self.load_errors
             own = factor * tape.errors[..., self.own]
             by_errors[..., self.own] = -2.0 * factor * weighted @ (weighted.swapaxes(1, 2) @ own)
-        by_quantities = self.model.chain.pull(tape, by_rows[..., :parameters] * self._scale, by_errors)
+        by_quantities = self.model.maps.pull(tape, by_rows[..., :parameters] * self._scale, by_errors)
         return (products**2).sum(axis=(1, 2)), self.model.to_genes(by_quantities)
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import RANK_TOLERANCE
-from expdesign.design.optimality.chain import MeasurementChain, Tape
+from expdesign.design.optimality.measurement_maps import MeasurementMaps, Tape
 from expdesign.design.problem import DesignProblem
 from expdesign.instrument.deflection_noise import reference_whitener, series_by_pose
 
@@ -22,7 +22,7 @@ class DesignModel:
 
     def __init__(self, problem: DesignProblem) -> None:
         self.problem = problem
-        self.chain = MeasurementChain(problem)
+        self.maps = MeasurementMaps(problem)
         space = problem.space
         self.continuous: BoolArray = ~space.discrete
         columns = [variable.columns[0] for variable in space.variables]
@@ -38,7 +38,7 @@ class DesignModel:
     def run(self, genes: FloatArray, series: IntArray | None = None) -> "DesignState":
         """Evaluate designs, genes (b, m, g); the series follow from the poses where they are not given."""
         quantities = self.problem.space.quantities(genes)
-        tape = self.chain.run(quantities.reshape(-1, quantities.shape[-1]))
+        tape = self.maps.run(quantities.reshape(-1, quantities.shape[-1]))
         return DesignState(self, tape, genes.shape[:2], self.series(genes) if series is None else series)
 
     def to_genes(self, by_quantities: FloatArray) -> FloatArray:
@@ -98,7 +98,7 @@ class DesignState:
     def _load_errors(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """B of shared and of independent sources (b, m, k, d), and the parameter errors they make."""
         errors = self.tape.errors.reshape(self.batch, self.count, *self.tape.errors.shape[1:])
-        shared = self.model.chain.shared
+        shared = self.model.maps.shared
         common, own = errors[..., shared], errors[..., ~shared]
         return common, own, (self._gains @ common).sum(axis=1), self._gains @ own
 
@@ -165,7 +165,7 @@ class DesignState:
             by_rows = np.einsum("bij,bikp->bjkp", self._across, by_rows)
         by_rows = np.where(self.regular[:, None, None, None], by_rows, 0.0)
         flat = by_rows.reshape(self.tape.observation.shape), by_errors.reshape(self.tape.errors.shape)
-        by_quantities = self.model.chain.pull(self.tape, *flat)
+        by_quantities = self.model.maps.pull(self.tape, *flat)
         gradient = self.model.to_genes(by_quantities.reshape(self.batch, self.count, -1))
         result: FloatArray = np.where(self.regular[:, None, None], gradient, 0.0)
         return result
@@ -185,10 +185,10 @@ class DesignState:
         by_common = 2.0 * (quadratic @ common_errors)[:, None]
         by_own = 2.0 * quadratic[:, None] @ own_errors
         by_gains = by_common @ common.swapaxes(2, 3) + by_own @ own.swapaxes(2, 3)
-        by_errors = np.empty((*own.shape[:3], len(self.model.chain.shared)))
+        by_errors = np.empty((*own.shape[:3], len(self.model.maps.shared)))
         gains = self._gains.swapaxes(2, 3)
-        by_errors[..., self.model.chain.shared] = gains @ by_common
-        by_errors[..., ~self.model.chain.shared] = gains @ by_own
+        by_errors[..., self.model.maps.shared] = gains @ by_common
+        by_errors[..., ~self.model.maps.shared] = gains @ by_own
         by_gains = by_gains.swapaxes(1, 2)
         if self._across is not None:
             by_gains = np.einsum("bpjk,bij->bpik", by_gains, self._across)

@@ -1,4 +1,4 @@
-"""One measurement as a differentiable chain: design quantities → Jacobians, wrench, load errors → whitened maps.
+"""The maps of single measurements, differentiable: quantities → Jacobians, wrench, load errors → whitened maps.
 
 The forward direction repeats `LoadedRobot.measure` (a test holds the two together); the reverse direction is its exact
 adjoint. Only the geometry, with its trigonometry, is symbolic, and CasADi differentiates it; the inverses and products
@@ -54,7 +54,7 @@ def _transposed(matrices: FloatArray) -> FloatArray:
     return matrices.swapaxes(-1, -2)
 
 
-class MeasurementChain:
+class MeasurementMaps:
     """The maps of single measurements of a design problem, and their adjoints.
 
     Attributes:
@@ -116,7 +116,9 @@ class MeasurementChain:
         vector = ca.vertcat(*(ca.vec(value.T) for value in named.values()))
         seed = ca.SX.sym("seed", vector.shape[0])
         product = ca.jtimes(vector, z, seed, True)
-        return BatchFunction("chain", [z], [vector]), BatchFunction("chain_adjoint", [z, seed], [product])
+        return BatchFunction("measurement_maps", [z], [vector]), BatchFunction(
+            "measurement_maps_adjoint", [z, seed], [product]
+        )
 
     @cached_property
     def _stiffness_functions(self) -> tuple[BatchFunction, BatchFunction]:
