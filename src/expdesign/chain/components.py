@@ -19,8 +19,8 @@ def legs_and_all(robot: Robot) -> list[str]:
 
 
 def reference_force(row: Row) -> ca.SX:
-    """Actuator forces in the reference state, where that was loaded itself (N), shape (n_p,)."""
-    return row.forward.T @ (row.absolute - row.wrench)
+    """Actuator forces (N or N·m) in the reference state: by own weight and by what was carried there, (n_p,)."""
+    return row.own + row.forward.T @ (row.absolute - row.wrench)
 
 
 def symmetric(theta: ca.SX, size: int) -> ca.SX:

@@ -19,6 +19,7 @@ class Row:
         pose: commanded configuration (n_q,).
         wrench: assumed change of the load (n,) at the origin of P along the axes of O.
         absolute: assumed whole load (n,).
+        own: actuator forces by the robot's own weight (n_p,); 0 where the masses of its parts are not known.
         gravity: in O (d,).
         position: origin of P in O (d,), m.
         lever: R·(centre of mass) of a payload (d,), m; 0 where only the wrench is known.
@@ -38,6 +39,7 @@ class Row:
     pose: ca.SX
     wrench: ca.SX
     absolute: ca.SX
+    own: ca.SX
     gravity: ca.SX
     position: ca.SX
     lever: ca.SX
@@ -62,7 +64,7 @@ def row_symbols(robot: Robot) -> Row:
     """Symbols of one row of a robot's recordings."""
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
     shapes = {
-        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "gravity": (d, 1),
+        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "gravity": (d, 1),
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (n_p, 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
@@ -128,6 +130,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             points.configurations,
             points.wrenches,
             points.absolute,
+            robot.own_weight(points.configurations, points.gravity),
             points.gravity,
             robot.position(points.configurations),
             lever,

@@ -95,6 +95,14 @@ class Robot(ABC):
     def limit_message(self, configuration: FloatArray) -> str:
         """Which limit the configuration (n_q,) is nearest to or beyond, in words."""
 
+    def own_weight(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Actuator forces by the robot's own weight (N or N·m) at configurations (..., n_q) under gravity (..., d).
+
+        Shape (..., n_p). Zero where the masses of its parts are not known, as those of a parallel robot.
+        """
+        batch = np.broadcast_shapes(configurations.shape[:-1], gravity.shape[:-1])
+        return np.zeros((*batch, len(self.stiffness)))
+
     def drawing(self, configurations: FloatArray) -> Drawing | None:
         """The robot at configurations of shape (..., n_q) as points and lines; None for a kind that is not drawn."""
         return None

@@ -1,0 +1,228 @@
+"""Serial robots: everything from one expression, the tip's pose T(q; geometry).
+
+The joints yield about (or along) their axes, Δq = c∘τ, and the tip moves by the twist J·Δq. Its deflection is that
+twist, the last three components a rotation vector in the axes of the base link (interfaces.md), so that J̌ = J. Unlike a
+parallel robot's, the Jacobian is finite everywhere: a serial robot is never singular in the sense of the linear
+deflection model, and the scaled condition number is 1 at every configuration.
+
+Own weight. A deflection is the difference between the loaded and the unloaded tip at the same command, and the robot's
+own weight acts in both: it cancels from the linear model. It is kept where it does not cancel: `own_weight` is the
+torque about every joint by the links' masses, which decides on which side of its play a joint rests and where on its
+characteristic a non-linear joint works, and which makes the sag that absolute positions show.
+"""
+
+from functools import cached_property
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import SPATIAL
+from expdesign.errors import InputError
+from expdesign.files.schema import Number, Positive, invalid, validate
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.drawing import Drawing, Part
+from expdesign.robots.kinematic_tree import KinematicTree
+from expdesign.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
+from expdesign.robots.urdf import read_urdf
+from expdesign.symbolic import BatchFunction
+
+Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class SerialSection(RobotSection):
+    """A serial robot's file."""
+
+    kind: str
+    urdf: str
+    base_link: str
+    tip_link: str
+    actuator_stiffness: list[Positive]
+    limits: dict[str, Range] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
+            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
+        return self
+
+
+class SerialRobot(Robot):
+    """A chain of revolute and prismatic joints; configuration `q1_rad` (or `q1_m`), `q2_rad`, ...
+
+    Attributes:
+        tree: the kinematics, with all geometric errors.
+        low, high: limits of the joint coordinates (rad or m), infinite where there are none, shape (n_q,).
+    """
+
+    kind = "serial"
+    coordinates = SPATIAL
+
+    def __init__(
+        self,
+        tree: KinematicTree,
+        stiffness: FloatArray,
+        *,
+        gravity: FloatArray | None = None,
+        limits: dict[str, tuple[float, float]] | None = None,
+        name: str = "serial robot",
+    ) -> None:
+        """See the robot file of interfaces.md; `stiffness` has one entry per coordinate (N·m/rad or N/m).
+
+        `limits` (by column) narrow those of the URDF.
+        """
+        self.name = name
+        self.tree = tree
+        self.stiffness = np.asarray(stiffness, dtype=float)
+        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.configuration = configuration_names(tree)
+        self.low = np.array([coordinate.low for coordinate in tree.coordinates])
+        self.high = np.array([coordinate.high for coordinate in tree.coordinates])
+        for column, (low, high) in (limits or {}).items():
+            index = self.configuration.index(column)
+            self.low[index], self.high[index] = max(low, self.low[index]), min(high, self.high[index])
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(SerialSection, document)
+        path = document.folder / section.urdf
+        try:
+            known = path.is_file()
+        except OSError:  # a name that is too long, or a folder that may not be read
+            known = False
+        if not known:
+            remedy = "Paths are relative to the robot file."
+            raise InputError(f"there is no file {path}", where=document.where(("urdf",)), remedy=remedy)
+        tree = KinematicTree(read_urdf(path), section.base_link, section.tip_link)
+        names = configuration_names(tree)
+        if len(section.actuator_stiffness) != len(names):
+            joints = ", ".join(f"{n}: {c.joint}" for n, c in zip(names, tree.coordinates, strict=True))
+            what = f"{len(names)} values are needed here, not {len(section.actuator_stiffness)}"
+            raise InputError(what, where=document.where(("actuator_stiffness",)), remedy=f"Order: {joints}.")
+        for column, (low, high) in section.limits.items():
+            where = document.where(("limits", column))
+            if column not in names:
+                raise InputError("unknown coordinate", where=where, remedy=f"Known here: {', '.join(names)}.")
+            if low >= high:
+                raise InputError(f"the limits are the wrong way round: {low:g} ≥ {high:g}", where=where,
+                                 remedy="Write `[low, high]`.")  # fmt: skip
+        return cls(
+            tree,
+            np.array(section.actuator_stiffness),
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            limits={column: (low, high) for column, (low, high) in section.limits.items()},
+            name=section.name,
+        )
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        return tuple(f"joint {k + 1}" for k in range(len(self.stiffness)))
+
+    @property
+    def revolute(self) -> tuple[bool, ...]:
+        """Whether each coordinate is an angle."""
+        return tuple(coordinate.unit == "rad" for coordinate in self.tree.coordinates)
+
+    def tip(self, q: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        """Position (3,) in m and orientation R (3×3) of the tip in the base link's frame.
+
+        Args:
+            q: coordinates (n_q,).
+            geometry: geometric errors in the order of `tree.geometry_names`, or None for none.
+        """
+        pose = self.tree.forward(q, geometry)[self.tree.tip]
+        return pose[:3, 3], pose[:3, :3]
+
+    def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ = J and R; the angular rows from [ω]ₓ = Ṙ·Rᵀ."""
+        position, rotation = self.tip(configuration, geometry)
+        angular = []
+        for k in range(configuration.shape[0]):
+            rate = ca.reshape(ca.jacobian(ca.vec(rotation), configuration[k]), 3, 3) @ rotation.T
+            angular.append(ca.vertcat(rate[2, 1], rate[0, 2], rate[1, 0]))
+        forward = ca.vertcat(ca.jacobian(position, configuration), ca.horzcat(*angular))
+        return forward, forward, rotation
+
+    def own_weight_expression(
+        self, q: ca.SX, gravity: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None
+    ) -> ca.SX:
+        """Torques about the joints by the links' own weight, τ_g = ∂(gᵀ·Σ m·p)/∂q (N·m or N), shape (n_q,).
+
+        Args:
+            q: coordinates (n_q,).
+            gravity: in the base link's axes (m/s²), shape (3,).
+            geometry: geometric errors, or None.
+            factors: true over nominal masses of link 1, ..., n_q, or None.
+        """
+        return ca.gradient(ca.dot(gravity, self.tree.weight(q, geometry, factors)), q)
+
+    @cached_property
+    def _kinematics(self) -> BatchFunction:
+        q = ca.SX.sym("q", len(self.configuration))
+        forward, _, rotation = self.jacobian_expressions(q)
+        return BatchFunction("serial_kinematics", [q], [forward, rotation])
+
+    @cached_property
+    def _drawn(self) -> BatchFunction:
+        q = ca.SX.sym("q", len(self.configuration))
+        poses = self.tree.forward(q)
+        names = [self.tree.base, *(joint.child for joint in self.tree.chain)]
+        return BatchFunction("serial_drawing", [q], [ca.horzcat(*(poses[name][:3, 3] for name in names)).T])
+
+    @cached_property
+    def _weights(self) -> BatchFunction:
+        q, gravity = ca.SX.sym("q", len(self.configuration)), ca.SX.sym("g", 3)
+        return BatchFunction("serial_weight", [q, gravity], [self.own_weight_expression(q, gravity)])
+
+    def own_weight(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
+        (torques,) = self._weights(configurations, gravity)
+        return torques
+
+    def jacobians(self, configurations: FloatArray) -> Jacobians:
+        forward, rotation = self._kinematics(configurations)
+        finite = np.isfinite(forward).all(axis=(-2, -1))
+        return Jacobians(forward, forward, rotation, np.where(finite, 1.0, np.inf))
+
+    def position(self, configurations: FloatArray) -> FloatArray:
+        (points,) = self._drawn(configurations)
+        position: FloatArray = points[..., -1, :]
+        return position
+
+    def reference_configuration(self) -> FloatArray:
+        """Zero, or the middle of the limits where they exclude it."""
+        within = (self.low <= 0.0) & (self.high >= 0.0)
+        reference: FloatArray = np.where(within, 0.0, 0.5 * (np.nan_to_num(self.low) + np.nan_to_num(self.high)))
+        return reference
+
+    def limit_excess(self, configurations: FloatArray) -> FloatArray:
+        excess: FloatArray = np.maximum(self.low - configurations, configurations - self.high).max(axis=-1)
+        return excess
+
+    def limit_message(self, configuration: FloatArray) -> str:
+        excess = np.maximum(self.low - configuration, configuration - self.high)
+        joint = int(np.argmax(excess))
+        if not np.isfinite(excess[joint]):
+            return "the robot has no limits"
+        unit = self.tree.coordinates[joint].unit
+        return (
+            f"joint {joint + 1} (`{self.tree.coordinates[joint].joint}`) would stand at {configuration[joint]:.6g} "
+            f"{unit} (limits {self.low[joint]:.6g} to {self.high[joint]:.6g} {unit})"
+        )
+
+    def drawing(self, configurations: FloatArray) -> Drawing:
+        (points,) = self._drawn(configurations)
+        last = len(self.tree.chain)
+        moving = [i for i, joint in enumerate(self.tree.chain) if self.tree.motion(joint) is not None]
+        parts = (
+            Part("base", "base", (tuple(range(moving[0] + 2)),)),
+            Part("links", "actuator", (tuple(range(moving[0] + 1, moving[-1] + 2)),)),
+            Part("tip", "platform", (tuple(range(moving[-1] + 1, last + 1)),)),
+        )
+        return Drawing(points, points[..., -1, :], parts)
+
+
+def configuration_names(tree: KinematicTree) -> tuple[str, ...]:
+    """Columns of the joint coordinates, `q1_rad` or `q1_m`, ..."""
+    return tuple(f"q{k + 1}_{coordinate.unit}" for k, coordinate in enumerate(tree.coordinates))
