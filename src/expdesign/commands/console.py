@@ -2,8 +2,8 @@
 
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -21,7 +21,7 @@ class ProgressReport:
         self._bar = bar
         self._task = bar.add_task(title, total=None, note="") if bar is not None else None
         self._title = title
-        self._last = time.monotonic()
+        self._started = self._last = time.monotonic()
 
     def update(self, done: int, total: int, note: str) -> None:
         """`done` of `total` steps are done; `note` says what has been reached."""
@@ -29,7 +29,17 @@ class ProgressReport:
             self._bar.update(self._task, completed=done, total=total, note=note)
         elif done == total or time.monotonic() - self._last > _PLAIN_INTERVAL:
             self._last = time.monotonic()
-            print(f"{self._title}: {done}/{total} {note}", file=sys.stderr, flush=True)
+            left = remaining(time.monotonic() - self._started, done, total)
+            print(" ".join(f"{self._title}: {done}/{total} {left} {note}".split()), file=sys.stderr, flush=True)
+
+
+def remaining(elapsed: float, done: int, total: int) -> str:
+    """How long `total - done` more steps will take if they go on as the first `done` did in `elapsed` s; or ''."""
+    if not 0 < done < total:
+        return ""
+    seconds = elapsed * (total - done) / done
+    minutes = round(seconds / 60.0)
+    return f"({seconds:.0f} s left)" if seconds < 90.0 else f"({minutes // 60} h {minutes % 60} min left)"
 
 
 @contextmanager
@@ -49,6 +59,21 @@ def progress(title: str) -> Iterator[ProgressReport]:
     )
     with Progress(*columns, console=console) as bar:
         yield ProgressReport(bar, title)
+
+
+@contextmanager
+def stages() -> Iterator[Callable[[str, int, int, str], None]]:
+    """A progress report for each stage of a longer work: called with its title, steps done, steps, and a note."""
+    with ExitStack() as stack:
+        reports: dict[str, ProgressReport] = {}
+
+        def report(title: str, done: int, total: int, note: str) -> None:
+            if title not in reports:
+                stack.close()  # a terminal shows one bar at a time
+                reports[title] = stack.enter_context(progress(title))
+            reports[title].update(done, total, note)
+
+        yield report
 
 
 def note(text: str) -> None:

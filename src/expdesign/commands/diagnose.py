@@ -5,18 +5,11 @@ from typing import Annotated
 
 import typer
 
+import expdesign as xd
+from expdesign.api.identify import recordings_of
+from expdesign.api.inputs import robot_of
 from expdesign.commands.console import note, note_unknown_columns, progress
-from expdesign.design.plan import csv_text
-from expdesign.diagnosis.diagnose import diagnose
-from expdesign.diagnosis.next_experiment import discriminating_series
-from expdesign.diagnosis.record import correction_frame, diagnosis_record
-from expdesign.files.output import json_text, output_folder, require_writable, write_file
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.model_file import Model, model_text
-from expdesign.recordings.reader import read_recordings
-from expdesign.robots.robot_file import robot_from_document
-
-NEXT_PLAN = "plan-next.csv"
+from expdesign.files.output import require_writable
 
 
 def command(
@@ -32,14 +25,10 @@ def command(
 
     Example: expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
-    from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
-    from expdesign.report.stored import write_report  # noqa: PLC0415
-
     require_writable(out)
-    document = read_yaml(robot)
-    machine = robot_from_document(document)
-    data = read_recordings(recordings, machine)
-    note_unknown_columns(data)
+    machine = robot_of(robot)
+    measured = recordings_of(recordings, machine)
+    note_unknown_columns(measured)
     steps = 0
     with progress("diagnosing") as bar:
 
@@ -48,20 +37,9 @@ def command(
             steps += 1
             bar.update(steps, steps + 1, text)
 
-        result = diagnose(machine, data, shared_reference=shared_reference, report=report)
-    rival = result.rival
-    record = diagnosis_record(result, None if rival is None else NEXT_PLAN)
-    with output_folder(out) as scratch:
-        if rival is not None:
-            plan = discriminating_series(result.search, result.model, rival, series)
-            write_file(scratch / NEXT_PLAN, csv_text(plan))
-        if result.correction is not None:
-            write_file(scratch / "correction.csv", csv_text(correction_frame(result)))
-        model = Model.from_fit(result.model.fit, document, str(recordings))
-        write_file(scratch / "model.yaml", model_text(model, out))
-        write_file(scratch / "diagnosis.json", json_text(record))
-        write_report(scratch, diagnosis_report(result))
+        result = xd.diagnose(machine, measured, series=series, shared_reference=shared_reference, report=report)
+    page = result.save(out)
     note(f"Verdict: {result.verdict}.")
-    for finding in result.findings:
+    for finding in result.result.findings:
         note(f"{finding.sentence} (probability {finding.probability:.2f})")
-    print(out / "report.html")
+    print(page)

@@ -5,18 +5,13 @@ from typing import Annotated
 
 import typer
 
+import expdesign as xd
+from expdesign.api.identify import recordings_of
+from expdesign.api.inputs import robot_of
 from expdesign.commands.console import note, note_unknown_columns
-from expdesign.errors import InputError
-from expdesign.files.output import json_text, output_folder, require_writable, write_file
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.identify import Identification, identify
-from expdesign.identification.model_file import Model, model_text
-from expdesign.identification.record import identification_record, rms, stiffness_unit
-from expdesign.recordings.reader import read_several
-from expdesign.robots.robot_file import robot_from_document
-
-SMALLEST_PRIOR = 1e-6
-"""%; a smaller deviation would say that nothing has to be identified."""
+from expdesign.files.output import require_writable
+from expdesign.identification.identify import Identification
+from expdesign.identification.record import rms, stiffness_unit
 
 
 def command(
@@ -35,29 +30,14 @@ def command(
 
     Example: expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
-    from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
-    from expdesign.report.stored import write_report  # noqa: PLC0415
-
-    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
-        raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
     require_writable(out)
-    document = read_yaml(robot)
-    measured = read_several(recordings, robot_from_document(document))
+    machine = robot_of(robot)
+    measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    result = identify(
-        robot_from_document(document),
-        measured,
-        shared_reference=shared_reference,
-        prior=None if prior is None else prior / 100.0,
-    )
-    model = Model.from_fit(result.fit, document, measured.source)
-    record = identification_record(result)
-    with output_folder(out) as scratch:
-        write_file(scratch / "model.yaml", model_text(model, out))
-        write_file(scratch / "identification.json", json_text(record))
-        write_report(scratch, identification_report(result))
-    _summarise(result)
-    print(out / "report.html")
+    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior)
+    page = identified.save(out)
+    _summarise(identified.result)
+    print(page)
 
 
 def _summarise(result: Identification) -> None:

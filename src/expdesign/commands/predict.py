@@ -5,13 +5,8 @@ from typing import Annotated
 
 import typer
 
+import expdesign as xd
 from expdesign.commands.console import note
-from expdesign.compensation.prediction import in_file_order, predict, require_history, require_regular_points
-from expdesign.design.plan import csv_text
-from expdesign.files.output import write_file
-from expdesign.files.table import read_table
-from expdesign.identification.model_file import read_model
-from expdesign.recordings.reader import points_from_table
 
 
 def command(
@@ -26,19 +21,7 @@ def command(
 
     Example: expdesign predict results/mine/model.yaml points.csv --out predicted.csv
     """
-    identified = read_model(model)
-    robot = identified.chain.robot
-    table = read_table(points)
-    require_history(identified, table)
-    loaded = points_from_table(table, robot)
-    require_regular_points(robot, loaded)
-    prediction = predict(identified, loaded, platform=platform)
-    deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
-    frame = table.frame.copy()
-    for axis, name in enumerate(robot.coordinates.deflection):
-        frame[name] = deflections[:, axis]
-    for axis, name in enumerate(robot.coordinates.deviation):
-        frame[name] = deviations[:, axis]
-    write_file(out, csv_text(frame))
-    note(f"{len(frame)} points predicted")
+    result = xd.predict(model, points, platform=platform)
+    result.save(out)
+    note(f"{len(result.text)} points predicted")
     print(out)

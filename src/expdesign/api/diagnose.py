@@ -1,0 +1,113 @@
+"""`diagnose`: where and why the model and the recordings differ."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from expdesign.api.identify import RecordingsInput, recordings_of
+from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of
+from expdesign.design.plan import csv_text
+from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
+from expdesign.diagnosis.next_experiment import discriminating_series
+from expdesign.diagnosis.record import correction_frame, diagnosis_record
+from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.identification.model_file import Model, model_text
+from expdesign.report.page import Page
+
+NEXT_PLAN = "plan-next.csv"
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """A diagnosis.
+
+    Attributes:
+        robot: with its file.
+        result: everything that the diagnosis found.
+        model: the robot with the effects that were found; what prediction and compensation need.
+        series: of a plan to tell two explanations apart.
+    """
+
+    robot: RobotFile
+    result: Diagnosis
+    model: Model
+    series: int
+
+    @property
+    def verdict(self) -> str:
+        """`consistent`, `explained` or `unexplained`."""
+        return self.result.verdict
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """The effects that are present together: physics, component, probability and what it does."""
+        columns = ("physics", "component", "variant", "probability", "sentence")
+        rows = [[getattr(finding, name) for name in columns] for finding in self.result.findings]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    @property
+    def next_plan(self) -> pd.DataFrame | None:
+        """A plan that tells two explanations apart, where two are left."""
+        rival = self.result.rival
+        if rival is None:
+            return None
+        return discriminating_series(self.result.search, self.result.model, rival, self.series)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `diagnosis.json` (interfaces.md)."""
+        return diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
+
+        return diagnosis_report(self.result)
+
+    def save(self, folder: PathLike) -> Path:
+        """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        plan = self.next_plan
+        with output_folder(Path(folder)) as scratch:
+            if plan is not None:
+                write_file(scratch / NEXT_PLAN, csv_text(plan))
+            if self.result.correction is not None:
+                write_file(scratch / "correction.csv", csv_text(correction_frame(self.result)))
+            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
+            write_file(scratch / "diagnosis.json", json_text(self.record))
+            write_report(scratch, self.page())
+        return Path(folder) / PAGE
+
+
+def diagnose(
+    robot: RobotInput,
+    recordings: RecordingsInput,
+    *,
+    series: int = 3,
+    shared_reference: bool = False,
+    report: Callable[[str], None] = lambda text: None,
+) -> Diagnosed:
+    """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
+
+    Args:
+        robot: that was measured.
+        recordings: in one or more files, or as a frame.
+        series: of a plan to tell two explanations apart.
+        shared_reference: whether the rows of a series share the noise of their reference.
+        report: is told what is being done.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the recordings do not determine the stiffness.
+    """
+    machine = robot_of(robot)
+    measured = recordings_of(recordings, machine)
+    result = diagnose_recordings(machine.robot, measured, shared_reference=shared_reference, report=report)
+    model = Model.from_fit(result.model.fit, machine.document, measured.source)
+    return Diagnosed(machine, result, model, series)

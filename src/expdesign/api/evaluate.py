@@ -1,0 +1,85 @@
+"""`evaluate`: every criterion of one given plan."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.api.inputs import Config, TableInput, problem_of, table_of
+from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.criterion import known_criteria
+from expdesign.criteria.record import evaluation_record
+from expdesign.design.plan import Plan, completed, read_plan
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import SingularConfigurationError
+from expdesign.files.table import Table
+from expdesign.recordings.reader import points_from_table
+from expdesign.robots.robot import CONDITION_LIMIT
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A plan as the criteria see it.
+
+    Attributes:
+        problem: by which it is judged.
+        plan: what is judged.
+        assessment: the pieces of every criterion, for a batch of this one design.
+        remarks: what is doubtful about the plan, in words.
+    """
+
+    problem: DesignProblem
+    plan: Plan
+    assessment: Assessment
+    remarks: tuple[str, ...]
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The document of `evaluate --json` (interfaces.md)."""
+        return evaluation_record(self.assessment)
+
+    @property
+    def criteria(self) -> pd.DataFrame:
+        """Value, unit and sense of every criterion, by its name; NaN where it cannot be identified."""
+        known = known_criteria()
+        columns = {
+            "value": [float(criterion.values(self.assessment)[0]) for criterion in known.values()],
+            "unit": [criterion.unit for criterion in known.values()],
+            "better": ["larger" if criterion.maximise else "smaller" for criterion in known.values()],
+        }
+        return pd.DataFrame(columns, index=pd.Index(list(known), name="criterion"))
+
+
+def evaluate(config: Config, plan: TableInput) -> Evaluation:
+    """Judge a plan by every criterion.
+
+    Args:
+        config: run configuration.
+        plan: of any number of rows.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular, or nearly so, in one of the rows.
+    """
+    problem = problem_of(config)
+    table = table_of(plan, "plan")
+    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    points_from_table(completed(table, given, problem.loaded), problem.loaded.robot)  # units, numbering, contradictions
+    remarks = _remarks(problem, given, table)
+    assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
+    error = problem.unidentified(assessment)
+    return Evaluation(problem, given, assessment, remarks if error is None else (*remarks, error.message))
+
+
+def _remarks(problem: DesignProblem, plan: Plan, table: Table) -> tuple[str, ...]:
+    robot = problem.loaded.robot
+    condition = robot.jacobians(plan.configurations).condition
+    if (condition > CONDITION_LIMIT).any():
+        row = int(np.argmax(condition))
+        what = f"the robot is singular or nearly so there (scaled condition number {condition[row]:.3g})"
+        raise SingularConfigurationError(what, where=table.where(row), remedy="Choose another pose.")
+    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > 1e-9)
+    return tuple(
+        f"{table.where(int(row))}: beyond the limits: {robot.limit_message(plan.configurations[row])}" for row in beyond
+    )

@@ -1,0 +1,110 @@
+"""`identify`: stiffness with confidence intervals, from recordings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of, table_of
+from expdesign.errors import InputError
+from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.identification.identify import Identification
+from expdesign.identification.identify import identify as identify_recordings
+from expdesign.identification.model_file import Model, model_text
+from expdesign.identification.record import identification_record, stiffness_unit
+from expdesign.recordings.reader import read_several, recordings_from_table, require_measured
+from expdesign.recordings.recordings import Recordings
+from expdesign.report.page import Page
+
+SMALLEST_PRIOR = 1e-6
+"""%; a smaller deviation would say that nothing has to be identified."""
+
+RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings
+
+
+@dataclass(frozen=True)
+class Identified:
+    """An identified robot.
+
+    Attributes:
+        robot: with its file.
+        result: everything that the identification found.
+        model: what prediction and compensation need.
+    """
+
+    robot: RobotFile
+    result: Identification
+    model: Model
+
+    @property
+    def stiffness(self) -> pd.DataFrame:
+        """Estimate and 95 % interval of every actuator's stiffness, by its name."""
+        interval = self.result.stiffness
+        columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
+        frame = pd.DataFrame(columns, index=pd.Index(self.result.robot.actuators, name="actuator"))
+        frame["unit"] = stiffness_unit(self.result)
+        return frame
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `identification.json` (interfaces.md)."""
+        return identification_record(self.result)
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
+
+        return identification_report(self.result)
+
+    def save(self, folder: PathLike) -> Path:
+        """Write the files of `expdesign identify` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder)) as scratch:
+            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
+            write_file(scratch / "identification.json", json_text(self.record))
+            write_report(scratch, self.page())
+        return Path(folder) / PAGE
+
+
+def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
+    """Recordings, read from one or more files or from a frame."""
+    if isinstance(recordings, Recordings):
+        return recordings
+    if isinstance(recordings, pd.DataFrame):
+        measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
+        require_measured(measured, robot.robot)
+        return measured
+    files = [recordings] if isinstance(recordings, str | Path) else list(recordings)
+    return read_several([Path(file) for file in files], robot.robot)
+
+
+def identify(
+    robot: RobotInput,
+    recordings: RecordingsInput,
+    *,
+    shared_reference: bool = False,
+    prior: float | None = None,
+) -> Identified:
+    """Identify the stiffness of every actuator from recordings.
+
+    Args:
+        robot: whose stiffness is wanted.
+        recordings: in one or more files, or as a frame.
+        shared_reference: whether half of each row's variance is common to its series.
+        prior: relative standard deviation of `actuator_stiffness` beforehand, in percent.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the recordings do not determine the stiffness.
+    """
+    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
+        raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
+    machine = robot_of(robot)
+    measured = recordings_of(recordings, machine)
+    relative = None if prior is None else prior / 100.0
+    result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
+    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source))

@@ -1,0 +1,74 @@
+"""What the functions of the package take: a path, or what was loaded or computed before."""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from expdesign.design.plan import csv_text
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import problem_from_document
+from expdesign.files.table import Table, parse_table, read_table
+from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.identification.model_file import Model, read_model
+from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import robot_from_document
+
+PathLike = str | Path
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """A robot with the file that describes it.
+
+    Attributes:
+        robot: for computing.
+        document: the content of its file.
+    """
+
+    robot: Robot
+    document: YamlDocument
+
+
+Config = PathLike | Mapping[str, Any] | DesignProblem
+RobotInput = PathLike | Mapping[str, Any] | RobotFile
+ModelInput = PathLike | Model
+TableInput = PathLike | pd.DataFrame
+
+
+def document_of(content: PathLike | Mapping[str, Any], name: str) -> YamlDocument:
+    """A YAML file, or a mapping with its content (whose relative paths are then those of the working folder)."""
+    if isinstance(content, Mapping):
+        return YamlDocument(name, Path(), dict(content))
+    return read_yaml(Path(content))
+
+
+def problem_of(config: Config) -> DesignProblem:
+    """A run configuration, read."""
+    return config if isinstance(config, DesignProblem) else problem_from_document(document_of(config, "configuration"))
+
+
+def robot_of(robot: RobotInput) -> RobotFile:
+    """A robot file, read."""
+    if isinstance(robot, RobotFile):
+        return robot
+    document = document_of(robot, "robot")
+    return RobotFile(robot_from_document(document), document)
+
+
+def model_of(model: ModelInput) -> Model:
+    """A model file, read."""
+    return model if isinstance(model, Model) else read_model(Path(model))
+
+
+def table_of(table: TableInput, name: str) -> Table:
+    """A CSV file, or a frame as the table that its CSV file would give."""
+    return parse_table(csv_text(table), name) if isinstance(table, pd.DataFrame) else read_table(Path(table))
+
+
+def numeric(text: pd.DataFrame) -> pd.DataFrame:
+    """The frame that the CSV file of `text` gives, numbers as numbers."""
+    return pd.read_csv(io.StringIO(csv_text(text)), float_precision="round_trip")

@@ -1,0 +1,46 @@
+"""`load`: a robot, a configuration, a model, or recordings, by what the file holds."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from expdesign.api.inputs import PathLike, RobotFile, RobotInput, numeric, robot_of
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import problem_from_document
+from expdesign.errors import InputError
+from expdesign.files.table import read_table
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.identification.model_file import Model, model_from_document
+from expdesign.recordings.reader import read_recordings
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot_file import robot_from_document
+
+Loaded = RobotFile | DesignProblem | Model | Recordings | pd.DataFrame
+
+
+def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
+    """Read a file.
+
+    Args:
+        file: a robot, a run configuration or an identified model (YAML), or a table (CSV).
+        robot: of what the table's recordings are.
+
+    Returns:
+        `RobotFile`, `DesignProblem` or `Model`; of a table, `Recordings` where a robot is given, else a frame.
+
+    Raises:
+        InputError: the file is missing, wrong, or none of these.
+    """
+    path = Path(file)
+    if path.suffix.lower() == ".csv":
+        return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot_of(robot).robot)
+    document = read_yaml(path)
+    content = document.content if isinstance(document.content, dict) else {}
+    if content.get("kind") == "model":
+        return model_from_document(document)
+    if "experiment" in content or "targets" in content:
+        return problem_from_document(document)
+    if "kind" in content or "base_joints" in content:
+        return RobotFile(robot_from_document(document), document)
+    remedy = "A robot and a model have the key `kind`, a run configuration `experiment`."
+    raise InputError("neither a robot, a run configuration nor a model", where=str(path), remedy=remedy)

@@ -1,0 +1,64 @@
+"""`predict`: deflections of an identified robot, with their standard deviations."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
+from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
+from expdesign.compensation.prediction import predict as predict_points
+from expdesign.design.plan import csv_text
+from expdesign.files.output import write_file
+from expdesign.recordings.reader import points_from_table
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Points with their deflections.
+
+    Attributes:
+        text: the points as they stand in a file, with `dx_m …` and `sx_m …` filled in.
+        prediction: the same as arrays, rows in the order of their sequence.
+    """
+
+    text: pd.DataFrame
+    prediction: Prediction
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The points with numbers as numbers."""
+        return numeric(self.text)
+
+    def save(self, file: PathLike) -> Path:
+        """Write the points into a file."""
+        write_file(Path(file), csv_text(self.text))
+        return Path(file)
+
+
+def predict(model: ModelInput, points: TableInput, *, platform: bool = False) -> Predicted:
+    """Predict deflections at points in recordings form.
+
+    Args:
+        model: identified robot.
+        points: commands and loads.
+        platform: the motion of the platform instead of the instrument's reading.
+
+    Raises:
+        InputError: a file is missing or wrong, or does not tell the history that the model depends on.
+        SingularConfigurationError: the robot is singular at a point.
+    """
+    identified = model_of(model)
+    robot = identified.chain.robot
+    table = table_of(points, "points")
+    require_history(identified, table)
+    loaded = points_from_table(table, robot)
+    require_regular_points(robot, loaded)
+    prediction = predict_points(identified, loaded, platform=platform)
+    deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
+    frame = table.frame.copy()
+    for axis, name in enumerate(robot.coordinates.deflection):
+        frame[name] = deflections[:, axis]
+    for axis, name in enumerate(robot.coordinates.deviation):
+        frame[name] = deviations[:, axis]
+    return Predicted(frame, prediction)

@@ -1,0 +1,129 @@
+"""`run`: the Pareto front of a configuration."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from expdesign.api.inputs import Config, PathLike, problem_of
+from expdesign.design.front import Front
+from expdesign.design.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
+from expdesign.design.plan import csv_text
+from expdesign.design.problem import DesignProblem
+from expdesign.design.record import run_record
+from expdesign.design.result import pareto_frame, plan_of, plans_frame
+from expdesign.design.search import Progress, search
+from expdesign.errors import InputError
+from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.report.page import Page
+
+Report = Callable[[str, int, int, str], None]
+"""Told what is done (a word), how many steps of how many are done, and what was reached."""
+
+
+def silent(title: str, done: int, total: int, note: str) -> None:
+    """The report of who does not want one."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished search.
+
+    Attributes:
+        problem: what was searched.
+        front: what was found.
+        record: the content of `run.json` (interfaces.md).
+    """
+
+    problem: DesignProblem
+    front: Front
+    record: dict[str, Any]
+
+    @property
+    def pareto(self) -> pd.DataFrame:
+        """Every criterion of every design of the front (`pareto.csv`)."""
+        return pareto_frame(self.front)
+
+    @property
+    def plans(self) -> pd.DataFrame:
+        """The plans of all designs, one below the other (`plans.csv`)."""
+        return plans_frame(self.problem, self.front)
+
+    @property
+    def plan(self) -> pd.DataFrame:
+        """The recommended design's plan (`plan.csv`)."""
+        return self.plan_of(self.front.recommended + 1)
+
+    def plan_of(self, design: int) -> pd.DataFrame:
+        """The plan of a design by its number in `pareto`, from 1."""
+        if not 1 <= design <= len(self.front):
+            raise InputError(f"there is no design {design}", remedy=f"Designs are 1 to {len(self.front)}.")
+        return plan_of(self.problem, self.front, design - 1)
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.design_report import design_report  # noqa: PLC0415 (slow to import)
+
+        return design_report(self.problem, self.front, self.record)
+
+    def files(self) -> dict[str, str]:
+        """Names and texts of the files that hold the results, without the report."""
+        return {
+            "pareto.csv": csv_text(self.pareto),
+            "plans.csv": csv_text(self.plans),
+            "plan.csv": csv_text(self.plan),
+            "run.json": json_text(self.record),
+        }
+
+    def save(self, folder: PathLike) -> Path:
+        """Write the files of `expdesign run` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder)) as scratch:
+            for name, text in self.files().items():
+                write_file(scratch / name, text)
+            write_report(scratch, self.page())
+        return Path(folder) / PAGE
+
+
+def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
+    """Find the Pareto front of a configuration's objectives, and lower bounds of DUIR and of the total error.
+
+    Args:
+        config: run configuration.
+        report: is told how far the search is.
+        timed: whether the record says how long it took; without that, the same input gives the same bytes.
+
+    Raises:
+        InputError: the configuration is wrong, or leaves nothing to choose.
+        InfeasibleError: no pose is within the robot's limits.
+        NotIdentifiableError: no design identifies what the targets need.
+    """
+    problem = problem_of(config)
+    if problem.space.genes == 0:
+        what = "every pose and every load is fixed, so that there is nothing to choose"
+        remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
+        raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
+    started = time.perf_counter()
+
+    def searching(state: Progress) -> None:
+        text = state.note or f"front {state.front_size}, hypervolume {state.hypervolume:.6g}"
+        report("searching", state.generation, state.generations, text)
+
+    front = search(problem, searching)
+    record = run_record(problem, front, *_bounds(problem, front, report))
+    if timed:
+        record["wall_s"] = time.perf_counter() - started
+    return Run(problem, front, record)
+
+
+def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[LowerBound, LowerBound]:
+    report("bounding", 0, 2, "DUIR")
+    duir = duir_lower_bound(problem, front.genes)
+    report("bounding", 1, 2, "total")
+    total = total_lower_bound(problem, front.genes)
+    report("bounding", 2, 2, "")
+    return duir, total

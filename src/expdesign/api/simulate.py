@@ -1,0 +1,85 @@
+"""`simulate`: recordings of a plan as the model gives them, with noise and load errors."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, numeric, problem_of, table_of
+from expdesign.arrays import FloatArray
+from expdesign.compensation.prediction import require_regular_points
+from expdesign.design.plan import completed, csv_text, read_plan
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import InputError
+from expdesign.files.output import write_file
+from expdesign.identification.synthetic import simulated_deflections
+from expdesign.recordings.reader import points_from_table
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """Recordings that were not measured.
+
+    Attributes:
+        text: the rows as they stand in a file.
+    """
+
+    text: pd.DataFrame
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The rows with numbers as numbers."""
+        return numeric(self.text)
+
+    def save(self, file: PathLike) -> Path:
+        """Write the recordings into a file."""
+        write_file(Path(file), csv_text(self.text))
+        return Path(file)
+
+
+def simulate(
+    config: Config,
+    plan: TableInput,
+    *,
+    model: ModelInput | None = None,
+    seed: int = 1,
+    noise: bool = True,
+    load_errors: bool = True,
+) -> Simulated:
+    """Simulate the recordings of a plan.
+
+    Args:
+        config: run configuration.
+        plan: what is measured.
+        model: what deflects; the base model with the approximate stiffness if left out.
+        seed: of the noise and the load errors.
+        noise: whether there is the configuration's noise.
+        load_errors: whether there are the configuration's load errors.
+
+    Raises:
+        InputError: a file is missing or wrong, or the seed is negative.
+    """
+    if seed < 0:
+        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
+    problem = problem_of(config)
+    table = table_of(plan, "plan")
+    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    complete = completed(table, given, problem.loaded)
+    points = points_from_table(complete, problem.loaded.robot, measured=True)
+    require_regular_points(problem.loaded.robot, points)
+    identified = None if model is None else model_of(model)
+    deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
+    return Simulated(_recorded(complete.frame, deflections, problem))
+
+
+def _recorded(frame: pd.DataFrame, deflections: FloatArray, problem: DesignProblem) -> pd.DataFrame:
+    """The frame with the measured components and their standard deviations filled in; others are taken out."""
+    coordinates = problem.loaded.robot.coordinates
+    measured = frame.drop(columns=[name for name in (*coordinates.deflection, *coordinates.deviation) if name in frame])
+    deviations = np.sqrt(np.diag(problem.noise.covariance))
+    for axis in problem.noise.axes:
+        measured[coordinates.deflection[axis]] = deflections[:, axis]
+    for axis, deviation in zip(problem.noise.axes, deviations, strict=True):
+        measured[coordinates.deviation[axis]] = deviation
+    return measured

@@ -1,0 +1,36 @@
+"""`run.json` (interfaces.md): what a search was given and what it found, as one document."""
+
+from importlib.metadata import version
+from typing import Any
+
+from expdesign.design.front import Front
+from expdesign.design.optimality.certificate import LowerBound
+from expdesign.design.problem import DesignProblem
+
+PACKAGES = ("expdesign", "casadi", "numpy", "pandas", "pymoo", "scipy")
+"""On whose versions the numbers depend."""
+
+
+def versions() -> dict[str, str]:
+    """The versions of the packages on which the numbers depend."""
+    return {name: version(name) for name in PACKAGES}
+
+
+def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound) -> dict[str, Any]:
+    """The content of `run.json` but for the time; `duir` and `total` are bounds of these criteria."""
+    return {
+        "config": problem.config,
+        "seed": problem.optimiser.seed,
+        "versions": versions(),
+        "evaluations": front.evaluations,
+        "duir_lower_bound": duir.value,
+        "duir_lower_bound_certified_on": duir.certified_on,
+        "total_lower_bound": total.value,
+        "total_lower_bound_certified_on": total.certified_on,
+        "objectives": list(front.objectives),
+        "hypervolume": front.hypervolume,
+        "reference_point": front.reference_point.tolist(),
+        "designs": len(front),
+        "recommended": front.recommended + 1,
+        "knee": front.knee + 1,
+    }
