@@ -81,6 +81,12 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     return read_several([Path(file) for file in files], robot.robot)
 
 
+def require_prior(prior: float | None) -> None:
+    """Raise an `InputError` where `prior` is no standard deviation in percent."""
+    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
+        raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
+
+
 def identify(
     robot: RobotInput,
     recordings: RecordingsInput,
@@ -101,8 +107,7 @@ def identify(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
-    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
-        raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
+    require_prior(prior)
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     relative = None if prior is None else prior / 100.0

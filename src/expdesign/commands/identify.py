@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.api.identify import recordings_of
+from expdesign.api.identify import recordings_of, require_prior
 from expdesign.api.inputs import robot_of
 from expdesign.commands.console import note, note_unknown_columns
 from expdesign.files.output import require_writable
@@ -30,6 +30,7 @@ def command(
 
     Example: expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
+    require_prior(prior)
     require_writable(out)
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
