@@ -1,15 +1,16 @@
-# `make run` plans the calibration of the example hexapod; `make test` checks everything.
+# `make run` plans the calibration of the example hexapod; `make test` checks everything,
+# `make studies` makes the thesis' studies again.
 PYTHON ?= python3.11
 VENV := .venv
 BIN := $(VENV)/bin
 CONFIG ?= configs/hexapod-h1.yaml
 
-.PHONY: run test lint proof clean
+.PHONY: run test lint proof studies clean
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is needed (or: make PYTHON=python3)"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,laboratory]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,laboratory,studies]'
 	touch $@
 
 run: $(VENV)/installed
@@ -25,6 +26,9 @@ test: lint
 
 proof: $(VENV)/installed
 	$(BIN)/pytest -m slow
+
+studies: $(VENV)/installed
+	$(BIN)/expdesign study all
 
 clean:
 	rm -rf $(VENV)

@@ -1,0 +1,98 @@
+"""What is kept under results/studies still follows from the configurations, for every study that exists.
+
+The computation is repeated with few samples: columns that do not come from samples must be the kept ones, and the
+others must agree within their standard errors. Figures and pages are made again from the kept tables.
+"""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib import __version__ as matplotlib_version
+
+from expdesign.studies.making import Prepared, digest, prepare, presentation, read_frame, sha256, table_text
+from expdesign.studies.study import known_studies
+
+ROOT = Path(__file__).parents[2]
+CONFIGURATIONS, KEPT = ROOT / "configs" / "studies", ROOT / "results" / "studies"
+FEW = 4000
+STUDIES = list(known_studies())
+
+
+@cache
+def prepared(name: str) -> Prepared:
+    return prepare(name, CONFIGURATIONS)
+
+
+@cache
+def kept(name: str) -> dict[str, pd.DataFrame]:
+    record = json.loads((KEPT / name / "study.json").read_text(encoding="utf-8"))
+    return {table: read_frame(kept_text(name, f"{table}.csv")) for table in record["tables_sha256"]}
+
+
+def kept_text(name: str, file: str) -> str:
+    return (KEPT / name / file).read_text(encoding="utf-8")
+
+
+def test_every_configuration_is_of_a_study() -> None:
+    assert sorted(path.stem for path in CONFIGURATIONS.glob("*.yaml")) == sorted(STUDIES)
+    assert sorted(path.name for path in KEPT.iterdir() if path.is_dir()) == sorted(STUDIES)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_record_binds_tables_to_the_configuration(name: str) -> None:
+    record = json.loads(kept_text(name, "study.json"))
+    assert record["configuration_sha256"] == digest(prepared(name).document), "make the study again"
+    for table, expected in record["tables_sha256"].items():
+        assert sha256(kept_text(name, f"{table}.csv")) == expected
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_tables_follow_from_the_configuration(name: str) -> None:
+    here = prepared(name)
+    samples = min(here.settings.samples, FEW)
+    quick = Prepared(here.study, here.settings.model_copy(update={"samples": samples, "seed": 77}), here.document)
+    tables = quick.tables()
+    assert set(tables) == set(kept(name))
+    for table, content in tables.items():
+        compare(f"{name}/{table}.csv", kept(name)[table], read_frame(table_text(content)), content.digits)
+
+
+def compare(where: str, old: pd.DataFrame, new: pd.DataFrame, digits: int) -> None:
+    assert list(old.columns) == list(new.columns), where
+    assert len(old) == len(new), where
+    for column in old.columns:
+        if column.endswith("_se"):
+            assert (old[column] >= 0.0).all(), f"{where}: {column}"
+        elif f"{column}_se" in old.columns:
+            error = np.hypot(old[f"{column}_se"], new[f"{column}_se"])
+            assert (np.abs(old[column] - new[column]) <= 5.0 * error).all(), f"{where}: {column}"
+        elif pd.api.types.is_float_dtype(old[column]):
+            np.testing.assert_allclose(new[column], old[column], rtol=2.0 * 10.0 ** (1 - digits), atol=1e-15)
+        else:
+            assert list(old[column]) == list(new[column]), f"{where}: {column}"
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_predictions_are_within_three_standard_errors(name: str) -> None:
+    for table, frame in kept(name).items():
+        for column in frame.columns:
+            if column.endswith("_predicted"):
+                value = column.removesuffix("_predicted")
+                score = (frame[value] - frame[column]) / frame[f"{value}_se"]
+                assert (np.abs(score) <= 3.0).all(), f"{name}/{table}.csv: {value}: {score.tolist()}"
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_figures_and_page_follow_from_the_tables(name: str) -> None:
+    files = presentation(prepared(name), kept(name))
+    assert kept_text(name, "README.md") == files["README.md"]
+    for file, text in files.items():
+        # Another version of the plotting library draws the same figure with other text.
+        if file.endswith(".svg") and f"Matplotlib v{matplotlib_version}" in kept_text(name, file):
+            assert kept_text(name, file) == text, file
+    kept_files = {path.name for path in (KEPT / name).iterdir()}
+    assert kept_files == {*files, "study.json", *(f"{table}.csv" for table in kept(name))}
