@@ -9,8 +9,9 @@ import yaml
 from tests import oracle
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
-from expdesign.design.problem_file import read_problem
+from expdesign.design.problem_file import problem_from_document, read_problem
 from expdesign.errors import ExpdesignError, InputError, SingularConfigurationError
+from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.hexapod import Hexapod
 
 NAN, INF = float("nan"), float("inf")
@@ -226,3 +227,20 @@ def test_candidates_with_a_bad_cell_name_row_and_column(tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         problem(BIPOD, {"experiment.poses": {"candidates": "poses.csv"}}, tmp_path)
     assert error.value.where.endswith("poses.csv, row 3, column y_m")
+
+
+@pytest.mark.parametrize("poses", [None, {"grid": {"x_m": [-0.2, 0.2, 5], "y_m": 0.0}}, {"candidates": "poses.csv"}])
+def test_the_resolved_configuration_is_a_configuration_of_the_same_problem(tmp_path: Path, poses: object) -> None:
+    """It can be read anywhere: the robot and the candidates are written out, and reading it changes nothing."""
+    configs = Path(__file__).parents[2] / "configs"
+    content = yaml.safe_load((configs / "bipod.yaml").read_text())
+    content["robot"] = str(configs / "robots/bipod.yaml")
+    if poses is not None:
+        content["experiment"]["poses"] = poses
+    (tmp_path / "poses.csv").write_text("x_m,y_m\n0.1,0.05\n-0.1,-0.05\n")
+    first = problem_from_document(YamlDocument("first", tmp_path, content))
+    again = problem_from_document(YamlDocument("again", Path("/nowhere"), first.config))
+    assert again.config == first.config
+    np.testing.assert_array_equal(again.space.lower, first.space.lower)
+    genes = first.space.sample(20, np.random.default_rng(1))
+    np.testing.assert_array_equal(again.space.decode(genes)[0], first.space.decode(genes)[0])

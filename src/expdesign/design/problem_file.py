@@ -41,7 +41,7 @@ def read_problem(path: Path) -> DesignProblem:
 def problem_from_document(document: YamlDocument) -> DesignProblem:
     """The design problem that a YAML document describes; see `read_problem`."""
     section = validate(RunSection, document)
-    config = section.model_dump(mode="json", fallback=_plain)
+    config = section.model_dump(mode="json", exclude_none=True)
     if isinstance(section.robot, str):
         robot_path = document.folder / section.robot
         robot = _in_key(document, lambda: read_robot(robot_path), robot_path)
@@ -51,6 +51,9 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     _gravity_matches(section, robot, document)
     experiment = section.experiment
     load = _load(experiment.load, robot, document)
+    poses = _poses(experiment, robot, document)
+    if poses.candidates is not None:
+        config["experiment"]["poses"]["candidates"] = poses.candidates.tolist()
     loaded = LoadedRobot(robot, load, _sources(experiment, load, document), experiment.geometric_stiffness)
     targets, wrenches = _targets(section, loaded, document)
     return DesignProblem(
@@ -58,7 +61,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         noise=_noise(experiment.deflection_noise, robot.coordinates, document),
         targets=targets,
         target_wrenches=wrenches,
-        space=_space(experiment, robot, load, document),
+        space=_space(experiment, robot, load, poses),
         objectives=_objectives(section.objectives, document),
         optimiser=OptimiserSettings(
             section.optimiser.population,
@@ -69,15 +72,6 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         config=config,
         source=document.source,
     )
-
-
-def _plain(value: Any) -> Any:
-    """Quantities as they stand in YAML."""
-    if isinstance(value, Interval):
-        return value.low if value.low == value.high else [value.low, value.high]
-    if isinstance(value, Choices):
-        return {"choices": list(value.values)}
-    raise TypeError(type(value).__name__)
 
 
 def _in_key(document: YamlDocument, read: Any, path: Path) -> Robot:
@@ -245,7 +239,7 @@ def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None
         raise SingularConfigurationError(what, where=where, remedy=remedy)
 
 
-def _space(experiment: ExperimentSection, robot: Robot, load: Load, document: YamlDocument) -> DesignSpace:
+def _space(experiment: ExperimentSection, robot: Robot, load: Load, poses: PoseSet) -> DesignSpace:
     section = experiment.load
     names = [name for name in load.columns if name not in robot.coordinates.gravity or load.kind == "wrench"]
     quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
@@ -254,13 +248,19 @@ def _space(experiment: ExperimentSection, robot: Robot, load: Load, document: Ya
         given = section.gravity
         tilt = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in robot.coordinates.tilt)
     gravity = robot.gravity if load.kind == "payload" else None
-    poses = _poses(experiment, robot, document)
     return DesignSpace(experiment.measurements, poses, quantities, tilt, robot.coordinates, gravity)
 
 
 def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) -> PoseSet:
     where: KeyPath = ("experiment", "poses")
     section = experiment.poses
+    if isinstance(section.candidates, list):
+        names = robot.configuration
+        rows = [_vector(row, names, document, (*where, "candidates", i)) for i, row in enumerate(section.candidates)]
+        if not rows:
+            place = document.where((*where, "candidates"))
+            raise InputError("there is no candidate", where=place, remedy="Name at least one pose, or a file (CSV).")
+        return PoseSet(candidates=np.array(rows))
     if section.candidates is not None:
         path = document.folder / section.candidates
         if not _is_file(path):

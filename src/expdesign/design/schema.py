@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.files.schema import (
@@ -51,9 +51,11 @@ def _quantity(value: Any) -> Quantity:
 
 
 def _grid_axis(value: Any) -> Quantity:
-    """`[low, high, points]`, or one number."""
+    """`[low, high, points]`, one number, or the points themselves (`{choices: [...]}`)."""
     if isinstance(value, Interval | Choices):
         return value
+    if isinstance(value, dict):
+        return _quantity(value)
     if _is_number(value):
         return fixed(float(value))
     remedy = "Write `[low, high, points]`."
@@ -71,8 +73,35 @@ def _grid_axis(value: Any) -> Quantity:
     return Choices((*(float(low + i * step) for i in range(points - 1)), float(high)))
 
 
-QuantityField = Annotated[Any, BeforeValidator(_quantity)]
-GridAxis = Annotated[Any, BeforeValidator(_grid_axis)]
+def _written(value: Quantity | None) -> Any:
+    """A quantity as it stands in YAML."""
+    if isinstance(value, Interval):
+        return value.low if value.low == value.high else [value.low, value.high]
+    return None if value is None else {"choices": list(value.values)}
+
+
+_NUMBER = {"type": "number"}
+_CHOICES = {
+    "type": "object",
+    "properties": {"choices": {"type": "array", "items": _NUMBER, "minItems": 1}},
+    "required": ["choices"],
+    "additionalProperties": False,
+}
+_INTERVAL = {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}
+_AXIS = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
+
+QuantityField = Annotated[
+    Any,
+    BeforeValidator(_quantity),
+    PlainSerializer(_written),
+    WithJsonSchema({"anyOf": [_NUMBER, _INTERVAL, _CHOICES], "description": "a number, [low, high] or {choices: []}"}),
+]
+GridAxis = Annotated[
+    Any,
+    BeforeValidator(_grid_axis),
+    PlainSerializer(_written),
+    WithJsonSchema({"anyOf": [_NUMBER, _AXIS, _CHOICES], "description": "a number or [low, high, number of points]"}),
+]
 
 
 class PosesSection(Section):
@@ -80,7 +109,7 @@ class PosesSection(Section):
 
     bounds: dict[str, QuantityField] | None = None
     grid: dict[str, GridAxis] | None = None
-    candidates: str | None = None
+    candidates: str | list[list[Number]] | None = None
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
