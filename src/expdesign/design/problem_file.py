@@ -12,7 +12,7 @@ from expdesign.criteria.targets import Targets
 from expdesign.design.problem import DesignProblem, OptimiserSettings
 from expdesign.design.schema import ExperimentSection, LoadSection, NoiseSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
-from expdesign.design.variables import Choices, Interval, Quantity, fixed
+from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.schema import LARGEST, validate
