@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, numeric, problem_of, table_of
@@ -63,6 +62,7 @@ def simulate(
     if seed < 0:
         raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
     problem = problem_of(config)
+    problem.require_elastostatic("recordings can be simulated")
     table = table_of(plan, "plan")
     given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
     complete = completed(table, given, problem.loaded)
@@ -70,16 +70,18 @@ def simulate(
     require_regular_points(problem.loaded.robot, points)
     identified = None if model is None else model_of(model)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
-    return Simulated(_recorded(complete.frame, deflections, problem))
+    pose_map = problem.loaded.robot.jacobians(given.configurations).pose
+    return Simulated(_recorded(complete.frame, deflections, problem, problem.noise.deviations_at(pose_map)))
 
 
-def _recorded(frame: pd.DataFrame, deflections: FloatArray, problem: DesignProblem) -> pd.DataFrame:
+def _recorded(
+    frame: pd.DataFrame, deflections: FloatArray, problem: DesignProblem, deviations: FloatArray
+) -> pd.DataFrame:
     """The frame with the measured components and their standard deviations filled in; others are taken out."""
     coordinates = problem.loaded.robot.coordinates
     measured = frame.drop(columns=[name for name in (*coordinates.deflection, *coordinates.deviation) if name in frame])
-    deviations = np.sqrt(np.diag(problem.noise.covariance))
     for axis in problem.noise.axes:
         measured[coordinates.deflection[axis]] = deflections[:, axis]
-    for axis, deviation in zip(problem.noise.axes, deviations, strict=True):
+    for axis, deviation in zip(problem.noise.axes, deviations.T, strict=True):
         measured[coordinates.deviation[axis]] = deviation
     return measured

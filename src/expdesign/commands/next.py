@@ -45,6 +45,7 @@ def command(
     if accuracy is not None and not 0.0 < accuracy < float("inf"):
         raise InputError(f"{accuracy:g} is not an accuracy", where="--accuracy", remedy="Give tolerances, e.g. 0.8.")
     problem = read_problem(config)
+    problem.require_elastostatic("the next measurements can be planned")
     table = read_table(recordings)
     measured = recordings_from_table(table, problem.loaded.robot)
     require_measured(measured, problem.loaded.robot)

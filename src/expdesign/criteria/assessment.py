@@ -55,6 +55,11 @@ class Assessment:
         return reference_whitener(self.series)
 
     @cached_property
+    def _whitener(self) -> FloatArray:
+        """G of each measurement, shape (k, k) or (b, m, k, k)."""
+        return self.noise.whitener_at(self.measurements.pose_map)
+
+    @cached_property
     def _exists(self) -> BoolArray:
         """Whether the maps of all measurements exist, shape (b,)."""
         exists: BoolArray = np.logical_and.reduce(np.isfinite(self.measurements.observation), axis=(1, 2, 3))
@@ -66,7 +71,7 @@ class Assessment:
         observation = self.measurements.observation
         if not self._exists.all():
             observation = np.where(self._exists[:, None, None, None], observation, 0.0)
-        rows = self.noise.whitener @ observation[:, :, self.noise.axes, :]
+        rows = self._whitener @ observation[:, :, self.noise.axes, :]
         if self._across is not None:
             rows = np.einsum("bij,bjkp->bikp", self._across, rows)
         return rows.reshape(self.batch, -1, self.parameters)
@@ -143,7 +148,8 @@ class Assessment:
         if self._across is not None:
             whitened_gain = np.einsum("bpik,bij->bpjk", whitened_gain, self._across)
         gain = np.zeros((self.batch, self.count, self.parameters, self.measurements.observation.shape[-2]))
-        gain[..., self.noise.axes] = (whitened_gain @ self.noise.whitener).swapaxes(1, 2)
+        per_measurement = whitened_gain.swapaxes(1, 2)
+        gain[..., self.noise.axes] = per_measurement @ self._whitener
         return gain
 
     @cached_property

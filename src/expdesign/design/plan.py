@@ -65,7 +65,7 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     """
     robot, load = loaded.robot, loaded.load
     configurations = table.numbers(robot.configuration)
-    if not any(table.has(name) for name in load.columns):
+    if loaded.regressor.needs_load and not any(table.has(name) for name in load.columns):
         table.require(load.columns[:1])
     defaults = load.defaults(robot.gravity)
     loads = np.empty((len(table), len(load.columns)))
@@ -75,6 +75,10 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     if load.kind == "payload" and np.any(loads[:, 0] < 0.0):
         where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
         raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    if not loaded.regressor.needs_load and np.any(loads):
+        where = table.where(int(np.flatnonzero(loads.any(axis=1))[0]))
+        what = "geometric calibration measures poses without load"
+        raise InputError(what, where=where, remedy="Take the load out, or use `experiment.calibration: both`.")
     series = table.integers("series") if table.has("series") else series_by_pose(configurations)
     if shared_reference and table.has("series"):
         _same_pose_within_series(table, configurations, series)

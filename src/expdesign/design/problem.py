@@ -11,7 +11,8 @@ from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.errors import ExpdesignError, NotIdentifiableError
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.instrument.deflection_noise import DeflectionNoise, series_by_pose
 
 
@@ -59,6 +60,15 @@ class DesignProblem:
             series = series_by_pose(configurations)
         return Assessment(measurements, self.noise, shared, self.targets, series)
 
+    def require_elastostatic(self, what: str) -> None:
+        """Raise an `InputError` where something other than the stiffness alone is calibrated."""
+        if not isinstance(self.loaded.regressor, Elastostatic):
+            said = f"{what} for elastostatic calibration only"
+            remedy = (
+                "`run`, `evaluate` and `compare` know every calibration; take `experiment.calibration` out for this."
+            )
+            raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
+
     def unidentified(self, assessment: Assessment) -> ExpdesignError | None:
         """The error that says what the first design of an assessment cannot identify, or None."""
         if bool(assessment.identifies_targets[0]):
@@ -68,8 +78,10 @@ class DesignProblem:
         name = self.loaded.robot.coordinates.deflection[axis]
         rank, parameters = int(assessment.rank[0]), assessment.parameters
         what = (
-            f"the measurements identify {rank} of {parameters} stiffnesses, and {name} at target {target + 1} "
-            "depends on what they leave out"
+            f"the measurements identify {rank} of {parameters} {self.loaded.regressor.noun}, and {name} at target "
+            f"{target + 1} depends on what they leave out"
         )
         remedy = "Measure more axes or more loads, so that every actuator carries load in some measurement."
+        if not isinstance(self.loaded.regressor, Elastostatic):
+            remedy = "Measure more poses, more axes, or poses that differ more."
         return NotIdentifiableError(what, where=self.source, remedy=remedy)

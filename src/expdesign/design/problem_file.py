@@ -9,11 +9,13 @@ from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
+from expdesign.design.calibration_file import load_section, read_regressor, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
 from expdesign.design.schema import ExperimentSection, LoadSection, NoiseSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.schema import LARGEST, validate
 from expdesign.files.table import read_table
@@ -50,15 +52,18 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         robot = robot_from_document(document.part("robot"))
     _gravity_matches(section, robot, document)
     experiment = section.experiment
-    load = _load(experiment.load, robot, document)
+    regressor = read_regressor(section, robot, document)
+    load = _load(load_section(experiment), robot, document)
     poses = _poses(experiment, robot, document)
     if poses.candidates is not None:
         config["experiment"]["poses"]["candidates"] = poses.candidates.tolist()
-    loaded = LoadedRobot(robot, load, _sources(experiment, load, document), experiment.geometric_stiffness)
+    sources = _sources(experiment, load, document)
+    loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor)
+    noise = _noise(experiment.deflection_noise, robot.coordinates, document)
     targets, wrenches = _targets(section, loaded, document)
     return DesignProblem(
         loaded=loaded,
-        noise=_noise(experiment.deflection_noise, robot.coordinates, document),
+        noise=with_reference_pose(noise, experiment, robot, document),
         targets=targets,
         target_wrenches=wrenches,
         space=_space(experiment, robot, load, poses),
@@ -192,15 +197,16 @@ def _targets(section: RunSection, loaded: LoadedRobot, document: YamlDocument) -
             parameters = np.array([target.payload.mass_kg, *centre, *gravity])
         else:
             load = Wrench(coordinates)
-            parameters = _vector(target.wrench or [], coordinates.wrench, document, (*where, "wrench"))
+            wrench = [0.0] * coordinates.n if target.wrench is None else target.wrench
+            parameters = _vector(wrench, coordinates.wrench, document, (*where, "wrench"))
         require_usable(robot, pose, document.where((*where, "pose")))
-        here = LoadedRobot(robot, load, (), loaded.geometric_stiffness)
+        here = LoadedRobot(robot, load, (), loaded.geometric_stiffness, loaded.regressor)
         observations.append(here.measure(pose, parameters).observation)
         wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
         poses.append(pose)
         for name, tolerance in target.tolerance.items():
             importance[index, _axis(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
-    if not np.any(wrenches):
+    if isinstance(loaded.regressor, Elastostatic) and not np.any(wrenches):
         what = "no target carries a load, so that there is nothing to compensate"
         raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])
@@ -240,7 +246,7 @@ def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None
 
 
 def _space(experiment: ExperimentSection, robot: Robot, load: Load, poses: PoseSet) -> DesignSpace:
-    section = experiment.load
+    section = load_section(experiment)
     names = [name for name in load.columns if name not in robot.coordinates.gravity or load.kind == "wrench"]
     quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
     tilt: tuple[Quantity, ...] = ()

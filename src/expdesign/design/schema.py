@@ -169,15 +169,25 @@ class LoadErrorSection(Section):
     shared: Annotated[bool, Field(strict=True)] = True
 
 
+class ReferencePoseSection(Section):
+    """`experiment.reference_pose`."""
+
+    pose: list[Number]
+    interpolate: Annotated[bool, Field(strict=True)] = False
+
+
 class ExperimentSection(Section):
     """`experiment`."""
 
     measurements: Count
     poses: PosesSection
-    load: LoadSection
+    load: LoadSection | None = None
     deflection_noise: NoiseSection
     load_error: list[LoadErrorSection] = Field(default_factory=list)
     geometric_stiffness: Annotated[bool, Field(strict=True)] = False
+    calibration: Literal["elastostatic", "geometric", "both"] = "elastostatic"
+    frames: Literal["known", "unknown"] = "known"
+    reference_pose: ReferencePoseSection | None = None
 
 
 class TargetPayloadSection(Section):
@@ -199,7 +209,7 @@ class TargetSection(Section):
 
     @model_validator(mode="after")
     def _one_load(self) -> Self:
-        if (self.payload is None) == (self.wrench is None):
+        if self.payload is not None and self.wrench is not None:
             raise invalid("exactly one of `payload` and `wrench` is needed", remedy="Keep one.")
         if not self.tolerance:
             raise invalid("at least one axis must matter", "tolerance", "Write e.g. `{dz_m: 1.0e-6}`.")

@@ -77,7 +77,7 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
     values, violations = population.objectives(genes)
     feasible = (violations <= 0.0).all(axis=1)
-    if settings.polish and feasible.any():
+    if settings.polish and feasible.any() and not problem.loaded.regressor.redundant:
         chosen = genes[feasible][non_dominated(values[feasible])]
         genes = np.concatenate([genes, polish(problem, chosen, lambda text: report(replace(state, note=text)))])
         values, violations = population.objectives(genes)

@@ -32,12 +32,18 @@ def geometric_stiffness(robot: ParallelRobot, poses: FloatArray, forces: FloatAr
 
 
 def conservative_maps(
-    robot: ParallelRobot, poses: FloatArray, jacobians: Jacobians, wrenches: FloatArray
+    robot: ParallelRobot,
+    poses: FloatArray,
+    jacobians: Jacobians,
+    wrenches: FloatArray,
+    observation: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Observation matrix and Cartesian compliance with the geometric stiffness taken into account.
+    """Observation matrix (of the compliances, unless another is given) and Cartesian compliance with the geometric
+    stiffness taken into account.
 
     K_G is taken at the approximate stiffness' first-order state: D' = (I + D·K_G)⁻¹·D and A' = (I + D·K_G)⁻¹·A, so
-    that A'·c = D'·ΔF still holds for the approximate compliances.
+    that A'·c = D'·ΔF still holds for the approximate compliances. Any A that says how the platform moves at constant
+    wrench when its actuators move gets the same factor, (K_C + K_G)⁻¹·K_C.
 
     Returns:
         A' of shape (..., n, n_p) and D' of shape (..., n, n).
@@ -45,5 +51,5 @@ def conservative_maps(
     compliance = cartesian_compliance(jacobians, robot.compliance)
     stiffness = geometric_stiffness(robot, poses, actuator_forces(jacobians, wrenches))
     softening = np.eye(robot.coordinates.n) + compliance @ stiffness
-    observation = np.linalg.solve(softening, observation_matrix(jacobians, wrenches))
-    return observation, np.linalg.solve(softening, compliance)
+    plain = observation_matrix(jacobians, wrenches) if observation is None else observation
+    return np.linalg.solve(softening, plain), np.linalg.solve(softening, compliance)

@@ -1,4 +1,4 @@
-"""What a batch of designs measures: the linear model of every deflection and of what load errors do to it."""
+"""What a batch of designs measures: the linear model of every reading and of what load errors do to it."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,7 +7,9 @@ import casadi as ca
 
 from expdesign.arrays import FloatArray
 from expdesign.elastostatics.geometric_stiffness import conservative_maps
-from expdesign.elastostatics.maps import cartesian_compliance, observation_matrix
+from expdesign.elastostatics.maps import actuator_forces, cartesian_compliance
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.loads.errors.source import LoadErrorSource
 from expdesign.loads.load import Load
 from expdesign.robots.parallel import ParallelRobot
@@ -20,16 +22,18 @@ class Measurements:
     """Linear model of measurements, with any batch dimensions in front of the measurement index i.
 
     Attributes:
-        observation: A_i, deflection per compliance (thesis 1.17), shape (..., n, n_p).
+        observation: A_i, reading per parameter of the regressor (thesis 1.17, theory.md 9.I), shape (..., n, n_p).
         compliance: D_i with the approximate stiffness, deflection per load error (theory.md 5.1), shape (..., n, n).
         load_errors: per source, L_i·diag(σ): wrench error per standard deviation of δ, shape (..., n, d).
         condition: scaled condition number of the mechanism, shape (...).
+        pose_map: J̌, on which the noise may depend, shape (..., n, n_a).
     """
 
     observation: FloatArray
     compliance: FloatArray
     load_errors: tuple[FloatArray, ...]
     condition: FloatArray
+    pose_map: FloatArray
 
 
 class LoadedRobot:
@@ -40,6 +44,7 @@ class LoadedRobot:
         load: the kind of load.
         sources: sources of load error.
         geometric_stiffness: whether the change of geometry under load is taken into account (parallel robots).
+        regressor: what is calibrated.
     """
 
     def __init__(
@@ -48,11 +53,25 @@ class LoadedRobot:
         load: Load,
         sources: tuple[LoadErrorSource, ...] = (),
         geometric_stiffness: bool = False,
+        regressor: Regressor | None = None,
     ) -> None:
         self.robot = robot
         self.load = load
         self.sources = sources
         self.geometric_stiffness = geometric_stiffness
+        self.regressor = Elastostatic() if regressor is None else regressor
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """Typical size of each parameter that is calibrated, shape (n_p,)."""
+        return self.regressor.scale(self.robot)
+
+    @cached_property
+    def _further(self) -> tuple[BatchFunction, tuple[str, ...]]:
+        """The regressor's own matrices of a configuration, and their names."""
+        configuration = ca.SX.sym("q", len(self.robot.configuration))
+        named = self.regressor.expressions(self.robot, configuration)
+        return BatchFunction("regressor", [configuration], list(named.values())), tuple(named)
 
     @cached_property
     def _wrenches(self) -> BatchFunction:
@@ -80,9 +99,11 @@ class LoadedRobot:
         """The linear model at configurations (..., n_q) under loads (..., k), `load.columns` naming the latter."""
         jacobians = self.robot.jacobians(configurations)
         wrench, errors = self.wrenches(jacobians.rotation, loads)
+        function, names = self._further
+        further = dict(zip(names, function(configurations), strict=True)) if names else {}
+        observation = self.regressor.matrix(PoseMaps(jacobians.pose, actuator_forces(jacobians, wrench), further))
         if self.geometric_stiffness and isinstance(self.robot, ParallelRobot):
-            observation, compliance = conservative_maps(self.robot, configurations, jacobians, wrench)
+            observation, compliance = conservative_maps(self.robot, configurations, jacobians, wrench, observation)
         else:
-            observation = observation_matrix(jacobians, wrench)
             compliance = cartesian_compliance(jacobians, self.robot.compliance)
-        return Measurements(observation, compliance, errors, jacobians.condition)
+        return Measurements(observation, compliance, errors, jacobians.condition, jacobians.pose)

@@ -56,11 +56,10 @@ class Knowledge:
 def knowledge_of(problem: DesignProblem, genes: FloatArray) -> Knowledge:
     """What each of the measurements (c, g) of the design space would say by itself, batch shape (c,)."""
     measurements = problem.loaded.measure(*problem.space.decode(genes))
-    noise, scale = problem.noise, problem.loaded.robot.compliance
-    root = noise.whitener @ measurements.observation[..., noise.axes, :] * scale
-    errors = [
-        noise.whitener @ (measurements.compliance @ error)[..., noise.axes, :] for error in measurements.load_errors
-    ]
+    noise, scale = problem.noise, problem.loaded.scale
+    whitener = noise.whitener_at(measurements.pose_map)
+    root = whitener @ measurements.observation[..., noise.axes, :] * scale
+    errors = [whitener @ (measurements.compliance @ error)[..., noise.axes, :] for error in measurements.load_errors]
     return _with_errors(root, errors, [source.shared for source in problem.loaded.sources])
 
 

@@ -54,7 +54,8 @@ def simulated_deflections(
     else:
         deflections = _of_model(model, problem, points, added)
     if noise:
-        drawn = drawn_noise(problem.noise, plan.series, np.random.default_rng([seed, _NOISE_STREAM]))
+        pose_map = loaded.robot.jacobians(plan.configurations).pose
+        drawn = drawn_noise(problem.noise, plan.series, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)
         deflections[:, problem.noise.axes] += drawn
     return deflections
 
@@ -73,15 +74,20 @@ def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
     return total
 
 
-def drawn_noise(noise: DeflectionNoise, series: IntArray, generator: np.random.Generator) -> FloatArray:
-    """Noise of the measured components (m, rad), shape (N, k); half its variance common to a shared reference."""
-    root = np.linalg.inv(noise.whitener)
-    own = generator.standard_normal((len(series), len(root)))
+def drawn_noise(
+    noise: DeflectionNoise, series: IntArray, generator: np.random.Generator, pose_map: FloatArray | None = None
+) -> FloatArray:
+    """Noise of the measured components (m, rad), shape (N, k); half its variance common to a shared reference.
+
+    `pose_map` is J̌ of each measurement, shape (N, n, n_a), needed where the noise depends on the pose.
+    """
+    root = np.linalg.inv(noise.whitener if pose_map is None else noise.whitener_at(pose_map))
+    own = generator.standard_normal((len(series), root.shape[-1]))
     if noise.shared_reference:
         _, index = np.unique(series, return_inverse=True)
-        common = generator.standard_normal((int(index.max()) + 1, len(root)))
+        common = generator.standard_normal((int(index.max()) + 1, root.shape[-1]))
         own = np.sqrt(0.5) * (own + common[index])
-    drawn: FloatArray = own @ root.T
+    drawn: FloatArray = (root @ own[..., None])[..., 0]
     return drawn
 
 

@@ -35,16 +35,19 @@ def drawn_load_errors(
     return total
 
 
-def drawn_noise(noise: DeflectionNoise, series: IntArray, count: int, generator: np.random.Generator) -> FloatArray:
+def drawn_noise(
+    noise: DeflectionNoise, series: IntArray, count: int, generator: np.random.Generator, pose_map: FloatArray
+) -> FloatArray:
     """Noise of the measured components (m, rad), shape (count, m, k).
 
-    With a shared reference half its variance is common to the measurements of a series.
+    With a shared reference half its variance is common to the measurements of a series. `pose_map` is J̌ of each
+    measurement (m, n, n_a), on which the noise may depend.
     """
-    root = np.linalg.inv(noise.whitener)
-    own = generator.standard_normal((count, len(series), len(root)))
+    root = np.linalg.inv(noise.whitener_at(pose_map))
+    own = generator.standard_normal((count, len(series), root.shape[-1]))
     if noise.shared_reference:
         _, index = np.unique(series, return_inverse=True)
-        common = generator.standard_normal((count, int(index.max()) + 1, len(root)))
+        common = generator.standard_normal((count, int(index.max()) + 1, root.shape[-1]))
         own = np.sqrt(0.5) * (own + common[:, index])
-    drawn: FloatArray = own @ root.T
+    drawn: FloatArray = own @ root.T if root.ndim == 2 else np.einsum("skj,kij->ski", own, root)
     return drawn

@@ -66,6 +66,7 @@ def simulate(
         NotIdentifiableError: the plan does not identify what a target needs.
         ConvergenceError: a compensation has no command.
     """
+    problem.require_elastostatic("experiments can be repeated")
     assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     error = problem.unidentified(assessment)
     if error is not None:
@@ -85,7 +86,9 @@ def simulate(
             added = drawn_load_errors(problem.loaded, plan, count, generator, distribution)
             deflections += (measurements.compliance @ added[..., None])[..., 0]
         if noise:
-            deflections[..., problem.noise.axes] += drawn_noise(problem.noise, plan.series, count, generator)
+            deflections[..., problem.noise.axes] += drawn_noise(
+                problem.noise, plan.series, count, generator, measurements.pose_map
+            )
         estimates[start : start + count] = deflections.reshape(count, -1) @ gain
     residual = 0.0
     pairs = zip(problem.targets.configurations, problem.target_wrenches, strict=True)

@@ -9,6 +9,7 @@ from expdesign.design.front import Front
 from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import pareto_frame
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -71,8 +72,8 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     page = Page(
         title=f"Calibration plan for {robot.name}",
         subtitle=(
-            f"{robot.kind}, {words.count(problem.space.measurements, 'loaded measurement')}, accuracy wanted at "
-            f"{words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
+            f"{robot.kind}, {words.count(problem.space.measurements, problem.loaded.regressor.measurement)}, "
+            f"accuracy wanted at {words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
         ),
         sections=sections,
         data=data,
@@ -106,7 +107,7 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], data:
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "noise and load errors together"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
-        KeyFigure("Measurements to take", str(problem.space.measurements), "", "one loaded pose each"),
+        KeyFigure("Measurements to take", str(problem.space.measurements), "", _each(problem)),
         KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", "least total error"),
     )
     sentences = [*data["designs"][front.recommended]["sentences"]]
@@ -191,10 +192,14 @@ def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block
     ]
 
 
+def _each(problem: DesignProblem) -> str:
+    return "one loaded pose each" if problem.loaded.regressor.needs_load else "one pose without load each"
+
+
 def _next_steps(problem: DesignProblem, front: Front) -> Section:
     config = shlex.quote(problem.source)
     columns = ", ".join(problem.loaded.robot.coordinates.deflection)
-    steps = (
+    steps: tuple[tuple[str, str], ...] = (
         (
             f"Judge the plan once more, or one that you have changed. plan.csv beside this page holds the recommended "
             f"design {front.recommended + 1}; the plan of any other design is downloaded above.",
@@ -222,6 +227,13 @@ def _next_steps(problem: DesignProblem, front: Front) -> Section:
             "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
         ),
     )
+    if not isinstance(problem.loaded.regressor, Elastostatic):
+        further = (
+            "Measure the poses of plan.csv against the commanded ones, and identify the "
+            f"{problem.loaded.regressor.noun} "
+            "with your own calibration program: expdesign identifies stiffness only, and says here what to expect."
+        )
+        return Section("next", "What to do next", (Steps(steps[:1]), Paragraph(further)))
     return Section("next", "What to do next", (Steps(steps),))
 
 

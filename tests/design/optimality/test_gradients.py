@@ -52,6 +52,33 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         },
     ),
     "correlated": (HEXAPOD, {"experiment.deflection_noise": {"covariance": COVARIANCE}}),
+    "both-calibrations": (HEXAPOD, {"experiment.calibration": "both", "experiment.measurements": 9}),
+    "geometric": (
+        HEXAPOD,
+        {
+            "experiment.calibration": "geometric",
+            "experiment.measurements": 8,
+            "experiment.load": ...,
+            "experiment.load_error": [],
+            "targets": [{"pose": [0.02, 0.0, 0.0, 0.05, 0.0, 0.0], "tolerance": {"dx_m": 1e-6, "drz_rad": 1e-5}}],
+        },
+    ),
+    "geometric-bipod": (
+        BIPOD,
+        {
+            "experiment.calibration": "both",
+            "experiment.measurements": 8,
+            "experiment.geometric_stiffness": True,
+        },
+    ),
+    "reference-pose": (HEXAPOD, {"experiment.reference_pose": {"pose": [0.0, 0.0, 0.01, 0.05, 0.0, 0.0]}}),
+    "reference-pose-correlated": (
+        HEXAPOD,
+        {
+            "experiment.reference_pose": {"pose": [0.01, 0.0, 0.01, 0.05, 0.0, 0.0], "interpolate": True},
+            "experiment.deflection_noise": {"covariance": COVARIANCE},
+        },
+    ),
     "three-axes": (
         HEXAPOD,
         {"experiment.deflection_noise": {"std": {"dx_m": 5e-7, "dz_m": 5e-7, "drx_rad": 2e-6}}},
@@ -124,7 +151,7 @@ def test_shared_references_are_differentiated_as_they_are(name: str) -> None:
     assert abs(shared / separate - 1.0) > 1e-3
 
 
-@pytest.mark.parametrize("name", ["bipod", "hexapod", "geometric-stiffness", "wrench"])
+@pytest.mark.parametrize("name", ["bipod", "hexapod", "geometric-stiffness", "wrench", "both-calibrations"])
 def test_the_maps_are_the_model_of_the_criteria(name: str) -> None:
     here = a_problem(name)
     genes = designs(here, 4)

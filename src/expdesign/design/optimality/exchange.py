@@ -99,7 +99,7 @@ class Exchange:
         information = MeasurementInformation(problem, 0.0)
         maps = information.model.maps
         tape = maps.run(problem.space.quantities(genes))
-        rows = tape.observation * problem.loaded.robot.compliance
+        rows = tape.observation * problem.loaded.scale
         transposed = rows.swapaxes(1, 2)
         common, own = factor * tape.errors[..., maps.shared], factor * tape.errors[..., ~maps.shared]
         reach = transposed @ own

@@ -58,7 +58,7 @@ class MeasurementInformation:
         self.common: BoolArray = shared & (load_errors > 0.0)
         self.own: BoolArray = ~shared & (load_errors > 0.0)
         self._sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
-        self._scale = problem.loaded.robot.compliance
+        self._scale = problem.loaded.scale
 
     def relaxation(self, count: int | None = None) -> Relaxation:
         """The convex problem for plans of `count` measurements (those of the configuration where left out)."""

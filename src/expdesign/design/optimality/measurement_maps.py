@@ -16,6 +16,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.design.problem import DesignProblem
 from expdesign.design.space import tilted_gravity
 from expdesign.elastostatics.geometric_stiffness import _geometric_stiffness_function
+from expdesign.elastostatics.regressors.regressor import PoseMaps
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import invert
 from expdesign.symbolic import BatchFunction
@@ -33,7 +34,8 @@ class Tape:
         forces: τ, shape (N, n_p).
         compliance: D before the geometric stiffness, shape (N, n, n), or None where no load error needs it.
         softening: (I + D·K_G)⁻¹ and K_G, or None.
-        plain: A and D·L before and after the geometric stiffness.
+        full: A and D after the geometric stiffness.
+        whitener: G, shape (k, k) or (N, k, k).
         observation: whitened observation matrix G·A of the measured axes, shape (N, k, n_p).
         errors: whitened deflection per standard deviation of each load error, G·D·L, shape (N, k, d).
     """
@@ -46,6 +48,7 @@ class Tape:
     compliance: FloatArray | None
     softening: tuple[FloatArray, FloatArray] | None
     full: tuple[FloatArray, FloatArray | None]
+    whitener: FloatArray
     observation: FloatArray
     errors: FloatArray
 
@@ -74,8 +77,8 @@ class MeasurementMaps:
         self._conservative = problem.loaded.geometric_stiffness and self._parallel
 
     @cached_property
-    def _expressions(self) -> tuple[ca.SX, dict[str, ca.SX]]:
-        """The symbolic quantities and the matrices that they make."""
+    def _expressions(self) -> tuple[ca.SX, dict[str, ca.SX], tuple[str, ...]]:
+        """The symbolic quantities, the matrices that they make, and which of these are the regressor's own."""
         problem, space = self.problem, self.problem.space
         z = ca.SX.sym("z", self.width)
         configuration, load = z[: space.n_pose], z[space.n_pose : space.n_pose + space.n_load]
@@ -90,6 +93,8 @@ class MeasurementMaps:
             rotation = self.robot.rotation(configuration)
         else:
             named["forward"], named["pose"], rotation = self.robot.jacobian_expressions(configuration)
+        further = problem.loaded.regressor.expressions(self.robot, configuration)
+        named |= further
         named["wrench"] = problem.loaded.load.wrench(load, rotation)
         columns = [
             source.sensitivity(problem.loaded.load, load, rotation) @ ca.diag(ca.SX(source.deviation))
@@ -97,7 +102,7 @@ class MeasurementMaps:
         ]
         if columns:
             named["errors"] = ca.horzcat(*columns)
-        return z, {name: ca.densify(value) for name, value in named.items()}
+        return z, {name: ca.densify(value) for name, value in named.items()}, tuple(further)
 
     @cached_property
     def _layout(self) -> dict[str, tuple[slice, tuple[int, int]]]:
@@ -112,7 +117,7 @@ class MeasurementMaps:
     @cached_property
     def _functions(self) -> tuple[BatchFunction, BatchFunction]:
         """All matrices as one vector, and the vector-Jacobian product of that vector."""
-        z, named = self._expressions
+        z, named, _ = self._expressions
         vector = ca.vertcat(*(ca.vec(value.T) for value in named.values()))
         seed = ca.SX.sym("seed", vector.shape[0])
         product = ca.jtimes(vector, z, seed, True)
@@ -141,7 +146,7 @@ class MeasurementMaps:
         else:
             forward, pose = raw["forward"], raw["pose"]
         forces = (_transposed(forward) @ raw["wrench"])[..., 0]
-        observation: FloatArray = pose * forces[:, None, :]
+        observation = self.problem.loaded.regressor.matrix(self._maps(raw, pose, forces))
         compliance: FloatArray | None = None
         if "errors" in raw or self._conservative:
             compliance = (pose * self.robot.compliance) @ _transposed(forward)
@@ -153,9 +158,10 @@ class MeasurementMaps:
             softening = (inverse, stiffness)
             observation, effective = inverse @ observation, inverse @ compliance
         noise = self.problem.noise
-        whitened = noise.whitener @ observation[:, noise.axes]
+        whitener = noise.whitener_at(pose)
+        whitened = whitener @ observation[:, noise.axes]
         if "errors" in raw and effective is not None:
-            errors = noise.whitener @ (effective @ raw["errors"])[:, noise.axes]
+            errors = whitener @ (effective @ raw["errors"])[:, noise.axes]
         else:
             errors = np.zeros((len(quantities), len(noise.axes), 0))
         return Tape(
@@ -167,9 +173,13 @@ class MeasurementMaps:
             compliance,
             softening,
             (observation, effective),
+            whitener,
             whitened,
             errors,
         )
+
+    def _maps(self, raw: dict[str, FloatArray], pose: FloatArray, forces: FloatArray) -> PoseMaps:
+        return PoseMaps(pose, forces, {name: raw[name] for name in self._expressions[2]})
 
     def pull(self, tape: Tape, observation: FloatArray, errors: FloatArray) -> FloatArray:
         """Gradient with respect to the quantities (N, z) of a function with the given partial derivatives.
@@ -181,12 +191,15 @@ class MeasurementMaps:
         """
         noise, (full, effective) = self.problem.noise, tape.full
         unwhitened = np.zeros_like(full)
-        unwhitened[:, noise.axes] = noise.whitener.T @ observation
+        transposed = _transposed(tape.whitener)
+        unwhitened[:, noise.axes] = transposed @ observation
+        by_whitener = observation @ _transposed(full[:, noise.axes])
         seeds: dict[str, FloatArray] = {}
         by_compliance: FloatArray | None = None
         if "errors" in tape.raw and effective is not None:
             deflection = np.zeros((*full.shape[:2], errors.shape[-1]))
-            deflection[:, noise.axes] = noise.whitener.T @ errors
+            deflection[:, noise.axes] = transposed @ errors
+            by_whitener = by_whitener + errors @ _transposed((effective @ tape.raw["errors"])[:, noise.axes])
             by_compliance = deflection @ _transposed(tape.raw["errors"])
             seeds["errors"] = _transposed(effective) @ deflection
         force_seed = np.zeros_like(tape.forces)
@@ -202,8 +215,12 @@ class MeasurementMaps:
             by_stiffness = (_transposed(tape.compliance) @ by_softening).reshape(len(full), -1)
             poses = tape.quantities[:, : self.problem.space.n_pose]
             pose_gradient, force_seed = self._stiffness_functions[1](poses, tape.forces, by_stiffness)
-        by_pose = unwhitened * tape.forces[:, None, :]
-        force_seed = force_seed + (unwhitened * tape.pose).sum(axis=1)
+        found = self.problem.loaded.regressor.pull(self._maps(tape.raw, tape.pose, tape.forces), unwhitened)
+        seeds |= found.further
+        by_pose = np.zeros_like(tape.pose) if found.pose is None else found.pose
+        by_noise = noise.pull(tape.pose, tape.whitener, by_whitener)
+        by_pose = by_pose if by_noise is None else by_pose + by_noise
+        force_seed = force_seed if found.forces is None else force_seed + found.forces
         by_forward = tape.raw["wrench"] @ force_seed[:, None, :]
         if by_compliance is not None:
             by_pose = by_pose + (by_compliance @ tape.forward) * self.robot.compliance

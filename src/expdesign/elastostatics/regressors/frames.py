@@ -1,0 +1,53 @@
+"""Where the instrument and what it looks at are, when nobody knows: twelve freedoms that measured poses cannot tell
+from the robot's own geometry (theory.md 9.I).
+
+A displacement of the instrument's frame moves every measured pose by one twist in base axes, one of the target on the
+platform by one twist in platform axes. A displacement of all base joints, or of all platform joints, does exactly the
+same: the parameters are therefore never estimable one by one, but the pose that the instrument will read is.
+"""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.elastostatics.regressors.geometric import TYPICAL_ERROR
+from expdesign.elastostatics.regressors.regressor import PoseMaps, PoseSeeds, Regressor
+from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Robot
+
+
+class Frames(Regressor):
+    """Measured pose per displacement (1, rad/m) and per rotation (m, rad) of the two frames, in space."""
+
+    noun = "placements of the frames"
+    measurement = "pose measurement"
+    needs_load = False
+    redundant = 12
+
+    def names(self, robot: Robot) -> tuple[str, ...]:
+        parts = ("x", "y", "z", "rx", "ry", "rz")
+        return tuple(f"{frame} {part}" for frame in ("instrument", "artefact") for part in parts)
+
+    def scale(self, robot: Robot) -> FloatArray:
+        return np.full(12, TYPICAL_ERROR)
+
+    def nominal(self, robot: Robot) -> FloatArray:
+        return np.zeros(12)
+
+    def require(self, robot: Robot) -> str | None:
+        spatial = isinstance(robot, ParallelRobot) and robot.coordinates.n == 6
+        return None if spatial else "frames that are unknown need a robot with six pose coordinates"
+
+    def expressions(self, robot: Robot, configuration: ca.SX) -> dict[str, ca.SX]:
+        assert isinstance(robot, ParallelRobot)
+        rotation, rates = robot.rotation(configuration), robot.pose_rate_map(configuration)
+        position = ca.SX(robot.home) + configuration[:3]
+        instrument = ca.SX.eye(6)
+        instrument[:3, 3:] = -ca.skew(position)
+        return {"frames": rates @ ca.horzcat(instrument, ca.diagcat(rotation, rotation))}
+
+    def matrix(self, maps: PoseMaps) -> FloatArray:
+        return maps.further["frames"]
+
+    def pull(self, maps: PoseMaps, seed: FloatArray) -> PoseSeeds:
+        return PoseSeeds(None, None, {"frames": seed})
