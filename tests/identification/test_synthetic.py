@@ -7,7 +7,8 @@ import pytest
 from tests.cases import ALL_ERRORS, Setup, robot, setup
 
 from expdesign.design.plan import Plan
-from expdesign.identification.synthetic import drawn_noise, load_errors
+from expdesign.identification.synthetic import load_errors
+from expdesign.instrument.drawn_errors import drawn_noise
 
 
 def plan_for(case: Setup, rows: int, seed: int = 1) -> Plan:
@@ -21,7 +22,8 @@ def test_noise_has_the_stated_covariance(noise: str) -> None:
     series = np.array([1, 1, 2])
     generator = np.random.default_rng(2)
     count = 20000
-    samples = np.array([drawn_noise(case.noise, series, generator).ravel() for _ in range(count)])
+    pose_map = np.eye(case.loaded.robot.coordinates.n)[None].repeat(3, axis=0)  # this noise does not depend on it
+    samples = drawn_noise(case.noise, series, count, generator, pose_map).reshape(count, -1)
     same = series[:, None] == series[None, :]
     across = 0.5 * (np.eye(3) + same) if case.noise.shared_reference else np.eye(3)
     expected = np.kron(across, case.noise.covariance)

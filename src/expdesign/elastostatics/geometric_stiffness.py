@@ -16,13 +16,20 @@ from expdesign.robots.robot import Jacobians
 from expdesign.symbolic import BatchFunction
 
 
+def geometric_stiffness_expression(robot: ParallelRobot, pose: ca.SX, forces: ca.SX) -> ca.SX:
+    """K_G(X, τ) in pose columns, n×n, at a symbolic pose; `forces` may depend on the pose, and are held constant."""
+    constant = ca.SX.sym("tau", len(robot.stiffness))
+    lengths = robot.actuator_lengths(pose, ca.SX(robot.geometry))
+    wrench = (ca.jacobian(lengths, pose) @ robot.pose_rate_map(pose)).T @ constant
+    return ca.substitute(ca.jacobian(wrench, pose), constant, forces)
+
+
 @lru_cache(maxsize=32)
 def _geometric_stiffness_function(robot: ParallelRobot) -> BatchFunction:
     pose = ca.SX.sym("X", robot.coordinates.n)
     force = ca.SX.sym("tau", len(robot.stiffness))
-    lengths = robot.actuator_lengths(pose, ca.SX(robot.geometry))
-    wrench = (ca.jacobian(lengths, pose) @ robot.pose_rate_map(pose)).T @ force
-    return BatchFunction("geometric_stiffness", [pose, force], [ca.jacobian(wrench, pose)])
+    matrix = geometric_stiffness_expression(robot, pose, force)
+    return BatchFunction("geometric_stiffness", [pose, force], [matrix])
 
 
 def geometric_stiffness(robot: ParallelRobot, poses: FloatArray, forces: FloatArray) -> FloatArray:

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray
 from expdesign.chain.row import row_data
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.identification.model_file import Model
-from expdesign.instrument.deflection_noise import DeflectionNoise
+from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
 from expdesign.recordings.recordings import LoadedPoints
 
 _LOAD_STREAM, _NOISE_STREAM = 1, 2
@@ -55,7 +55,7 @@ def simulated_deflections(
         deflections = _of_model(model, problem, points, added)
     if noise:
         pose_map = loaded.robot.jacobians(plan.configurations).pose
-        drawn = drawn_noise(problem.noise, plan.series, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)
+        drawn = drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
         deflections[:, problem.noise.axes] += drawn
     return deflections
 
@@ -63,32 +63,8 @@ def simulated_deflections(
 def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
     """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error."""
     generator = np.random.default_rng([seed, _LOAD_STREAM])
-    rotation = loaded.robot.jacobians(plan.configurations).rotation
-    wrenches, scaled = loaded.wrenches(rotation, plan.loads)
-    total = np.zeros_like(wrenches)
-    for source, sensitivity in zip(loaded.sources, scaled, strict=True):
-        size = (1 if source.shared else len(plan), sensitivity.shape[-1])
-        delta = np.broadcast_to(generator.standard_normal(size), (len(plan), sensitivity.shape[-1]))
-        total += (sensitivity @ delta[..., None])[..., 0]
-    total[(wrenches == 0.0).all(axis=1)] = 0.0
-    return total
-
-
-def drawn_noise(
-    noise: DeflectionNoise, series: IntArray, generator: np.random.Generator, pose_map: FloatArray | None = None
-) -> FloatArray:
-    """Noise of the measured components (m, rad), shape (N, k); half its variance common to a shared reference.
-
-    `pose_map` is J̌ of each measurement, shape (N, n, n_a), needed where the noise depends on the pose.
-    """
-    root = np.linalg.inv(noise.whitener if pose_map is None else noise.whitener_at(pose_map))
-    own = generator.standard_normal((len(series), root.shape[-1]))
-    if noise.shared_reference:
-        _, index = np.unique(series, return_inverse=True)
-        common = generator.standard_normal((int(index.max()) + 1, root.shape[-1]))
-        own = np.sqrt(0.5) * (own + common[index])
-    drawn: FloatArray = (root @ own[..., None])[..., 0]
-    return drawn
+    errors: FloatArray = drawn_load_errors(loaded, plan.configurations, plan.loads, 1, generator)[0]
+    return errors
 
 
 def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:

@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
+from expdesign.compensation.monte_carlo.comparison import standard_deviation
+from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.files.schema import Count, Number, Positive, Section
 from expdesign.files.yaml_reader import YamlDocument
-from expdesign.montecarlo.comparison import standard_deviation
-from expdesign.montecarlo.simulation import simulate
 from expdesign.studies.drawing import COLOURS, draw_densities, draw_map, panels
 from expdesign.studies.position_maps import MICRO, grid_assessment, map_frame, plan_at
 from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

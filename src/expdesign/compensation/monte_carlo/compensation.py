@@ -12,8 +12,10 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.elastostatics.geometric_stiffness import geometric_stiffness_expression
+from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import ConvergenceError
-from expdesign.robots.robot import Robot
+from expdesign.robots.parallel import ParallelRobot
 from expdesign.symbolic import BatchFunction
 
 TOLERANCE = 1e-13
@@ -36,22 +38,34 @@ class Attained:
     residual: float
 
 
+def observation_expression(loaded: LoadedRobot, pose: ca.SX, wrench: ca.SX) -> ca.SX:
+    """A = J̌·diag(Jᵀ·ΔF) (thesis 1.18) at a symbolic pose, n×n_p; with geometric stiffness (I + D·K_G)⁻¹·A."""
+    robot = loaded.robot
+    forward, pose_map, _ = robot.jacobian_expressions(pose)
+    forces = forward.T @ wrench
+    observation = pose_map @ ca.diag(forces)
+    if not (loaded.geometric_stiffness and isinstance(robot, ParallelRobot)):
+        return observation
+    compliance = pose_map @ ca.diag(ca.SX(robot.compliance)) @ forward.T
+    softening = ca.SX.eye(pose.shape[0]) + compliance @ geometric_stiffness_expression(robot, pose, forces)
+    return ca.solve(softening, observation)
+
+
 class ExactCompensation:
     """Compensation of one robot at one target.
 
     Args:
-        robot: commanded by its pose.
+        loaded: the robot, commanded by its pose.
         target: X_D, shape (n,).
         wrench: ΔF_D, shape (n,); that of the target's orientation.
         true: compliances of the plant, shape (n_p,).
     """
 
-    def __init__(self, robot: Robot, target: FloatArray, wrench: FloatArray, true: FloatArray) -> None:
+    def __init__(self, loaded: LoadedRobot, target: FloatArray, wrench: FloatArray, true: FloatArray) -> None:
         self.target = target
         pose = ca.SX.sym("X", len(target))
         estimate = ca.SX.sym("c", len(true))
-        forward, pose_map, _ = robot.jacobian_expressions(pose)
-        observation = pose_map @ ca.diag(forward.T @ ca.SX(wrench))
+        observation = observation_expression(loaded, pose, ca.SX(wrench))
         both = [observation @ estimate, observation @ ca.SX(true)]
         self._deflections = BatchFunction("deflections", [pose, estimate], both)
         self._observation = BatchFunction("observation", [pose], [observation])
