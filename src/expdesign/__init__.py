@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` finds them by their place
     from expdesign.api.compensate import compensate as compensate
+    from expdesign.api.correct import correct as correct
     from expdesign.api.diagnose import diagnose as diagnose
     from expdesign.api.evaluate import evaluate as evaluate
     from expdesign.api.identify import identify as identify

@@ -11,13 +11,15 @@ import pandas as pd
 from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.front import Front
 from expdesign.design.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
-from expdesign.design.plan import csv_text
+from expdesign.design.plan import Plan, csv_text
 from expdesign.design.problem import DesignProblem
+from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import pareto_frame, plan_of, plans_frame
 from expdesign.design.search import Progress, search
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]
@@ -57,6 +59,13 @@ class Run:
         """The recommended design's plan (`plan.csv`)."""
         return self.plan_of(self.front.recommended + 1)
 
+    @property
+    def protocol(self) -> pd.DataFrame | None:
+        """The poses to measure for `plan` with a reference before each (`poses.csv`); None without a reference."""
+        configurations, loads = self.problem.space.decode(self.front.genes[self.front.recommended])
+        plan = Plan(configurations, loads, series_by_pose(configurations))
+        return protocol_frame(self.problem, plan)
+
     def plan_of(self, design: int) -> pd.DataFrame:
         """The plan of a design by its number in `pareto`, from 1."""
         if not 1 <= design <= len(self.front):
@@ -71,7 +80,9 @@ class Run:
 
     def files(self) -> dict[str, str]:
         """Names and texts of the files that hold the results, without the report."""
+        further = {} if self.protocol is None else {"poses.csv": csv_text(self.protocol)}
         return {
+            **further,
             "pareto.csv": csv_text(self.pareto),
             "plans.csv": csv_text(self.plans),
             "plan.csv": csv_text(self.plan),

@@ -92,6 +92,6 @@ def with_reference_pose(
         what = "the reference pose is beyond the robot's limits, or nearly singular"
         raise InputError(what, where=document.where((*where, "pose")), remedy="Choose another pose.")
     try:
-        return ReferencedNoise(noise, robot.jacobians(pose).pose, interpolated=section.interpolate)
+        return ReferencedNoise(noise, pose, robot.jacobians(pose).pose, interpolated=section.interpolate)
     except InputError as error:
         raise InputError(error.what, where=document.where(where), remedy=error.remedy) from None

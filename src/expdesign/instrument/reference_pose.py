@@ -22,6 +22,7 @@ class ReferencedNoise(DeflectionNoise):
 
     Args:
         noise: of the deflection without the correction; all pose coordinates are measured.
+        reference: X_R, shape (n,).
         reference_map: J̌(X_R), shape (n, n).
         interpolated: whether the reference is interpolated between the one before and the one after.
 
@@ -29,12 +30,16 @@ class ReferencedNoise(DeflectionNoise):
         InputError: not all coordinates of the pose are measured, so that Δq is not seen.
     """
 
-    def __init__(self, noise: DeflectionNoise, reference_map: FloatArray, *, interpolated: bool = False) -> None:
+    def __init__(
+        self, noise: DeflectionNoise, reference: FloatArray, reference_map: FloatArray, *, interpolated: bool = False
+    ) -> None:
         if len(noise.axes) != len(reference_map):
             what = "a reference pose corrects only what is measured on all axes"
             raise InputError(what, remedy="Give the noise of every axis, or leave the reference pose out.")
         super().__init__(noise.axes, noise.covariance, noise.shared_reference)
         self._inverse = np.linalg.inv(reference_map)
+        self.reference = reference
+        self.interpolated = interpolated
         self.price = PRICE[interpolated]
 
     def transfer(self, pose_map: FloatArray) -> FloatArray:
@@ -73,19 +78,17 @@ class ReferencedNoise(DeflectionNoise):
 def pose_order(series: IntArray, *, shared_unloaded: bool, interpolated: bool) -> list[tuple[str, int]]:
     """The poses to measure for a plan, in order: what each is, and the row of the plan that it belongs to.
 
-    Each loaded pose follows the unloaded one at the same command, and every pose follows a reference; interpolation
-    needs a last one. Where the rows of a series share their unloaded pose, it is measured once.
+    Each loaded pose follows the unloaded one at the same command, and every pose follows a reference; with
+    interpolation every pair ends with a reference of its own. Where the consecutive rows of a series share their
+    unloaded pose, it is measured once.
     """
     order: list[tuple[str, int]] = []
     last: int | None = None
     for row, number in enumerate(series):
-        again = shared_unloaded and last == number
-        if not again:
-            if interpolated and order:
-                order.append(("reference", row - 1))
+        if not (shared_unloaded and last == number):
             order += [("reference", row), ("unloaded", row)]
         order += [("reference", row), ("loaded", row)]
+        if interpolated:
+            order.append(("reference", row))
         last = int(number)
-    if interpolated and order:
-        order.append(("reference", len(series) - 1))
     return order

@@ -1,0 +1,268 @@
+"""Reference poses (theory.md 9.H): exactness, noise price (C12), and the way from a plan to recordings."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import call
+from tests.design.problems import HEXAPOD, problem
+from tests.oracle import Array
+
+import expdesign as xd
+from expdesign.api.inputs import RobotFile
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.plan import Plan, csv_text
+from expdesign.design.problem import DesignProblem
+from expdesign.design.protocol import protocol_frame
+from expdesign.design.start import starting_designs
+from expdesign.elastostatics.maps import observation_matrix
+from expdesign.errors import InputError
+from expdesign.files.table import parse_table
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.instrument.reference_pose import ReferencedNoise
+from expdesign.recordings.measured_poses import MeasuredPoses, measured_poses
+from expdesign.recordings.reader import points_from_table
+from expdesign.recordings.thermal_correction import correct_poses, deflections, repeatability
+from expdesign.robots.forward_kinematics import ForwardKinematics
+from expdesign.robots.hexapod import Hexapod
+from expdesign.robots.parallel import ParallelRobot
+
+REFERENCE = [0.005, 0.0, 0.01, 0.03, 0.0, 0.05]
+POSE_NOISE = np.array([5e-7] * 3 + [2e-6] * 3) / np.sqrt(2.0)
+
+
+def planned(*, interpolate: bool = False, shared: bool = False) -> tuple[DesignProblem, Plan]:
+    changes = {
+        "experiment.reference_pose": {"pose": REFERENCE, "interpolate": interpolate},
+        "experiment.deflection_noise.shared_reference": shared,
+        "experiment.load.gravity": ...,
+        "experiment.measurements": 4,
+    }
+    here = problem(HEXAPOD, changes)
+    space = here.space
+    genes = starting_designs(here, 1, np.random.default_rng(4)).reshape(space.measurements, space.genes)
+    if shared:
+        poses = [i for i, variable in enumerate(space.variables) if variable.columns[0] < space.n_pose]
+        genes[1, poses] = genes[0, poses]
+    configurations, loads = space.decode(genes)
+    return here, Plan(configurations, loads, series_by_pose(configurations))
+
+
+def hexapod_of(here: DesignProblem) -> Hexapod:
+    robot = here.loaded.robot
+    assert isinstance(robot, Hexapod)
+    return robot
+
+
+def measured(frame: pd.DataFrame, robot: ParallelRobot, growth: Array, noise: Array) -> pd.DataFrame:
+    """The protocol filled in: legs grown by `growth` (N, 6), base model's deflection, noise (N, 6)."""
+    commands = frame[list(robot.coordinates.pose)].to_numpy(dtype=float)
+    grown = ForwardKinematics(robot).pose(robot.lengths(commands) + growth, commands)
+    frame = frame.copy()
+    for axis, name in enumerate(robot.coordinates.pose):
+        frame[f"measured_{name}"] = (grown + base_deflections(robot, frame) + noise)[:, axis]
+    for axis, name in enumerate(robot.coordinates.deviation):
+        frame[name] = POSE_NOISE[axis]
+    return frame
+
+
+def base_deflections(robot: ParallelRobot, frame: pd.DataFrame) -> Array:
+    points = points_from_table(parse_table(csv_text(frame.drop(columns="kind")), "frame"), robot)
+    return observation_matrix(robot.jacobians(points.configurations), points.wrenches) @ robot.compliance
+
+
+def read(frame: pd.DataFrame, robot: ParallelRobot) -> MeasuredPoses:
+    return measured_poses(parse_table(csv_text(frame), "poses.csv"), robot)
+
+
+def drift(count: int, seed: int) -> Array:
+    """Growth of every leg (m), micrometres, the same for a reference and the pose after it."""
+    steps = np.random.default_rng(seed).normal(0.0, 1e-6, (count // 2 + 1, 6)).cumsum(axis=0) + 3e-6
+    return np.repeat(steps, 2, axis=0)[:count]
+
+
+@pytest.mark.parametrize("interpolate", [False, True])
+def test_what_evaluate_charges_is_what_correct_pays(interpolate: bool) -> None:
+    here, plan = planned(interpolate=interpolate)
+    robot = hexapod_of(here)
+    frame = protocol_frame(here, plan)
+    assert frame is not None
+    assert len(frame) == (5 if interpolate else 4) * len(plan)
+    filled = measured(frame, robot, np.zeros((len(frame), 6)), np.zeros((len(frame), 6)))
+    poses = read(filled, robot)
+    found = deflections(poses, correct_poses(robot, poses, interpolate=interpolate))
+    assert isinstance(here.noise, ReferencedNoise)
+    expected = here.noise.covariance_at(robot.jacobians(plan.configurations).pose)
+    assert found.covariance is not None
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-9, atol=1e-22)
+    duir = known_criteria()["duir"]
+    priced = duir.values(here.assess(plan.configurations[None], plan.loads[None]))[0]
+    free = problem(HEXAPOD, {"experiment.load.gravity": ..., "experiment.measurements": 4})
+    plain = duir.values(free.assess(plan.configurations[None], plan.loads[None]))[0]
+    # T is near the identity: about √2 without interpolation, √1.25 with it.
+    assert priced / plain == pytest.approx(np.sqrt(1.25 if interpolate else 2.0), rel=0.1)
+
+
+def test_growth_that_lasts_from_reference_to_pose_is_removed_exactly() -> None:
+    here, plan = planned()
+    robot = hexapod_of(here)
+    frame = protocol_frame(here, plan)
+    assert frame is not None
+    growth = drift(len(frame), 1)
+    commands = frame[list(robot.coordinates.pose)].to_numpy(dtype=float)
+    grown = ForwardKinematics(robot).pose(robot.lengths(commands) + growth, commands)
+    filled = measured(frame, robot, growth, np.zeros((len(frame), 6)))
+    for axis, name in enumerate(robot.coordinates.pose):
+        filled[f"measured_{name}"] = grown[:, axis]
+    poses = read(filled, robot)
+    corrected = correct_poses(robot, poses)
+    # All poses are those of the legs as the first reference found them.
+    first = ForwardKinematics(robot).pose(robot.lengths(commands) + growth[0], commands)[corrected.rows]
+    np.testing.assert_allclose(corrected.after, first, atol=1e-13)
+    assert np.abs(corrected.before - first).max() > 1e-6
+
+
+def test_noise_price_of_a_pose() -> None:
+    """C12: standard deviation after the correction over √(V + 2TVTᵀ), within four standard errors on every axis."""
+    here, plan = planned()
+    robot = hexapod_of(here)
+    frame = protocol_frame(here, plan)
+    assert frame is not None
+    generator = np.random.default_rng(7)
+    count = 1500
+    growth = drift(len(frame), 2)
+    poses = read(measured(frame, robot, growth, np.zeros((len(frame), 6))), robot)
+    exact = correct_poses(robot, poses)
+    samples = []
+    for _ in range(count):
+        noisy = MeasuredPoses(
+            poses.points,
+            poses.reference,
+            poses.poses + generator.standard_normal(poses.poses.shape) * POSE_NOISE,
+            poses.deviations,
+        )
+        samples.append(correct_poses(robot, noisy).after - exact.after)
+    spread = np.std(samples, axis=0)
+    pose_noise = np.diag(POSE_NOISE**2)
+    transfer = exact.transfer[1:]
+    expected = pose_noise + 2.0 * transfer @ pose_noise @ transfer.swapaxes(-1, -2)
+    ratio = spread[1:] / np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
+    assert np.abs(ratio - 1.0).max() < 4.5 / np.sqrt(2 * count)
+
+
+def test_interpolation_removes_a_steady_drift() -> None:
+    here, plan = planned(interpolate=True)
+    robot = hexapod_of(here)
+    frame = protocol_frame(here, plan)
+    assert frame is not None
+    time = np.random.default_rng(8).uniform(1.0, 5.0, len(frame)).cumsum()
+    frame.insert(1, "time_s", time)
+    growth = np.outer(time, [1e-7, 2e-7, -1e-7, 0.5e-7, 0.0, 1e-7])
+    filled = measured(frame, robot, growth, np.zeros((len(frame), 6)))
+    poses = read(filled, robot)
+    exact = base_deflections(robot, frame)
+    errors = {}
+    for interpolate in (False, True):
+        found = deflections(poses, correct_poses(robot, poses, interpolate=interpolate))
+        rows = np.flatnonzero(~poses.reference)[found.index]
+        errors[interpolate] = np.abs(found.after - exact[rows])[:, 2].max()
+        before = np.abs(found.before - exact[rows])[:, 2].max()
+    # What is left of the drift is of second order: deflection times growth over the size of the robot.
+    assert errors[True] < 1e-9
+    assert before > errors[False] > 1e-7
+
+
+def test_repeated_poses_scatter_as_predicted_after_the_correction() -> None:
+    here, _ = planned()
+    robot = hexapod_of(here)
+    generator = np.random.default_rng(5)
+    visits = 400
+    pose = [0.01, -0.01, 0.0, 0.05, 0.02, 0.0]
+    rows = []
+    for visit in range(visits):
+        for kind, place in (("reference", REFERENCE), ("pose", pose)):
+            row = {"sequence": 2 * visit + (kind == "pose") + 1, "series": 2 * visit + (kind == "pose"), "kind": kind}
+            rows.append({**row, **dict(zip(robot.coordinates.pose, place, strict=True)), "mass_kg": 0.0}
+                        | dict.fromkeys(robot.coordinates.centre_of_mass, 0.0))  # fmt: skip
+    frame = pd.DataFrame(rows)
+    noise = generator.standard_normal((2 * visits, 6)) * POSE_NOISE
+    poses = read(measured(frame, robot, drift(2 * visits, 3), noise), robot)
+    found = repeatability(poses, correct_poses(robot, poses))
+    assert found is not None
+    assert found.noise_after is not None
+    assert found.noise_before is not None
+    np.testing.assert_allclose(found.after, found.noise_after, rtol=4.0 / np.sqrt(2 * visits))
+    assert (found.before > 5.0 * found.noise_before).all()
+    np.testing.assert_allclose(found.noise_before, POSE_NOISE, rtol=1e-9)
+
+
+def test_from_plan_to_identification(tmp_path: Path) -> None:
+    here, plan = planned()
+    robot = hexapod_of(here)
+    frame = protocol_frame(here, plan)
+    assert frame is not None
+    generator = np.random.default_rng(11)
+    noise = generator.standard_normal((len(frame), 6)) * POSE_NOISE
+    filled = measured(frame, robot, 6.0 * drift(len(frame), 6), noise)
+    file, out, record = tmp_path / "poses.csv", tmp_path / "recordings.csv", tmp_path / "record.json"
+    file.write_text(csv_text(filled), encoding="utf-8")
+    robot_file = tmp_path / "robot.yaml"
+    robot_file.write_text(
+        "name: H1\nkind: hexapod\nhome: [0, 0, 0.3]\n"
+        f"base_joints: {robot.base_joints.tolist()}\nplatform_joints: {robot.platform_joints.tolist()}\n"
+        f"actuator_stiffness: {robot.stiffness.tolist()}\n",
+        encoding="utf-8",
+    )
+    assert call("correct", robot_file, file, "--out", out, "--record", record) == 0
+    written = pd.read_csv(out)
+    assert len(written) == len(plan)
+    result = xd.correct(robot_file, file)
+    assert result.residuals is not None
+    before, after = result.residuals
+    assert after[2] < 0.5 * before[2]
+    identified = xd.identify(robot_file, out).result
+    assert identified.goodness.p_value is not None
+    assert identified.goodness.p_value > 0.001
+    deviation = np.sqrt(np.diag(identified.covariance))
+    assert (np.abs(identified.compliance.estimate - robot.compliance) < 4.0 * deviation).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda frame: frame.iloc[1:], "no reference before the first pose"),
+        (lambda frame: frame.assign(kind="pose"), "no reference before"),
+        (lambda frame: frame.assign(kind="ref"), "neither `reference` nor `pose`"),
+        (lambda frame: frame.assign(mass_kg=5.0), "a reference has a load"),
+        (lambda frame: frame.assign(measured_z_m=12.0), "away from the commanded pose"),
+        (lambda frame: frame.drop(columns="measured_z_m"), "the column is missing"),
+        (lambda frame: frame.assign(x_m=frame["x_m"].where(frame.index != 2, 0.001)), "reference pose differs"),
+        (lambda frame: frame.drop(index=[1]), "does not begin with an unloaded pose"),
+    ],
+)
+def test_what_is_wrong_is_named(change: object, words: str, tmp_path: Path) -> None:
+    here, plan = planned()
+    robot = hexapod_of(here)
+    frame = protocol_frame(here, plan)
+    assert frame is not None
+    filled = measured(frame, robot, np.zeros((len(frame), 6)), np.zeros((len(frame), 6)))
+    changed = csv_text(change(filled))  # type: ignore[operator]
+    path = tmp_path / "poses.csv"
+    path.write_text(changed, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        xd.correct(RobotFile(robot, YamlDocument("robot", Path(), {})), path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"experiment.deflection_noise": {"std": {"dx_m": 1e-6, "dz_m": 1e-6}}}, "measured on all axes"),
+        ({"experiment.reference_pose": {"pose": [0.0] * 5}}, "6 numbers"),
+        ({"experiment.reference_pose": {"pose": [0.5, 0, 0, 0, 0, 0]}}, "beyond the robot's limits"),
+    ],
+)
+def test_a_reference_pose_that_cannot_be_is_named(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        problem(HEXAPOD, {"experiment.reference_pose": {"pose": REFERENCE}, **changes})
