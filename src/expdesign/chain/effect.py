@@ -87,7 +87,11 @@ class Effect(ABC):
         return [cls(robot, component, variant) for component, variant in cls.places(robot, points)]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        """Neutral parameters with every value of the shapes from which a search has to start, shape (p,) each."""
+        """Parameters from which a search has to start, shape (p,) each: neutral but for the shapes.
+
+        An effect of one parameter beside its shapes may also start away from neutral, where a little of it is unlike
+        much of it.
+        """
         return [self.neutral()]
 
     @property

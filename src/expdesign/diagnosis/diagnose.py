@@ -12,8 +12,8 @@ from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.locate import Location, locate
-from expdesign.diagnosis.outliers import isolated
+from expdesign.diagnosis.locate import Location, drivers, locate
+from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
@@ -110,9 +110,9 @@ def diagnose(
     entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
     model = search.run()
-    alone = isolated(sample.residuals(model.fit.chain, model.fit.values), model.outliers, recordings.series)
-    if not alone:
-        search.log.add("outliers", model, False, "the rows set aside have a direction or a series in common")
+    common = _in_common(sample, model, robot)
+    if common:
+        search.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
         model = search.including(model)
     report("checking on held-out recordings")
     errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
@@ -130,7 +130,7 @@ def diagnose(
     verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
     # As many effects as the search allows are a sign that they imitate something else.
     sound = len(model.candidates) < MOST_EFFECTS and errors.test_after <= PREDICTS
-    if found and not (sound and alone):
+    if found and not (sound and not common):
         verdict = "unexplained"
     if verdict == "consistent":
         require_positive(base, recordings, robot)
@@ -142,6 +142,14 @@ def diagnose(
     return Diagnosis(
         robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search, correction
     )
+
+
+def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
+    """What the rows set aside have in common, among the rows that may be fitted."""
+    counts = sample.counts
+    residuals = sample.residuals(model.fit.chain, model.fit.values)[counts]
+    quantities = {name: values[counts] for name, values in drivers(sample, robot).items()}
+    return in_common(residuals, model.outliers[counts], sample.recordings.series[counts], quantities)
 
 
 def _require_determined(robot: Robot, recordings: Recordings, base: Fit) -> None:

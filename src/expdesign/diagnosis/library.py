@@ -30,7 +30,7 @@ class Candidate:
         effect: the effect.
         starts: internal parameters, one row per set of shapes from which a fit would start, shape (G, p).
         directions: whitened derivatives of the readings with respect to the parameters that are not shapes, at neutral
-            parameters, shape (G, M, d) with M readings.
+            parameters, shape (G, M, d) with M readings; from a start away from neutral the mean derivative up to it.
         one_sided: which of these parameters cannot be negative, shape (d,).
         places: number of places at which the library looks for the same physics.
     """
@@ -56,7 +56,8 @@ def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances:
         usable = np.isfinite(directions).all(axis=(1, 2))
         if usable.any():
             # A search over pitches or time constants looks at as many places as it has starts.
-            places = counts[effect.physics] * int(usable.sum())
+            shapes = np.unique(starts[usable][:, [p.shape for p in effect.parameters]], axis=0)
+            places = counts[effect.physics] * len(shapes)
             found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places))
     return found
 
@@ -70,10 +71,17 @@ def _directions(
     chain = Chain(robot, (effect,))
     blocks = []
     if effect.states:
+        neutral = effect.neutral()
         for start in starts:
             values = np.concatenate([compliances, start])
-            sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
-            blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
+            away = start[free] - neutral[free]
+            if away.any():
+                rest = np.concatenate([compliances, np.where(free, neutral, start)])
+                change = chain.predict(sample.rows, values) - chain.predict(sample.rows, rest)
+                blocks.append((change[:, axes] / away)[:, :, None])
+            else:
+                sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
+                blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
     else:
         row = row_symbols(robot)
         theta = ca.SX.sym("theta", len(chain.parameters))

@@ -70,7 +70,7 @@ def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], no
 
     components = [probe(name, block) for name, block in _component_directions(sample, robot, library).items()]
     patterns = [
-        _pattern(name, values, base, sample, noise_variance) for name, values in _drivers(sample, robot).items()
+        _pattern(name, values, base, sample, noise_variance) for name, values in drivers(sample, robot).items()
     ]
     corrected = _holm(components)
     tested = _holm(patterns)
@@ -106,26 +106,28 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
     return blocks
 
 
-def _drivers(sample: Sample, robot: Robot) -> dict[str, FloatArray]:
+def drivers(sample: Sample, robot: Robot) -> dict[str, FloatArray]:
     """Quantities with which residuals may vary, one value per row."""
     recordings = sample.recordings
-    drivers = {name: recordings.configurations[:, i] for i, name in enumerate(robot.configuration)}
-    drivers |= {name: recordings.wrenches[:, i] for i, name in enumerate(robot.coordinates.wrench)}
+    found = {name: recordings.configurations[:, i] for i, name in enumerate(robot.configuration)}
+    found |= {name: recordings.wrenches[:, i] for i, name in enumerate(robot.coordinates.wrench)}
     size = np.linalg.norm(recordings.wrenches[:, : robot.coordinates.translations], axis=1)
-    drivers["size of the load"] = size
+    found["size of the load"] = size
     change = np.where(sample.rows.position > 0, np.diff(size, prepend=size[:1]), 0.0)
-    drivers["loading against unloading"] = np.sign(change)
-    drivers["place in the series"] = sample.rows.position.astype(float)
-    drivers["order of recording"] = recordings.sequence.astype(float)
+    forces = np.einsum("nij,ni->nj", robot.jacobians(recordings.configurations).forward, recordings.wrenches)
+    found |= {f"force in {name}": forces[:, i] for i, name in enumerate(robot.actuators)}
+    found["loading against unloading"] = np.sign(change)
+    found["place in the series"] = sample.rows.position.astype(float)
+    found["order of recording"] = recordings.sequence.astype(float)
     if recordings.time is not None:
-        drivers["time_s"] = recordings.time
+        found["time_s"] = recordings.time
     if recordings.temperature is not None:
-        drivers["temperature_degC"] = recordings.temperature
+        found["temperature_degC"] = recordings.temperature
     for name in recordings.extra.columns:
         values = pd.to_numeric(recordings.extra[name], errors="coerce").to_numpy(dtype=float)
         if np.isfinite(values).all():
-            drivers[str(name)] = values
-    return {name: values for name, values in drivers.items() if np.ptp(values) > 0.0}
+            found[str(name)] = values
+    return {name: values for name, values in found.items() if np.ptp(values) > 0.0}
 
 
 def _pattern(name: str, driver: FloatArray, base: Fit, sample: Sample, noise_variance: float) -> tuple[str, float, int]:

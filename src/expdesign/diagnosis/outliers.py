@@ -1,16 +1,20 @@
 """Single recordings that belong to no physics: which rows stand out, and whether they stand out alone."""
 
 import numpy as np
+from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.identification.fit import Fit
 
 _SHUFFLES = 2000
-_ISOLATED = 0.005
-"""Probability below which rows set aside have too much in common for single mistakes."""
+_LEVEL = 0.0025
+"""Probability below which rows set aside have too much in common for single mistakes; there are four such tests."""
 _FEWEST = 3
+_USUAL = 0.05
+"""Share of mistakes among recordings beyond which they are no longer single ones."""
 
 
 def row_distances(result: Fit) -> FloatArray:
@@ -24,26 +28,64 @@ def row_distances(result: Fit) -> FloatArray:
     return distances
 
 
-def isolated(residuals: FloatArray, outliers: BoolArray, series: IntArray) -> bool:
-    """Whether rows set aside are single mistakes: of no common direction, and in no common series.
+def returning_distances(result: Fit, sample: Sample, outliers: BoolArray) -> FloatArray:
+    """Growth of χ² if a row set aside counted again, shape (N,): r·(I + S·P·Sᵀ)⁻¹·r; 0 for all other rows."""
+    everything = Sample.of(sample, sample.counts)
+    residuals, slopes = everything.residuals_with_sensitivities(result.chain, result.values)
+    known = np.where(np.isfinite(result.covariance), result.covariance, 0.0)
+    distances = np.zeros(len(outliers))
+    for row in np.flatnonzero(outliers):
+        spread = np.eye(residuals.shape[1]) + slopes[row] @ known @ slopes[row].T
+        distances[row] = float(residuals[row] @ np.linalg.solve(spread, residuals[row]))
+    return distances
+
+
+def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, drivers: dict[str, FloatArray]) -> str:
+    """What rows set aside have in common that single mistakes do not; empty where there is nothing.
+
+    Single mistakes are few, and happen at random: in any direction, in any series, at any pose, load and time. The last
+    is tested by the ranks of the rows set aside in every driver, and by how far these lie from the middle; the largest
+    of all these statistics is compared with those of rows drawn at random, which keeps the level whatever the drivers.
 
     Args:
         residuals: whitened residuals of all rows under the model that was fitted without the outliers, shape (N, k).
         outliers: the rows set aside, shape (N,).
         series: of every row, shape (N,).
+        drivers: quantities of which mistakes are independent, shape (N,) each.
     """
     chosen = np.flatnonzero(outliers)
-    if chosen.size < _FEWEST:
-        return True
+    count, rows = chosen.size, len(outliers)
+    if count < _FEWEST:
+        return ""
+    if binom.sf(count - 1, rows, _USUAL) < _LEVEL:
+        return "they are too many"
     directions = residuals[chosen] / np.linalg.norm(residuals[chosen], axis=1, keepdims=True)
     width = directions.shape[1]
-    resultant = float((directions.sum(axis=0) ** 2).sum()) * width / chosen.size
-    if chi2_distribution.sf(resultant, width) < _ISOLATED:
-        return False
+    resultant = float((directions.sum(axis=0) ** 2).sum()) * width / count
+    if chi2_distribution.sf(resultant, width) < _LEVEL:
+        return "they point the same way"
     generator = np.random.default_rng(0)
-    observed = _pairs(series[chosen])
-    shuffled = [_pairs(series[generator.permutation(len(series))[: chosen.size]]) for _ in range(_SHUFFLES)]
-    return float(np.mean(np.array(shuffled) >= observed)) >= _ISOLATED
+    draws = [generator.permutation(rows)[:count] for _ in range(_SHUFFLES)]
+    if np.mean([_pairs(series[draw]) >= _pairs(series[chosen]) for draw in draws]) < _LEVEL:
+        return "they are of the same series"
+    if drivers:
+        scores = _rank_scores(drivers)
+        observed = np.abs(scores[:, chosen].sum(axis=1))
+        usual = np.abs(scores[:, np.array(draws)].sum(axis=2)).max(axis=0)
+        if np.mean(usual >= observed.max()) < _LEVEL:
+            return f"they depend on {list(drivers)[int(np.argmax(observed)) % len(drivers)]}"
+    return ""
+
+
+def _rank_scores(drivers: dict[str, FloatArray]) -> FloatArray:
+    """Standardised ranks of every driver, and of its distance from its median, shape (2d, N)."""
+    values = np.array(list(drivers.values()))
+    distances = np.abs(values - np.median(values, axis=1, keepdims=True))
+    ranks = rankdata(np.concatenate([values, distances]), axis=1)
+    centred = ranks - ranks.mean(axis=1, keepdims=True)
+    deviations = centred.std(axis=1, keepdims=True)
+    scores: FloatArray = centred / np.where(deviations > 0.0, deviations, 1.0)
+    return scores
 
 
 def _pairs(series: IntArray) -> int:

@@ -15,7 +15,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.outliers import row_distances
+from expdesign.diagnosis.outliers import returning_distances, row_distances
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
 from expdesign.identification.fit import Fit, fit
@@ -23,10 +23,14 @@ from expdesign.robots.robot import Robot
 
 ACCEPTANCE = 6.0
 """By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
-MOST_EFFECTS = 4
+MOST_EFFECTS = 3
 FITS_PER_STEP = 10
 """Places that are fitted in full in each step, best scores first."""
+_PROMISING, _ALWAYS = 0.5, 3
+"""Instead of an effect only those are tried whose score promises this share of its gain, and always the best three."""
 _KINDS = 20.0
+_ENOUGH = 1e-2
+"""Fall of χ² in one step below which a fit of the search has settled; decisions turn on differences of several."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +120,7 @@ class Search:
             self.log.add("forward", grown, True, f"misfit falls by {current.misfit - grown.misfit:.1f}")
             current = self._exchange(grown)
             current = self._prune(current)
+            current = self._readmit(current)
         return current
 
     def alternatives(self, model: Model) -> list[list[Model]]:
@@ -158,6 +163,25 @@ class Search:
                 return self._prune(smaller)
         return current
 
+    def _readmit(self, current: Model) -> Model:
+        """Take back rows that stood out only while an effect was missing."""
+        while current.outliers.any():
+            distances = returning_distances(current.fit, self.sample, current.outliers)
+            back = current.outliers & (distances < self._outlier_penalty() * self._variance(current))
+            if not back.any():
+                break
+            parts = [self._part(current, c) for c in current.candidates]
+            larger = self._model(current.candidates, current.outliers & ~back, parts)
+            if larger.misfit >= current.misfit:
+                break
+            self.log.add("readmit", larger, True, f"{int(back.sum())} rows set aside fit after all")
+            current = larger
+        return current
+
+    def _variance(self, model: Model) -> float:
+        """Of the whitened residuals: 1 where the noise is known."""
+        return 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
+
     def without(self, model: Model, index: int) -> Model:
         """A model refitted without one of its effects."""
         rest = model.candidates[:index] + model.candidates[index + 1 :]
@@ -170,10 +194,14 @@ class Search:
 
     def _replacements(self, model: Model, index: int) -> list[Model]:
         smaller = self.without(model, index)
-        return [self._extended(smaller, candidate) for candidate in self._promising(smaller)]
+        wanted = _PROMISING * (smaller.misfit - model.misfit)
+        return [self._extended(smaller, candidate) for candidate in self._promising(smaller, wanted)]
 
-    def _promising(self, current: Model) -> list[tuple[Candidate, FloatArray]]:
-        """Candidates worth a full fit on top of a model, with the parameters from which to start."""
+    def _promising(self, current: Model, wanted: float = -np.inf) -> list[tuple[Candidate, FloatArray]]:
+        """Candidates worth a full fit on top of a model, with the parameters from which to start.
+
+        The best ones are always among them, others only where their score promises a gain of `wanted`.
+        """
         basis = orthonormal_basis(current.fit.sensitivities.reshape(-1, len(current.fit.values)))
         residuals = current.fit.residuals.ravel()
         present = {(c.effect.physics, c.effect.component) for c in current.candidates}
@@ -185,10 +213,13 @@ class Search:
             gain = result.statistic - self._penalty(candidate)
             free = np.array([not p.shape for p in candidate.effect.parameters])
             start = candidate.starts[result.start].copy()
-            start[free] += result.step
+            # A start away from neutral is one already; others are where the linear effect is largest.
+            if np.array_equal(start[free], candidate.effect.neutral()[free]):
+                start[free] += result.step
             ranked.append((gain, candidate.effect.key, candidate, start))
         ranked.sort(key=lambda item: (-item[0], item[1]))
-        return [(candidate, start) for _, _, candidate, start in self._best_of_each(ranked)]
+        best = self._best_of_each(ranked)
+        return [item[2:] for index, item in enumerate(best) if index < _ALWAYS or item[0] >= wanted]
 
     def _best_of_each(
         self, ranked: list[tuple[float, str, Candidate, FloatArray]]
@@ -244,7 +275,7 @@ class Search:
         chain = self._chains[names]
         sample = self.sample.restricted(~outliers)
         compliances = smaller.fit.values[: chain.compliances] if smaller is not None else np.ones(chain.compliances)
-        result = fit(chain, sample, np.concatenate([compliances, *parts]) if chosen else None)
+        result = fit(chain, sample, np.concatenate([compliances, *parts]) if chosen else None, enough=_ENOUGH)
         misfit = self.log_misfit(result.chi2, sample.readings)
         misfit += sum(self._penalty(candidate) for candidate in chosen)
         misfit += self._outlier_penalty() * int(outliers.sum())
@@ -276,9 +307,8 @@ class Search:
         while int(flagged.sum()) < max(1, int(self.sample.counts.sum()) // 10):
             distances = row_distances(model.fit)
             distances[flagged] = 0.0
-            scale = 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
             worst = int(np.argmax(distances))
-            if distances[worst] / scale < self._outlier_penalty():
+            if distances[worst] < self._outlier_penalty() * self._variance(model):
                 break
             flagged[worst] = True
             parts = [self._part(current, c) for c in current.candidates]

@@ -74,7 +74,12 @@ class Fit:
 
 
 def fit(
-    chain: Chain, data: Data, start: FloatArray | None = None, prior: tuple[FloatArray, FloatArray] | None = None
+    chain: Chain,
+    data: Data,
+    start: FloatArray | None = None,
+    prior: tuple[FloatArray, FloatArray] | None = None,
+    *,
+    enough: float = 0.0,
 ) -> Fit:
     """The parameters that minimise the sum of squared whitened residuals, within their bounds.
 
@@ -86,15 +91,18 @@ def fit(
         data: what it is compared with.
         start: parameters to start from; neutral effects if left out.
         prior: mean and standard deviation of the parameters, shape (p,) each (infinite where there is no prior).
+        enough: fall of the sum of squares in one step below which a fit has settled, beside `CONVERGED`.
     """
     start = chain.start() if start is None else start
     if not chain.effects:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
-    return summarise(chain, data, _minimise(chain, data, start, prior), prior)
+    return summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
 
 
-def _minimise(chain: Chain, data: Data, start: FloatArray, prior: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+def _minimise(
+    chain: Chain, data: Data, start: FloatArray, prior: tuple[FloatArray, FloatArray] | None, enough: float
+) -> FloatArray:
     """Levenberg-Marquardt with bounds: a step is cut off at the bounds, and parameters held by them are left out.
 
     The normal equations that give a step square the condition number, which costs steps but no accuracy: the minimum is
@@ -112,12 +120,18 @@ def _minimise(chain: Chain, data: Data, start: FloatArray, prior: tuple[FloatArr
             break
         normal = slopes[:, free].T @ slopes[:, free]
         diagonal = np.maximum(normal.diagonal(), 1e-12 * max(float(normal.diagonal().max()), 1e-300))
-        improved = False
+        tolerance = max(CONVERGED * cost, enough)
+        improved = settled = False
         while damping < LARGEST_DAMPING:
+            scaled = np.linalg.solve(normal + damping * np.diag(diagonal), gradient[free])
+            settled = float(gradient[free] @ scaled) <= tolerance
+            if settled:
+                break
             step = np.zeros_like(values)
-            step[free] = np.linalg.solve(normal + damping * np.diag(diagonal), gradient[free]) * scales[free]
+            step[free] = scaled * scales[free]
             trial = np.clip(values + step, low, high)
-            remaining = _with_prior(data.residuals(chain, trial).ravel(), trial, prior)
+            # Most steps are accepted: with the derivatives at once, the next one needs no further evaluation.
+            remaining, steeper = _stacked(chain, data, trial, scales, prior)
             trial_cost = float(remaining @ remaining)
             if np.isfinite(trial_cost) and trial_cost < cost:
                 improved = True
@@ -125,11 +139,11 @@ def _minimise(chain: Chain, data: Data, start: FloatArray, prior: tuple[FloatArr
             damping *= 5.0
         if not improved:
             break
-        settled = cost - trial_cost <= CONVERGED * cost
-        values, cost, damping = trial, trial_cost, max(damping / 10.0, 1e-9)
+        settled = cost - trial_cost <= tolerance
+        values, residuals, slopes = trial, remaining, steeper
+        cost, damping = trial_cost, max(damping / 10.0, 1e-9)
         if settled:
             break
-        residuals, slopes = _stacked(chain, data, values, scales, prior)
     return values
 
 

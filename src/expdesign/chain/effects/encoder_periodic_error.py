@@ -32,8 +32,8 @@ class EncoderPeriodicError(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         return (
-            Parameter("sine_m", 1e-6),
-            Parameter("cosine_m", 1e-6),
+            Parameter("sine_m", 1e-6, low=-1e-2, high=1e-2),
+            Parameter("cosine_m", 1e-6, low=-1e-2, high=1e-2),
             Parameter("pitch_m", 1e-4, neutral=1e-3, low=5e-5, high=1e3, shape=True),
         )
 

@@ -15,13 +15,17 @@ from expdesign.robots.robot import Robot
 
 
 class GeometricStiffness(Effect):
-    """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
+    """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model.
+
+    Variants: empty (the equilibrium of the loaded pose) and `mapping` (ΔX = (K_C + K_G)⁻¹·F with K_G at the unloaded
+    pose for the forces of the load: the tangent of that equilibrium, not its secant, and with the load's lever fixed).
+    """
 
     physics = "geometric_stiffness"
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("geometry", "")] if isinstance(robot, ParallelRobot) else []
+        return [("geometry", ""), ("geometry", "mapping")] if isinstance(robot, ParallelRobot) else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
@@ -31,6 +35,8 @@ class GeometricStiffness(Effect):
         assert isinstance(robot, ParallelRobot)
         geometry = ca.SX(robot.geometry)
         symbol = ca.SX.sym("loaded", robot.coordinates.n)
+        if self.variant == "mapping":
+            return self._mapped(robot, deflection, wrench, compliance, row, theta, symbol, geometry)
         lengths = robot.actuator_lengths(symbol, geometry)
         lever = row.forward.T  # actuator force per wrench at the unloaded pose
         loaded_lever = (ca.jacobian(lengths, symbol) @ robot.pose_rate_map(symbol)).T
@@ -45,6 +51,27 @@ class GeometricStiffness(Effect):
         stretch = robot.actuator_lengths(loaded, geometry) - robot.actuator_lengths(row.pose, geometry)
         linear = ca.solve(row.pose_map, deflection)
         return deflection + theta[0] * (row.pose_map @ (linear - stretch + compliance * change))
+
+    def _mapped(
+        self,
+        robot: ParallelRobot,
+        deflection: ca.SX,
+        wrench: ca.SX,
+        compliance: ca.SX,
+        row: Row,
+        theta: ca.SX,
+        symbol: ca.SX,
+        geometry: ca.SX,
+    ) -> ca.SX:
+        """(K_C + K_G)⁻¹·K_C·ΔX, K_G = ∂(J⁻ᵀ·τ)/∂X at constant τ = Jᵀ·F (theory.md C3)."""
+        held = ca.SX.sym("held", row.forward.shape[1])
+        lengths = robot.actuator_lengths(symbol, geometry)
+        wrench_of = (ca.jacobian(lengths, symbol) @ robot.pose_rate_map(symbol)).T @ held
+        geometric = ca.substitute(ca.jacobian(wrench_of, symbol), symbol, row.pose)
+        geometric = ca.substitute(geometric, held, row.forward.T @ (row.absolute + (wrench - row.wrench)))
+        softening = row.pose_map @ ca.diag(compliance) @ row.forward.T @ geometric
+        eye = ca.SX.eye(robot.coordinates.n)
+        return ca.solve(eye + theta[0] * softening, deflection)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         v = values["fraction"]

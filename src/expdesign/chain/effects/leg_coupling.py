@@ -24,7 +24,7 @@ class LegCoupling(Effect):
         return one_way + shared
 
     def describe(self) -> tuple[Parameter, ...]:
-        return (Parameter("coupling_m_per_N", 1e-8),)
+        return (Parameter("coupling_m_per_N", 1e-8, low=-1e-3, high=1e-3),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX

@@ -16,6 +16,7 @@ _NEWTON_STEPS = 6
 
 _SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
     "quadratic": lambda f: f * ca.fabs(f),
+    "square": lambda f: f**2,
     "asymmetric": ca.fabs,
     "hertz": lambda f: ca.sign(f) * ca.exp(2.0 / 3.0 * ca.log(ca.fmax(ca.fabs(f), 1e-9))),
 }
@@ -24,8 +25,8 @@ _SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
 class LegNonlinearStiffness(Effect):
     """Something non-linear in series with the spring, or a spring that hardens.
 
-    `quadratic`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, |τ| or sign(τ)·|τ|^⅔. `cubic`: the spring
-    obeys τ = k·(x + b·x³), b > 0 hardening. Forces count from zero load, not from the reference state.
+    `quadratic`, `square`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², |τ| or sign(τ)·|τ|^⅔. `cubic`:
+    the spring obeys τ = k·(x + b·x³), b > 0 hardening. Forces count from zero load, not from the reference state.
     """
 
     physics = "leg_nonlinear_stiffness"
@@ -38,7 +39,7 @@ class LegNonlinearStiffness(Effect):
         if self.variant == "cubic":
             # b in units of the square of the linear elongation at the reference force.
             return (Parameter("hardening_at_100N", 0.1, low=-0.3, high=1e3),)
-        return (Parameter(f"{self.variant}_at_100N_m", 1e-6),)
+        return (Parameter(f"{self.variant}_at_100N_m", 1e-6, low=-1e-2, high=1e-2),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX

@@ -26,7 +26,8 @@ class PassiveJointCompliance(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.n > 2 else ("xx", "xy")
-        return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8) for entry in entries)
+        # Differences to the leg's own compliance; a joint that yields by 1 mm under 1 N holds no leg.
+        return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8, low=-1e-3, high=1e-3) for entry in entries)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX

@@ -36,7 +36,7 @@ class PassiveJointStiffness(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         self.changes_geometry = self.variant == "flexures"
-        return (Parameter("joint_Nm_per_rad", 100.0, low=0.0),)
+        return (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX

@@ -14,10 +14,13 @@ def compliance_parameters(translations: int, n: int, full: bool) -> tuple[Parame
     axes = "xyz"[:translations]
     names = [f"d{axis}" for axis in axes] + [f"r{axis}" for axis in axes[: n - translations]]
     units = {"dd": ("m_per_N", 1e-9), "dr": ("per_N", 1e-8), "rr": ("rad_per_Nm", 1e-7)}
+    # A part that yields by 1 mm under 1 N, or turns by 0.1 rad under 1 N·m, carries nothing; between, their mean.
+    softest = {"dd": 1e-3, "dr": 1e-2, "rr": 1e-1}
 
     def parameter(i: int, j: int) -> Parameter:
-        unit, scale = units["".join(sorted(names[i][0] + names[j][0]))]
-        return Parameter(f"compliance_{names[i]}_{names[j]}_{unit}", scale, low=0.0 if i == j else float("-inf"))
+        kind = "".join(sorted(names[i][0] + names[j][0]))
+        (unit, scale), high = units[kind], softest[kind]
+        return Parameter(f"compliance_{names[i]}_{names[j]}_{unit}", scale, low=0.0 if i == j else -high, high=high)
 
     diagonal = [parameter(i, i) for i in range(n)]
     upper = [parameter(i, j) for i in range(n) for j in range(i + 1, n)] if full else []

@@ -31,10 +31,11 @@ class ThermalDrift(Effect):
         if self.component == "environment":
             coordinates = self.robot.coordinates
             return tuple(
-                Parameter(f"{name.rsplit('_', 1)[0]}_{name.rsplit('_', 1)[1]}_{unit}", scale)
+                Parameter(f"{name.rsplit('_', 1)[0]}_{name.rsplit('_', 1)[1]}_{unit}", scale, low=-1e-2, high=1e-2)
                 for name in coordinates.deflection
             )
-        return (Parameter("alpha_per_K" if unit == "per_K" else "rate_per_s", scale),)
+        # Rubber grows by 2e-4 per kelvin.
+        return (Parameter("alpha_per_K" if unit == "per_K" else "rate_per_s", scale, low=-1e-3, high=1e-3),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
