@@ -87,12 +87,14 @@ class Effect(ABC):
         return [cls(robot, component, variant) for component, variant in cls.places(robot, points)]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        """Parameters from which a search has to start, shape (p,) each: neutral but for the shapes.
-
-        An effect of one parameter beside its shapes may also start away from neutral, where a little of it is unlike
-        much of it.
-        """
+        """Neutral parameters with every value of the shapes from which a search has to start, shape (p,) each."""
         return [self.neutral()]
+
+    def large_starts(self, points: LoadedPoints) -> list[FloatArray]:
+        """Further starts away from neutral, where much of an effect with one parameter and states is unlike a little
+        of it.
+        """
+        return []
 
     @property
     def leg(self) -> int:

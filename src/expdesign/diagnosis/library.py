@@ -49,7 +49,8 @@ def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances:
         counts[effect.physics] = counts.get(effect.physics, 0) + 1
     found = []
     for effect in effects:
-        starts = np.array(effect.starts(sample.recordings)).reshape(-1, len(effect.parameters))
+        all_starts = effect.starts(sample.recordings) + effect.large_starts(sample.recordings)
+        starts = np.array(all_starts).reshape(-1, len(effect.parameters))
         directions = _directions(effect, starts, sample, robot, compliances)
         free = [p for p in effect.parameters if not p.shape]
         one_sided: BoolArray = np.array([p.low >= p.neutral for p in free], dtype=bool)

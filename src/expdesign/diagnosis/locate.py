@@ -69,9 +69,7 @@ def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], no
         return name, result.statistic, result.dimension
 
     components = [probe(name, block) for name, block in _component_directions(sample, robot, library).items()]
-    patterns = [
-        _pattern(name, values, base, sample, noise_variance) for name, values in drivers(sample, robot).items()
-    ]
+    patterns = [_pattern(name, values, base, sample, noise_variance) for name, values in drivers(sample, robot).items()]
     corrected = _holm(components)
     tested = _holm(patterns)
     return Location(corrected, tested, _axes(base, sample, robot, noise_variance), _region(tested))

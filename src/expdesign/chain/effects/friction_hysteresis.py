@@ -15,7 +15,6 @@ from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
-
 _SHARES = (0.05, 0.1, 0.2, 0.4)
 """Of the largest force: friction that holds some legs altogether looks unlike a little of it."""
 
@@ -38,12 +37,11 @@ class FrictionHysteresis(Effect):
             return (friction,)
         return (friction, Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True))
 
-    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+    def large_starts(self, points: LoadedPoints) -> list[FloatArray]:
         forward = self.robot.jacobians(points.configurations).forward
         forces = np.einsum("nij,ni->nj", forward, points.wrenches)[:, self.legs]
         sizes = [share * float(np.abs(forces).max(initial=0.0)) for share in _SHARES]
-        neutral = self.neutral()
-        return [neutral, *(np.concatenate([[size], neutral[1:]]) for size in sizes if size > 0.0)]
+        return [np.concatenate([[size], self.neutral()[1:]]) for size in sizes if size > 0.0]
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
