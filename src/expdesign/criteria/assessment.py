@@ -200,6 +200,17 @@ class Assessment:
         variance: FloatArray = (self.force_root**2).sum(axis=-1)
         return variance
 
+    @cached_property
+    def parameter_covariance(self) -> tuple[FloatArray, FloatArray]:
+        """Covariances of the identified compliances (m²/N² …) due to noise, M⁻¹, and due to load errors.
+
+        Shape (b, n_p, n_p) each; NaN for designs that leave a compliance undetermined.
+        """
+        known = ((self.rank == self.parameters) & self._exists)[:, None, None]
+        root, errors = self._estimator[0], self._parameter_error
+        noise = np.where(known, root @ root.swapaxes(-1, -2), np.nan)
+        return noise, np.where(known, errors @ errors.swapaxes(-1, -2), np.nan)
+
     def force_sensitivity(self) -> FloatArray:
         """Z = −A_D·Ã⁺·G·blkdiag(D_i) (theory.md 5.1), attained pose per load error, shape (b, t, n, m·n); NaN
         rows where not estimable.

@@ -35,6 +35,7 @@ class DesignProblem:
         noise: of the measured deflections.
         targets: where accuracy is wanted.
         target_wrenches: wrench at each target (N, N·m), shape (t, n).
+        target_loads: for each target, the robot under its kind of load and that load's parameters (k,).
         space: the designs that can be chosen.
         objectives: the criteria that span the front.
         optimiser: settings of the search.
@@ -46,6 +47,7 @@ class DesignProblem:
     noise: DeflectionNoise
     targets: Targets
     target_wrenches: FloatArray
+    target_loads: tuple[tuple[LoadedRobot, FloatArray], ...]
     space: DesignSpace
     objectives: tuple[Criterion, ...]
     optimiser: OptimiserSettings

@@ -60,12 +60,13 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     sources = _sources(experiment, load, document)
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor)
     noise = _noise(experiment.deflection_noise, robot.coordinates, document)
-    targets, wrenches = _targets(section, loaded, document)
+    targets, wrenches, target_loads = _targets(section, loaded, document)
     return DesignProblem(
         loaded=loaded,
         noise=with_reference_pose(noise, experiment, robot, document),
         targets=targets,
         target_wrenches=wrenches,
+        target_loads=target_loads,
         space=_space(experiment, robot, load, poses),
         objectives=_objectives(section.objectives, document),
         optimiser=OptimiserSettings(
@@ -182,9 +183,12 @@ def _axis(name: str, coordinates: Coordinates, document: YamlDocument, where: Ke
     return coordinates.deflection.index(name)
 
 
-def _targets(section: RunSection, loaded: LoadedRobot, document: YamlDocument) -> tuple[Targets, FloatArray]:
+def _targets(
+    section: RunSection, loaded: LoadedRobot, document: YamlDocument
+) -> tuple[Targets, FloatArray, tuple[tuple[LoadedRobot, FloatArray], ...]]:
     robot, coordinates = loaded.robot, loaded.robot.coordinates
-    poses, observations, wrenches, importance = [], [], [], np.zeros((len(section.targets), coordinates.n))
+    poses, observations, wrenches, loads = [], [], [], []
+    importance = np.zeros((len(section.targets), coordinates.n))
     for index, target in enumerate(section.targets):
         where: KeyPath = ("targets", index)
         pose = _vector(target.pose, robot.configuration, document, (*where, "pose"))
@@ -204,6 +208,7 @@ def _targets(section: RunSection, loaded: LoadedRobot, document: YamlDocument) -
         observations.append(here.measure(pose, parameters).observation)
         wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
         poses.append(pose)
+        loads.append((here, parameters))
         for name, tolerance in target.tolerance.items():
             importance[index, _axis(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
     if isinstance(loaded.regressor, Elastostatic) and not np.any(wrenches):
@@ -211,7 +216,7 @@ def _targets(section: RunSection, loaded: LoadedRobot, document: YamlDocument) -
         raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])
     arrays = (np.array(poses), np.array(observations), importance, weights)
-    return Targets(*arrays, coordinates.translations, section.aggregate), np.array(wrenches)
+    return Targets(*arrays, coordinates.translations, section.aggregate), np.array(wrenches), tuple(loads)
 
 
 def _vector(values: list[float], names: tuple[str, ...], document: YamlDocument, where: KeyPath) -> FloatArray:

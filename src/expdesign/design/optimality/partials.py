@@ -42,6 +42,10 @@ class Piece:
         """With respect to the genes, shape (b, m, g)."""
         return state.gradient(self.noise, self.force, self.singular)
 
+    def quantity_gradient(self, state: DesignState) -> FloatArray:
+        """With respect to every quantity of the measurements, free or fixed, shape (b, m, z)."""
+        return state.quantity_gradient(self.noise, self.force, self.singular)
+
 
 def pieces(criterion: Criterion, state: DesignState) -> list[Piece]:
     """The smooth pieces of a criterion, the largest first; a smooth criterion is its own single piece."""

@@ -37,9 +37,13 @@ class DesignModel:
 
     def run(self, genes: FloatArray, series: IntArray | None = None) -> "DesignState":
         """Evaluate designs, genes (b, m, g); the series follow from the poses where they are not given."""
-        quantities = self.problem.space.quantities(genes)
+        series = self.series(genes) if series is None else series
+        return self.run_quantities(self.problem.space.quantities(genes), series)
+
+    def run_quantities(self, quantities: FloatArray, series: IntArray | None) -> "DesignState":
+        """Evaluate designs given by all quantities of their measurements (b, m, z), wherever the genes may go."""
         tape = self.maps.run(quantities.reshape(-1, quantities.shape[-1]))
-        return DesignState(self, tape, genes.shape[:2], self.series(genes) if series is None else series)
+        return DesignState(self, tape, quantities.shape[:2], series)
 
     def to_genes(self, by_quantities: FloatArray) -> FloatArray:
         """Gradients with respect to quantities (..., z) as gradients with respect to genes (..., g); 0 if discrete."""
@@ -140,6 +144,18 @@ class DesignState:
     ) -> FloatArray:
         """Gradient with respect to the genes (b, m, g), the series held, of a function of the values above.
 
+        The arguments are those of `quantity_gradient`.
+        """
+        return self.model.to_genes(self.quantity_gradient(by_noise, by_force, by_singular))
+
+    def quantity_gradient(
+        self,
+        by_noise: FloatArray | None = None,
+        by_force: FloatArray | None = None,
+        by_singular: FloatArray | None = None,
+    ) -> FloatArray:
+        """Gradient with respect to every quantity of the measurements (b, m, z), free or fixed, the series held.
+
         Args:
             by_noise: partial derivatives with respect to `noise_variance`, shape (b, t, n).
             by_force: partial derivatives with respect to `force_variance`, shape (b, t, n).
@@ -165,8 +181,7 @@ class DesignState:
             by_rows = np.einsum("bij,bikp->bjkp", self._across, by_rows)
         by_rows = np.where(self.regular[:, None, None, None], by_rows, 0.0)
         flat = by_rows.reshape(self.tape.observation.shape), by_errors.reshape(self.tape.errors.shape)
-        by_quantities = self.model.maps.pull(self.tape, *flat)
-        gradient = self.model.to_genes(by_quantities.reshape(self.batch, self.count, -1))
+        gradient = self.model.maps.pull(self.tape, *flat).reshape(self.batch, self.count, -1)
         result: FloatArray = np.where(self.regular[:, None, None], gradient, 0.0)
         return result
 
