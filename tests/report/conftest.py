@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
@@ -54,11 +55,11 @@ def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Ca
 def hexapod(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """Two objectives, two targets, a payload, four sources of load error and a known lower bound."""
     folder = tmp_path_factory.mktemp("hexapod")
-    text = (ROOT / "configs" / "hexapod-h1.yaml").read_text(encoding="utf-8")
-    head, _ = text.split("\noptimiser:")
-    head = head.replace("robots/hexapod-h1.yaml", str(ROOT / "configs" / "robots" / "hexapod-h1.yaml"))
+    content = yaml.safe_load((ROOT / "configs" / "hexapod-h1.yaml").read_text(encoding="utf-8"))
+    content["robot"] = str(ROOT / "configs" / content["robot"])
+    content["optimiser"] = {"population": 40, "generations": 12, "polish": False}
     config = folder / "config.yaml"
-    config.write_text(f"{head}\noptimiser: {{population: 40, generations: 12, polish: false}}\n", encoding="utf-8")
+    config.write_text(yaml.safe_dump(content), encoding="utf-8")
     return _case(read_problem(config), 0.8, folder)
 
 

@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from expdesign.criteria.error_ellipses import target_covariances
+from expdesign.design.accuracy_map import accuracy_maps
 from expdesign.design.result import pareto_frame, plan_of
 from expdesign.report import words
 from expdesign.report.design_data import plan_cells
@@ -134,14 +136,15 @@ def another(case: Any) -> int:
 def test_the_page_opens_with_the_recommended_design(hexapod_screen: Screen) -> None:
     hexapod_screen.shows(hexapod_screen.case.front.recommended)
     plots = hexapod_screen.run("return [...document.querySelectorAll('.plot')].map(plot => plot.data.length)")
-    assert len(plots) == 3
+    assert len(plots) == 5
     assert all(plots)
 
 
 def test_what_stands_in_the_page_is_what_its_script_shows(hexapod_screen: Screen) -> None:
     """Choosing another design and coming back gives the tables and sentences that were written by Python."""
     screen = hexapod_screen
-    ids = ("plan", "budget-table", "accuracy", "chosen-text", "accuracy-title", "plan-caption")
+    ids = ("plan", "budget-table", "accuracy", "chosen-text", "accuracy-title", "plan-caption", "ellipse-table")
+    ids += ("ellipse-table-caption", "deviations", "deviations-text", "deviations-caption")
     squeezed = "return document.getElementById(arguments[0]).textContent.replace(/\\s+/g, ' ').trim()"
     source = screen.case.path.read_text(encoding="utf-8")
     parsed = """
@@ -238,6 +241,61 @@ def test_any_two_criteria_span_the_figure(bipod_screen: Screen) -> None:
     until(lambda: screen.text("plan-title") != f"Plan of design {front.recommended + 1}")
 
 
+def test_the_ellipses_are_those_of_the_covariance(hexapod_screen: Screen) -> None:
+    """The outline that is drawn, and saved, is Mahalanobis-distant from the middle by the 95 % quantile."""
+    screen, case = hexapod_screen, hexapod_screen.case
+    covariances = target_covariances(case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    options = screen.run("return document.getElementById('ellipse-view').options.length")
+    assert options == 6 * len(case.problem.targets.weights)
+    for _ in range(options - 1):
+        screen.click("button[data-of=ellipse-view][data-step='1']")
+    design = another(case)
+    screen.click(f"#designs tbody tr:nth-child({design + 1}) td:nth-child(2)")
+    screen.shows(design)
+    target = len(case.problem.targets.weights)
+    saved = screen.download("button[data-csv=ellipses]", f"error-ellipses-target-{target}.csv")
+    outlines = pd.read_csv(io.BytesIO(saved))
+    assert list(outlines.columns) == ["part", "dry_rad", "drz_rad"]
+    parts = {"both": covariances.total, "measurement noise": covariances.noise, "load errors": covariances.load}
+    for name, covariance in parts.items():
+        points = outlines.loc[outlines["part"] == name, ["dry_rad", "drz_rad"]].to_numpy()
+        block = covariance[design, -1, 4:6, 4:6]
+        distance = np.einsum("ki,ij,kj->k", points, np.linalg.inv(block), points)
+        np.testing.assert_allclose(distance, -2.0 * np.log(0.05), rtol=1e-3)  # χ² of two degrees of freedom
+
+
+@pytest.mark.parametrize("name", ["hexapod", "bipod"])
+def test_the_map_of_accuracy_is_that_of_the_chosen_plan(browser: Any, name: str, request: Any) -> None:
+    case = request.getfixturevalue(name)
+    screen = Screen(browser, case)
+    design = another(case)
+    screen.click(f"#designs tbody tr:nth-child({design + 1}) td:nth-child(2)")
+    screen.shows(design)
+    screen.click("button[data-of=map-view][data-step='-1']")  # the last map
+    chart = accuracy_maps(case.problem)[-1]
+    noise, load = case.problem.assess(*case.problem.space.decode(case.front.genes)).parameter_covariance
+    expected = chart.rms((noise + load)[design])
+    saved = pd.read_csv(
+        io.BytesIO(screen.download("button[data-csv=map]", f"accuracy-map-target-{chart.target + 1}.csv"))
+    )
+    np.testing.assert_allclose(saved["rms_tolerances"].to_numpy().reshape(expected.shape), expected, rtol=1e-3)
+    shown = screen.run("return document.getElementById('map').data[0].z")
+    np.testing.assert_allclose(np.array(shown, dtype=float), expected, rtol=1e-3)
+    assert_quiet(browser)
+
+
+def test_every_button_that_saves_data_saves_data(hexapod_screen: Screen) -> None:
+    screen = hexapod_screen
+    ids = screen.run("return [...document.querySelectorAll('button[data-csv]')].map(button => button.dataset.csv)")
+    assert {"front", "designs", "plan", "robot", "budget", "budget-table", "ellipses", "ellipse-table"} < set(ids)
+    given = "const file = report.csv[arguments[0]]; return typeof file === 'function' ? file() : file"
+    for id in ids:
+        file = screen.run(given, id)
+        assert file["filename"].endswith(".csv")
+        table = pd.read_csv(io.StringIO(file["text"]))
+        assert len(table) > 0
+
+
 def test_the_name_of_a_robot_is_only_text(bipod_screen: Screen) -> None:
     name = bipod_screen.case.problem.loaded.robot.name
     assert bipod_screen.find("h1").text == f"Calibration plan for {name}"
@@ -290,7 +348,7 @@ def test_nothing_is_wider_than_a_phone(browser: Any, hexapod: Any) -> None:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, hexapod: Any) -> None:
+def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, bipod: Any) -> None:
     state = """
         return [...document.querySelectorAll('.plot')].map(
             plot => [plot._fullLayout.width, plot._fullLayout.paper_bgcolor]);
@@ -299,7 +357,7 @@ def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, hexa
         "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
     )
     try:
-        screen = Screen(browser, hexapod)
+        screen = Screen(browser, bipod)
         before = screen.run(state)
         screen.run("window.dispatchEvent(new Event('beforeprint'))")
         until(lambda: all(width <= 660 and colour == "#ffffff" for width, colour in screen.run(state)))
@@ -308,3 +366,17 @@ def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, hexa
         until(lambda: screen.run(state) == before)
     finally:
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def test_the_printed_page_leaves_out_what_only_a_screen_can_use(browser: Any, hexapod: Any) -> None:
+    """Neither the table of all designs nor buttons are printed; the chosen design's tables are, in full."""
+    shown = "return getComputedStyle(document.querySelector(arguments[0])).display !== 'none'"
+    screen = Screen(browser, hexapod)
+    try:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        for selector in (".choosing", ".tools", "nav", "#theme", ".selector"):
+            assert not screen.run(shown, selector), selector
+        for selector in ("#plan", "#budget-table", "#deviations", "#front", "#chosen-text"):
+            assert screen.run(shown, selector), selector
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from expdesign.report.words import UNDETERMINED
+
 
 @dataclass(frozen=True)
 class Block:
@@ -108,6 +110,10 @@ class DataTable(Block):
     choice: str = ""
     chosen: int = 0
     tall: bool = False
+
+    def is_text(self, column: int) -> bool:
+        """Whether a column holds words, which are set flush left, rather than numbers."""
+        return any(row[column][:1].isalpha() and row[column] != UNDETERMINED for row in self.rows)
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,16 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
+from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.error_ellipses import target_covariances
+from expdesign.design.accuracy_map import AccuracyMap
 from expdesign.design.front import Front
 from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import plan_of
-from expdesign.report import words
+from expdesign.report import accuracy_map, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, shown_criteria
+from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, cells, sentences
 from expdesign.report.robot_view import levers, robot_states, view_data
 
@@ -47,9 +51,19 @@ def design_summary(problem: DesignProblem, front: Front, design: int) -> str:
     )
 
 
-def design_data(problem: DesignProblem, front: Front, budget: ErrorBudget, bound: float | None) -> dict[str, Any]:
+def design_data(
+    problem: DesignProblem,
+    front: Front,
+    assessment: Assessment,
+    budget: ErrorBudget,
+    deviations: PlanDeviations,
+    maps: list[AccuracyMap],
+    bound: float | None,
+) -> dict[str, Any]:
     """Everything that the page's script needs, for all designs."""
     view, forces = _view(problem, front)
+    covariances = target_covariances(assessment)
+    compliances = accuracy_map.of_designs(assessment)
     plans = [plan_of(problem, front, design) for design in range(len(front))]
     designs = []
     for design, plan in enumerate(plans):
@@ -64,6 +78,12 @@ def design_data(problem: DesignProblem, front: Front, budget: ErrorBudget, bound
                 "budget": cells(budget, design),
                 "sigma": _sigma(budget, design),
                 "sentences": sentences(budget, design),
+                "ellipses": error_ellipses.of_design(problem, covariances, design),
+                "ellipseTable": error_ellipses.cells(problem, covariances, budget, design),
+                "deviations": deviations.cells(design),
+                "deviationsText": deviations.sentences(design),
+                "derivatives": deviations.derivatives(design),
+                "compliance": compliances[design],
             }
         )
     rows = budget.rows()
@@ -81,7 +101,10 @@ def design_data(problem: DesignProblem, front: Front, budget: ErrorBudget, bound
             "bars": [rows.index(row) for row in budget.rows_that_matter()],
             "sources": [f"{name.replace(' ', '_')}_std" for name in budget.source_names],
         },
+        "quantities": deviations.names,
         "view": view,
+        "ellipses": error_ellipses.view_data(problem, budget),
+        "maps": accuracy_map.view_data(problem, maps),
         "targets": [target_text(problem, target) for target in range(len(problem.targets.weights))],
         "bound": bound,
     }

@@ -162,7 +162,7 @@ def budget_figure(budget: ErrorBudget) -> Figure:
         "and errors of the loads in the experiment are independent, so they add in squares."
     )
     description = "Bars of the expected error per target and axis. The table of the error budget has the same numbers."
-    height = min(1200, 150 + 62 * len(rows))
+    height = min(1200, 150 + 46 * len(rows))
     return Figure(
         "budget",
         "Where the remaining error comes from",

@@ -1,9 +1,11 @@
 // The page of `expdesign run`: choosing a design on a figure or in the table shows its plan, robot and error budget.
 "use strict";
 (() => {
-  const { designs, recommended, knee, criteria, parallel, columns, budget, view, targets, bound } = report.data;
+  const { designs, recommended, knee, criteria, parallel, columns, budget, view, targets, bound, captions } = report.data;
   const element = (id) => document.getElementById(id);
   const robot = view ? robotView("robot", view) : null;
+  const showEllipses = ellipseView(report.data.ellipses, designs);
+  const showMap = mapView(report.data.maps, designs);
   let current = recommended;
 
   // ----- the front
@@ -96,15 +98,29 @@
     report.setText("plan-title", `Plan of design ${design.number}`);
     report.setText("accuracy-title", `Accuracy to expect with design ${design.number}`);
     report.setSentences("accuracy", design.sentences);
-    report.setTable("plan", design.plan, report.data.planCaption.replace("{design}", design.number));
-    report.setTable("budget-table", design.budget, report.data.budgetCaption.replace("{design}", design.number));
+    report.setSentences("deviations-text", design.deviationsText);
+    const tables = { plan: design.plan, "budget-table": design.budget, deviations: design.deviations };
+    if (showEllipses) tables["ellipse-table"] = design.ellipseTable;
+    for (const [id, rows] of Object.entries(tables)) {
+      report.setTable(id, rows, captions[id].replace("{design}", design.number));
+    }
     showState();
-    return Promise.all([drawFront(), drawParallel(), drawBudget()]);
+    const views = [showEllipses, showMap].filter(Boolean).map((show) => show(index));
+    return Promise.all([drawFront(), drawParallel(), drawBudget(), ...views]);
   }
 
   report.csv.plan = () => ({ filename: `plan-design-${designs[current].number}.csv`, text: designs[current].csv });
   report.csv["budget-table"] = () => ({ filename: `error-budget-design-${designs[current].number}.csv`, text: csvOfBudget() });
   report.csv.budget = report.csv["budget-table"];
+  report.csv.deviations = () => {
+    const names = report.data.quantities;
+    const rows = designs[current].derivatives.map(([slope, bend], index) => (
+      [Math.floor(index / names.length) + 1, names[index % names.length], slope ?? "", bend ?? ""].join(",")
+    ));
+    const head = "measurement,quantity,total_per_unit,total_per_unit_squared";
+    return { filename: `deviations-design-${designs[current].number}.csv`, text: `${[head, ...rows].join("\n")}\n` };
+  };
+  if (showEllipses) report.csv["ellipse-table"] = () => ({ filename: `ellipses-design-${designs[current].number}.csv`, text: report.tableText("ellipse-table") });
   report.csv.front = report.csv.designs;
   report.csv.parallel = report.csv.designs;
 

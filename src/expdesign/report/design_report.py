@@ -1,16 +1,16 @@
 """The page of `expdesign run`: the front, and for each design its plan, the robot and the accuracy to expect."""
 
-import shlex
 from collections.abc import Mapping
 from typing import Any
 
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
 from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import pareto_frame
-from expdesign.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.report import words
+from expdesign.report import accuracy_map, error_ellipses, words
+from expdesign.report import deviations as deviations_report
 from expdesign.report.blocks import (
     Block,
     Buttons,
@@ -25,16 +25,17 @@ from expdesign.report.blocks import (
     Selector,
     Sentences,
     SideBySide,
-    Steps,
     Subheading,
 )
 from expdesign.report.design_data import design_data, design_summary
 from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
-from expdesign.report.error_budget import ErrorBudget, error_budget, headings
+from expdesign.report.design_texts import next_steps, vocabulary
+from expdesign.report.deviations import PlanDeviations
+from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
 
-_BARS_BESIDE = 4
+_BARS_BESIDE = 12
 """So many axes of the error budget, at most, are drawn beside the robot; more take the full width."""
 
 _PLAN_CAPTION = (
@@ -55,17 +56,27 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         front: what was found.
         run: the content of `run.json` (interfaces.md).
     """
-    budget = error_budget(problem, problem.assess(*problem.space.decode(front.genes)))
+    assessment = problem.assess(*problem.space.decode(front.genes))
+    budget = error_budget(problem, assessment)
+    deviations = PlanDeviations(problem, front)
+    maps = accuracy_maps(problem)
     bound = run.get("duir_lower_bound")
-    data = design_data(problem, front, budget, bound)
-    data |= {"planCaption": _PLAN_CAPTION, "budgetCaption": _BUDGET_CAPTION}
+    data = design_data(problem, front, assessment, budget, deviations, maps, bound)
+    data["captions"] = {
+        "plan": _PLAN_CAPTION,
+        "budget-table": _BUDGET_CAPTION,
+        "ellipse-table": error_ellipses.CAPTION,
+        "deviations": deviations_report.CAPTION,
+    }
     robot = problem.loaded.robot
     sections = (
-        _summary(problem, front, run, data),
+        _summary(problem, front, run, budget, deviations),
         _choice(problem, front, data),
         _design(problem, front, budget, data),
-        _next_steps(problem, front),
-        _words(front),
+        _errors(problem, front, budget, data, maps),
+        Section("exactness", "How exactly the plan has to be met", deviations.blocks(front.recommended)),
+        next_steps(problem, front),
+        vocabulary(front),
         _run(problem, front, run),
     )
     versions = run.get("versions", {})
@@ -77,7 +88,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         ),
         sections=sections,
         data=data,
-        scripts=("robot_view.js", "design_report.js"),
+        scripts=("robot_view.js", "error_ellipses.js", "accuracy_map.js", "design_report.js"),
         footer=f"Made by expdesign {versions.get('expdesign', '')}".rstrip() + ".",
     )
     return page
@@ -92,16 +103,16 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     recommended = 100.0 * (duir[front.recommended] / bound - 1.0)
     least = 100.0 * (duir.min() / bound - 1.0)
     measurements = words.count(problem.space.measurements, "measurement")
-    scope = run.get("duir_lower_bound_certified_on")
     best = f", the best design on the front within {words.number(least, 2)}\u00a0%" if least < recommended else ""
     return (
         f"No plan of {measurements} can bring the error from measurement noise (DUIR) below {words.number(bound)} "
         f"tolerances; the recommended design is within {words.number(recommended, 2)}\u00a0% of that{best}."
-        + (f" Certified on: {scope}." if scope else "")
     )
 
 
-def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], data: Mapping[str, Any]) -> Section:
+def _summary(
+    problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget, deviations: PlanDeviations
+) -> Section:
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
     figures = (
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "noise and load errors together"),
@@ -110,10 +121,11 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], data:
         KeyFigure("Measurements to take", str(problem.space.measurements), "", _each(problem)),
         KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", "least total error"),
     )
-    sentences = [*data["designs"][front.recommended]["sentences"]]
+    sentences = [worst_sentence(budget, front.recommended)]
     bound = lower_bound_sentence(problem, front, run)
     if bound is not None:
         sentences.append(bound)
+    sentences.append(deviations.sentences(front.recommended)[0])
     opening = (
         "What the recommended design achieves. A tolerance is the error that the configuration accepts on an axis."
     )
@@ -122,15 +134,17 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], data:
 
 def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Section:
     names = shown_criteria(front)
+    first = tuple(dict.fromkeys((*front.objectives, "duir", "feir", "total")))
     rows = []
     for design in range(len(front)):
         marks = [name for name, index in (("recommended", front.recommended), ("knee", front.knee)) if index == design]
         label = " · ".join((str(design + 1), *marks))
-        rows.append([label, *(words.number(float(front.criteria[name][design])) for name in names)])
+        rows.append([label, *(words.number(float(front.criteria[name][design])) for name in first)])
     table = DataTable(
         "designs",
-        "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below.",
-        ["Design", *(words.criterion_with_unit(name, known_criteria()[name].unit) for name in names)],
+        "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below. The CSV has all "
+        "criteria.",
+        ["Design", *(words.criterion_with_unit(name, known_criteria()[name].unit) for name in first)],
         rows,
         Download("pareto.csv", csv_text(pareto_frame(front))),
         choice="design",
@@ -167,13 +181,25 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
     bars = budget_figure(budget)
     wide: list[Block] = []
     (accuracy if len(budget.rows_that_matter()) <= _BARS_BESIDE else wide).append(bars)
-    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), headings(budget), first["budget"])
     blocks: list[Block] = [Subheading(f"Plan of design {number}", id="plan-title"), plan]
     if data["view"] is None:
         blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *accuracy]
     else:
         blocks.append(SideBySide(_robot_blocks(problem, data), accuracy))
-    return Section("design", "The chosen design", (*blocks, *wide, table))
+    return Section("design", "The chosen design", (*blocks, *wide))
+
+
+def _errors(
+    problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any], maps: list[AccuracyMap]
+) -> Section:
+    first, number = data["designs"][front.recommended], str(front.recommended + 1)
+    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), headings(budget), first["budget"])
+    ellipses = error_ellipses.ellipse_blocks(problem, first["ellipseTable"], number)
+    charts = accuracy_map.map_blocks(problem, maps)
+    if not ellipses or not charts:
+        return Section("errors", "Where the error comes from", (table, *ellipses, *charts))
+    *figure, axes = ellipses
+    return Section("errors", "Where the error comes from", (table, SideBySide(figure, charts), axes))
 
 
 def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block]:
@@ -194,74 +220,6 @@ def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block
 
 def _each(problem: DesignProblem) -> str:
     return "one loaded pose each" if problem.loaded.regressor.needs_load else "one pose without load each"
-
-
-def _next_steps(problem: DesignProblem, front: Front) -> Section:
-    config = shlex.quote(problem.source)
-    columns = ", ".join(problem.loaded.robot.coordinates.deflection)
-    steps: tuple[tuple[str, str], ...] = (
-        (
-            f"Judge the plan once more, or one that you have changed. plan.csv beside this page holds the recommended "
-            f"design {front.recommended + 1}; the plan of any other design is downloaded above.",
-            f"expdesign evaluate {config} plan.csv --json",
-        ),
-        (
-            "Rehearse: make recordings from the model with noise, and try the steps below on them.",
-            f"expdesign simulate {config} plan.csv --out rehearsal.csv",
-        ),
-        (
-            f"Measure. Take the rows in order, and add what was measured to plan.csv in the columns {columns} "
-            "(those that the instrument gives), saved as recordings.csv. Check the file before leaving the laboratory.",
-            "expdesign check recordings.csv",
-        ),
-        (
-            "Identify the stiffness of the actuators, with confidence intervals (ROBOT.yaml is the robot's file).",
-            "expdesign identify ROBOT.yaml recordings.csv --out identified",
-        ),
-        (
-            "Find out whether the recordings hold anything that the model leaves out.",
-            "expdesign diagnose ROBOT.yaml recordings.csv --out diagnosed",
-        ),
-        (
-            "Compute the commands that bring the loaded platform where it shall be.",
-            "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
-        ),
-    )
-    if not isinstance(problem.loaded.regressor, Elastostatic):
-        further = (
-            "Measure the poses of plan.csv against the commanded ones, and identify the "
-            f"{problem.loaded.regressor.noun} "
-            "with your own calibration program: expdesign identifies stiffness only, and says here what to expect."
-        )
-        return Section("next", "What to do next", (Steps(steps[:1]), Paragraph(further)))
-    return Section("next", "What to do next", (Steps(steps),))
-
-
-def _words(front: Front) -> Section:
-    items = [
-        ("Deflection", "How far the platform moves when the load is put on, at the same command of the actuators."),
-        (
-            "Tolerance",
-            "The error that the configuration accepts on an axis of a target. 1 tolerance = just acceptable.",
-        ),
-        ("RMS, σ", "Root mean square error, one standard deviation: about two of three outcomes lie within it."),
-        ("DUIR", "RMS error at the targets after calibration that comes from the noise of the measured deflections."),
-        ("FEIR", "RMS error at the targets that comes from loads in the experiment that are not exactly as assumed."),
-        ("total", "Both together: the RMS error to expect at the targets after calibration and compensation."),
-        ("Front", "The designs of which none is better than another in every objective."),
-        ("Recommended", "The design on the front with the least total error."),
-        ("Knee", "The design nearest to the best of every objective at once when each is scaled over the front."),
-        ("Hypervolume", "How much of the space of objectives the front dominates; it grows as the search improves."),
-    ]
-    observability = [name for name in front.criteria if name in ("o1", "o2", "o3", "o4", "o5")]
-    if observability:
-        text = "Observability indices: how well all stiffnesses are determined, wherever the targets are."
-        items.insert(6, (" ".join(words.criterion(name) for name in observability), f"{text} Larger is better."))
-    tests = [name for name in front.criteria if name.startswith(("o_tp", "o_mv"))]
-    if tests:
-        text = "Variance of the attained position due to noise: at the first target, and over the targets (m²)."
-        items.insert(7, (" ".join(words.criterion(name) for name in tests), text))
-    return Section("words", "What the words mean", (Definitions(items),))
 
 
 def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:

@@ -137,18 +137,26 @@ def sentences(budget: ErrorBudget, design: int) -> list[str]:
             )
             continue
         texts.append(
-            f"After calibration with this plan, the RMS error to expect at target {target + 1} is {_listed(errors)}. "
-            f"The most demanding axis is {words.axis(budget.axes[worst])}, with {share}\u00a0% of its tolerance of "
-            f"{tolerance}. All axes together make "
+            f"After calibration with this plan, the RMS error to expect at target {target + 1} is "
+            f"{words.listed(errors)}. The most demanding axis is {words.axis(budget.axes[worst])}, with "
+            f"{share}\u00a0% of its tolerance of {tolerance}. All axes together make "
             f"{words.number(np.hypot(noise[target], load[target]))} tolerances: {words.number(noise[target])} from "
             f"measurement noise and {words.number(load[target])} from load errors, which add in squares."
         )
     return texts
 
 
+def worst_sentence(budget: ErrorBudget, design: int) -> str:
+    """The most demanding axis of all targets in words."""
+    ratio = budget.total[design] / budget.tolerance
+    target, axis = (int(i) for i in np.unravel_index(int(np.nanargmax(ratio)), ratio.shape))
+    tolerance = f"{words.given(1e6 * budget.tolerance[target, axis])}\u00a0{words.micro_unit(budget.axes[axis])}"
+    return (
+        f"After calibration with this plan, the most demanding axis is {words.axis(budget.axes[axis])} at target "
+        f"{target + 1}: {_micro(budget, axis, budget.total[design, target, axis])} RMS are to be expected, "
+        f"{words.number(100.0 * ratio[target, axis])}\u00a0% of the tolerance of {tolerance}."
+    )
+
+
 def _micro(budget: ErrorBudget, axis: int, sigma: float) -> str:
     return f"{words.number(1e6 * sigma)}\u00a0{words.micro_unit(budget.axes[axis])}"
-
-
-def _listed(parts: list[str]) -> str:
-    return ", ".join(parts[:-1]) + f" and {parts[-1]}"

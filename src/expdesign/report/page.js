@@ -148,17 +148,26 @@ const report = (() => {
 
   function setTable(id, rows, caption) {
     const body = document.getElementById(id).tBodies[0];
+    const heads = document.getElementById(id).tHead.rows[0].cells;
     body.replaceChildren(...rows.map((cells) => {
       const row = document.createElement("tr");
       cells.forEach((text, column) => {
         const cell = document.createElement(column === 0 ? "th" : "td");
         if (column === 0) cell.scope = "row";
+        cell.className = heads[column].className;
         cell.textContent = text;
         row.append(cell);
       });
       return row;
     }));
     if (caption) document.querySelector(`#${id}-caption span`).textContent = caption;
+  }
+
+  /** A table as it is shown, as CSV. */
+  function tableText(id) {
+    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const rows = [...document.getElementById(id).rows];
+    return rows.map((row) => [...row.cells].map((cell) => quoted(cell.textContent)).join(",")).join("\n") + "\n";
   }
 
   /** Call `listener` with the row's index when a row of a table of choices is chosen, by mouse or keyboard. */
@@ -185,6 +194,6 @@ const report = (() => {
   }
 
   applyTheme(currentTheme());
-  return { data: content.data, figures, csv, draw, update, setText, setSentences, setTable, onChoice, choose };
+  return { data: content.data, figures, csv, draw, update, setText, setSentences, setTable, tableText, onChoice, choose };
 })();
 for (const id of Object.keys(report.figures)) report.draw(id);

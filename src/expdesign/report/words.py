@@ -1,6 +1,7 @@
 """How numbers, units and names are written in reports."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -63,6 +64,16 @@ def count(value: int, singular: str, plural: str | None = None) -> str:
     """A number of things: `six measurements`, `one target`, `120 designs`."""
     noun = singular if value == 1 else (plural or f"{singular}s")
     return f"{_SMALL_NUMBERS[value] if value < len(_SMALL_NUMBERS) else value} {noun}"
+
+
+def listed(parts: Sequence[str]) -> str:
+    """Parts of a sentence in a row: `a`, `a and b`, `a, b and c`."""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def stiffness(unit: str) -> tuple[str, str, float]:
+    """How a stiffness in `unit` is shown: its unit, that of a compliance, and the factor of the stiffness."""
+    return ("N/µm", "µm/N", 1e-6) if unit == "N/m" else (unit, f"1/({unit})", 1.0)
 
 
 def plan_column(name: str) -> Column:

@@ -126,7 +126,7 @@ def _largest_or_mean(problem: DesignProblem, variance: FloatArray) -> FloatArray
 
 
 def _scales(names: list[str], quantities: FloatArray, n_pose: int) -> FloatArray:
-    """Largest size of each quantity, of those of the same unit in poses or in loads where it is always 0; shape (z,)."""
+    """Largest size of each quantity; where it is always 0, of those of its unit in poses or in loads; shape (z,)."""
     largest = np.abs(quantities).max(axis=(0, 1))
     groups = [(index < n_pose, name.rsplit("_", 1)[-1]) for index, name in enumerate(names)]
     by_group = {group: max(largest[i] for i, other in enumerate(groups) if other == group) for group in groups}

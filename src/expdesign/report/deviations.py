@@ -1,0 +1,105 @@
+"""How exactly a plan has to be met: the table and the sentences."""
+
+import numpy as np
+
+from expdesign.design.front import Front
+from expdesign.design.optimality.deviations import Deviations, plan_deviations
+from expdesign.design.problem import DesignProblem
+from expdesign.report import words
+from expdesign.report.blocks import Block, DataTable, Sentences
+
+GROWTH = 0.01
+MOST_DESIGNS = 120
+"""Longer fronts get this for the recommended design and the knee alone, so that the report does not take long."""
+CAPTION = (
+    "Design {design}: how far each quantity may be off, alone, in the worse direction, until the error to expect "
+    "(total) has grown by 1 %. A dash: not even by as much as the quantity's largest value in the plans. What was "
+    "really set is to be recorded and is then taken into account; this is about measuring at a poorer place."
+)
+
+
+class PlanDeviations:
+    """Deviations of the designs of a front, of those for which they are worth the time.
+
+    Args:
+        problem: what was searched.
+        front: what was found.
+    """
+
+    def __init__(self, problem: DesignProblem, front: Front) -> None:
+        count = len(front)
+        chosen = range(count) if count <= MOST_DESIGNS else sorted({front.recommended, front.knee})
+        self._place = {design: place for place, design in enumerate(chosen)}
+        self._found: Deviations = plan_deviations(problem, front.genes[list(chosen)])
+        self._n_pose = len(problem.loaded.robot.configuration)
+
+    def headings(self) -> list[str]:
+        """Headings of the table."""
+        columns = [words.plan_column(name) for name in self._found.names]
+        return ["Measurement", *(f"{column.title} (±\u00a0{column.unit})" for column in columns)]
+
+    def cells(self, design: int) -> list[list[str]]:
+        """Rows of the table of one design."""
+        if design not in self._place:
+            return []
+        allowed = self._found.allowed(GROWTH)[self._place[design]]
+        factors = np.array([words.plan_column(name).factor for name in self._found.names])
+        rows = []
+        for measurement, values in enumerate(allowed * factors):
+            texts = ("–" if np.isinf(value) else words.number(float(value), 2) for value in values)
+            rows.append([str(measurement + 1), *texts])
+        return rows
+
+    def derivatives(self, design: int) -> list[list[float]]:
+        """Gradient and curvature of total per measurement and quantity, to five digits; empty where not computed."""
+        if design not in self._place:
+            return []
+        place = self._place[design]
+        pairs = np.stack([self._found.gradient[place], self._found.curvature[place]], axis=-1)
+        return [[float(f"{value:.5g}") for value in pair] for pair in pairs.reshape(-1, 2)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Columns of the quantities, with their units."""
+        return self._found.names
+
+    def sentences(self, design: int) -> list[str]:
+        """What the table says, and what random deviations do."""
+        if design not in self._place:
+            return ["Computed for the recommended design and the knee only, because the front is long."]
+        place, found = self._place[design], self._found
+        if not np.isfinite(found.total[place]):
+            return ["This design does not determine every stiffness, so that its sensitivity is not determined either."]
+        mean, spread = (float(part[place]) for part in found.growth(found.stated))
+        texts = [
+            f"If every pose is off at random by {self._stated(slice(0, self._n_pose))}, and every load by "
+            f"{self._stated(slice(self._n_pose, None))} (standard deviations), the error to expect changes by about "
+            f"±{words.number(100.0 * spread, 2)}\u00a0%"
+            + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
+        ]
+        allowed = found.allowed(GROWTH)[place] / found.stated
+        measurement, quantity = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
+        if np.isfinite(allowed[measurement, quantity]):
+            column = words.plan_column(found.names[quantity])
+            value = found.allowed(GROWTH)[place, measurement, quantity] * column.factor
+            texts.append(
+                f"The most delicate is the {column.title} of measurement {measurement + 1}: "
+                f"{words.number(float(value), 2)}\u00a0{column.unit} off costs 1\u00a0%."
+            )
+        else:
+            texts.append("No single deviation costs 1\u00a0%.")
+        return texts
+
+    def blocks(self, design: int) -> list[Block]:
+        """The section as it stands at first."""
+        caption = CAPTION.replace("{design}", str(design + 1))
+        table = DataTable("deviations", caption, self.headings(), self.cells(design))
+        return [Sentences(self.sentences(design), id="deviations-text"), table]
+
+    def _stated(self, part: slice) -> str:
+        """Stated deviations of a group of quantities: `0.2 mm and 1 mrad`."""
+        texts: dict[str, None] = {}
+        for name, value in zip(self._found.names[part], self._found.stated[part], strict=True):
+            column = words.plan_column(name)
+            texts[f"{words.given(value * column.factor)}\u00a0{column.unit}"] = None
+        return words.listed(list(texts))
