@@ -3,6 +3,7 @@
 import io
 import json
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -87,9 +88,7 @@ def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any)
     for index, source in enumerate(loaded.sources):
         assessment = case.problem.assess(*case.problem.space.decode(case.front.genes))
         alone = type(assessment)(
-            type(measured)(
-                measured.observation, measured.compliance, (measured.load_errors[index],), measured.condition
-            ),
+            replace(measured, load_errors=(measured.load_errors[index],)),
             case.problem.noise,
             (source.shared,),
             case.problem.targets,

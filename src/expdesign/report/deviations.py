@@ -70,11 +70,12 @@ class PlanDeviations:
         place, found = self._place[design], self._found
         if not np.isfinite(found.total[place]):
             return ["This design does not determine every stiffness, so that its sensitivity is not determined either."]
+        loads = self._stated(slice(self._n_pose, None))
+        loads = f", and every load by {loads}" if loads else ""
         mean, spread = (float(part[place]) for part in found.growth(found.stated))
         texts = [
-            f"If every pose is off at random by {self._stated(slice(0, self._n_pose))}, and every load by "
-            f"{self._stated(slice(self._n_pose, None))} (standard deviations), the error to expect changes by about "
-            f"±{words.number(100.0 * spread, 2)}\u00a0%"
+            f"If every pose is off at random by {self._stated(slice(0, self._n_pose))}{loads} (standard deviations), "
+            f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
             + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
         ]
         allowed = found.allowed(GROWTH)[place] / found.stated
@@ -102,4 +103,4 @@ class PlanDeviations:
         for name, value in zip(self._found.names[part], self._found.stated[part], strict=True):
             column = words.plan_column(name)
             texts[f"{words.given(value * column.factor)}\u00a0{column.unit}"] = None
-        return words.listed(list(texts))
+        return words.listed(list(texts)) if texts else ""
