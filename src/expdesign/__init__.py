@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.predict import predict as predict
     from expdesign.api.run import run as run
     from expdesign.api.simulate import simulate as simulate
+    from expdesign.api.sweep import sweep as sweep
 
 __version__ = "0.1.0"
 

@@ -1,6 +1,5 @@
 """What the functions of the package take: a path, or what was loaded or computed before."""
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,5 +69,18 @@ def table_of(table: TableInput, name: str) -> Table:
 
 
 def numeric(text: pd.DataFrame) -> pd.DataFrame:
-    """The frame that the CSV file of `text` gives, numbers as numbers."""
-    return pd.read_csv(io.StringIO(csv_text(text)), float_precision="round_trip")
+    """A frame whose cells are as in a CSV file, with the columns that hold numbers only as numbers, exactly as read."""
+    return pd.DataFrame({name: _numbers(text[name].tolist()) for name in text.columns})
+
+
+def _numbers(cells: list[Any]) -> list[Any]:
+    for kind in (int, float):
+        try:
+            return [float("nan") if kind is float and cell == "" else kind(cell) for cell in _texts(cells)]
+        except ValueError:
+            continue
+    return cells
+
+
+def _texts(cells: list[Any]) -> list[str]:
+    return [repr(float(cell)) if isinstance(cell, float) else str(cell) for cell in cells]

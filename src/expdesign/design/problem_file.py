@@ -43,20 +43,12 @@ def read_problem(path: Path) -> DesignProblem:
 def problem_from_document(document: YamlDocument) -> DesignProblem:
     """The design problem that a YAML document describes; see `read_problem`."""
     section = validate(RunSection, document)
-    config = section.model_dump(mode="json", exclude_none=True)
-    if isinstance(section.robot, str):
-        robot_path = document.folder / section.robot
-        robot = _in_key(document, lambda: read_robot(robot_path), robot_path)
-        config["robot"] = read_yaml(robot_path).content
-    else:
-        robot = robot_from_document(document.part("robot"))
+    robot, written = _robot(section, document)
     _gravity_matches(section, robot, document)
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)
     load = _load(load_section(experiment), robot, document)
     poses = _poses(experiment, robot, document)
-    if poses.candidates is not None:
-        config["experiment"]["poses"]["candidates"] = poses.candidates.tolist()
     sources = _sources(experiment, load, document)
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor)
     noise = _noise(experiment.deflection_noise, robot.coordinates, document)
@@ -75,9 +67,41 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
             section.optimiser.seed,
             section.optimiser.polish,
         ),
-        config=config,
+        config=_resolved(section, written, poses),
         source=document.source,
     )
+
+
+def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
+    """The configuration of a document with defaults filled in and files written out, as in `DesignProblem.config`.
+
+    It costs far less than the problem, whose deeper contradictions it does not find.
+
+    Args:
+        document: a run configuration that holds the robot's mapping itself.
+        robot: what that mapping describes.
+
+    Raises:
+        InputError: a key or a value is wrong, or a file of candidates is.
+    """
+    section = validate(RunSection, document)
+    return _resolved(section, document.content["robot"], _poses(section.experiment, robot, document))
+
+
+def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]:
+    config = section.model_dump(mode="json", exclude_none=True)
+    config["robot"] = robot
+    if poses.candidates is not None:
+        config["experiment"]["poses"]["candidates"] = poses.candidates.tolist()
+    return config
+
+
+def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any]:
+    """The robot, and the content of its file."""
+    if not isinstance(section.robot, str):
+        return robot_from_document(document.part("robot")), document.content["robot"]
+    path = document.folder / section.robot
+    return _in_key(document, lambda: read_robot(path), path), read_yaml(path).content
 
 
 def _in_key(document: YamlDocument, read: Any, path: Path) -> Robot:

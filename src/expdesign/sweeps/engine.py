@@ -1,0 +1,136 @@
+"""An engine executes independent tasks, whatever it runs on.
+
+Everything that a sweep needs of a machine, or of many, is: apply a function to tasks, and hand back each result as it
+arrives. One process does that in two lines. Several processes and a cluster add only what can go wrong there: a worker
+that is killed loses its task, which another one then does; the whole that is killed loses what had not been handed
+back. Nothing about runs, files or progress is known here, and so nothing of it can depend on where the tasks run.
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+from abc import ABC, abstractmethod
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.connection import wait as wait_for
+from typing import Any
+
+from expdesign.errors import ExpdesignError
+
+Work = Callable[[Any], Any]
+"""A function of a module, which can be sent to another process by its name."""
+
+SINGLE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+MOST_ATTEMPTS = 3
+
+
+class WorkersError(ExpdesignError):
+    """The workers are gone, or end whenever they are given some task."""
+
+
+class Engine(ABC):
+    """Executes tasks."""
+
+    @abstractmethod
+    def execute(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """Index and result of every task, in the order in which they are done.
+
+        What `work` raises is raised here. Closing the iterator ends what is still running.
+
+        Raises:
+            WorkersError: tasks are left and there is nothing that could do them.
+        """
+
+
+class Serial(Engine):
+    """One task after another in this process."""
+
+    def execute(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        for index, task in enumerate(tasks):
+            yield index, work(task)
+
+
+class Processes(Engine):
+    """Processes of this machine, one thread of linear algebra each.
+
+    Args:
+        workers: how many.
+    """
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+
+    def execute(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        waiting, ended = deque(range(len(tasks))), Counter[int]()
+        while waiting:
+            running: dict[Future[Any], int] = {}
+            with _single_threaded(), _pool(min(self.workers, len(waiting))) as pool:
+                try:
+                    while waiting or running:
+                        # One task more than there are workers, so that none of them waits for the next.
+                        while waiting and len(running) <= self.workers:
+                            index = waiting.popleft()
+                            running[pool.submit(work, tasks[index])] = index
+                        for future in wait(running, return_when=FIRST_COMPLETED).done:
+                            if not isinstance(future.exception(), BrokenProcessPool):
+                                yield running.pop(future), future.result()
+                        if any(future.done() for future in running):
+                            break  # of the rest, all are lost with the worker
+                except BrokenProcessPool:
+                    pass
+            for index in sorted(running.values(), reverse=True):
+                waiting.appendleft(index)
+            ended.update(running.values())
+            often = [index for index, count in ended.items() if count >= MOST_ATTEMPTS and index in waiting]
+            if often:
+                what = f"worker processes ended {MOST_ATTEMPTS} times while they did the same work"
+                raise WorkersError(what, remedy="Is there enough memory? Use fewer workers.")
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Fresh processes, which are ended with the block however it is left."""
+    before = set(multiprocessing.active_children())
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_settle)
+    try:
+        yield pool
+    except BaseException:
+        # Waiting for what is running would take as long as it takes.
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        pool.shutdown(wait=True, cancel_futures=True)
+        raise
+    pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Processes that start inside the block have one thread of linear algebra, on which the last bits may depend."""
+    before = {name: os.environ.get(name) for name in SINGLE_THREAD}
+    os.environ.update(dict.fromkeys(SINGLE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _settle() -> None:
+    """In a new worker: Ctrl-C is for the process that started it, and without that process it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    wait_for([sentinel])
+    os._exit(1)

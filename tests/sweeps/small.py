@@ -1,0 +1,21 @@
+"""Sweeps that take a second."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+SMALL: dict[str, Any] = yaml.safe_load((CONFIGS / "bipod.yaml").read_text(encoding="utf-8")) | {
+    "robot": str(CONFIGS / "robots/bipod.yaml"),
+    "optimiser": {"population": 8, "generations": 2, "seed": 1, "polish": False},
+}
+SMALL["experiment"] = SMALL["experiment"] | {"poses": {"grid": {"x_m": [-0.3, 0.3, 5], "y_m": [-0.3, 0.3, 5]}}}
+
+
+def sweep_file(folder: Path, **content: object) -> Path:
+    """A sweep of the bipod over a small grid of poses."""
+    path = folder / "sweep.yaml"
+    path.write_text(yaml.safe_dump({"schema_version": 1, "config": SMALL} | content, sort_keys=False))
+    return path

@@ -1,0 +1,209 @@
+"""A sweep keeps what is finished whatever happens, goes on with the same command, and its bytes do not tell where."""
+
+import errno
+import os
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from tests.commands.calls import call
+from tests.sweeps.small import sweep_file
+
+import expdesign as xd
+from expdesign.errors import InputError
+from expdesign.sweeps.engine import Engine, Processes, Serial, WorkersError
+from expdesign.sweeps.store import TIMES
+
+VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3}}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder but the times."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != TIMES
+    }
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A sweep file, and the folder of the sweep done one run after another."""
+    folder = tmp_path_factory.mktemp("sweep")
+    file = sweep_file(folder, vary=VARY)
+    assert call("sweep", file, "--out", folder / "out", "--workers", 1) == 0
+    return file, folder / "out"
+
+
+class Interrupted(Serial):
+    """An engine that ends after some tasks."""
+
+    def __init__(self, count: int, error: BaseException) -> None:
+        self.count, self.error = count, error
+
+    def execute(self, work: Any, tasks: Any) -> Any:
+        for index, task in enumerate(tasks):
+            if index == self.count:
+                raise self.error
+            yield index, work(task)
+
+
+def test_each_run_has_a_folder_with_the_files_of_a_run(done: tuple[Path, Path]) -> None:
+    table = pd.read_csv(done[1] / "sweep.csv")
+    assert list(table["run"]) == [1, 2, 3, 4, 5, 6]
+    assert set(table["status"]) == {"finished"}
+    for row in table.itertuples():
+        folder = done[1] / str(row.folder)
+        names = {"config.yaml", "pareto.csv", "plan.csv", "plans.csv", "run.json", "report.json"}
+        assert {path.name for path in folder.iterdir()} == names
+        evaluation = xd.evaluate(folder / "config.yaml", folder / "plan.csv").record
+        assert evaluation["total"] == pytest.approx(row.total, rel=1e-12)
+    totals = table.groupby("experiment.measurements")["total"].min()
+    assert totals[2] < totals[1]
+
+
+def test_processes_give_the_bytes_of_one_process(done: tuple[Path, Path], tmp_path: Path) -> None:
+    assert call("sweep", done[0], "--out", tmp_path / "out", "--workers", 2) == 0
+    assert contents(tmp_path / "out") == contents(done[1])
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), WorkersError("gone")])
+def test_an_interrupted_sweep_goes_on(done: tuple[Path, Path], tmp_path: Path, error: BaseException) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(type(error)) as caught:
+        xd.sweep(done[0], out, engine=Interrupted(4, error))
+    if isinstance(error, WorkersError):
+        assert "4 of 6 runs are finished and kept" in caught.value.message
+    kept = {name: data for name, data in contents(out).items() if name.startswith("runs")}
+    expected = contents(done[1])
+    assert len(kept) == 4 * 6
+    assert all(expected[name] == data for name, data in kept.items())
+    counts: list[int] = []
+    xd.sweep(done[0], out, engine=Counting(counts))
+    assert counts == [2]
+    assert contents(out) == expected
+
+
+class Counting(Serial):
+    """An engine that says how many tasks it was given."""
+
+    def __init__(self, counts: list[int]) -> None:
+        self.counts = counts
+
+    def execute(self, work: Any, tasks: Any) -> Any:
+        self.counts.append(len(tasks))
+        yield from super().execute(work, tasks)
+
+
+def test_a_longer_sweep_does_only_what_is_new(done: tuple[Path, Path], tmp_path: Path) -> None:
+    file = sweep_file(tmp_path, vary=VARY | {"optimiser.seed": {"from": 0, "to": 3}})
+    shutil.copytree(done[1], tmp_path / "out")
+    counts: list[int] = []
+    table = xd.sweep(file, tmp_path / "out", engine=Counting(counts)).table
+    assert counts == [2]
+    assert len(table) == 8
+
+
+def test_a_full_disk_costs_no_finished_run(
+    done: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    written = 0
+    replace = os.replace
+
+    def full(source: Any, target: Any) -> None:
+        nonlocal written
+        written += 1
+        if written > 15:  # in the middle of the files of the third run
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        replace(source, target)
+
+    monkeypatch.setattr("expdesign.files.output.os.replace", full)
+    assert call("sweep", done[0], "--out", out, "--workers", 1) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "No space left" in error
+    assert "1 of 6 runs are finished and kept" in error
+    assert len(list((out / "runs").iterdir())) == 1  # and nothing half-written beside it
+    monkeypatch.setattr("expdesign.files.output.os.replace", replace)
+    assert call("sweep", done[0], "--out", out, "--workers", 1) == 0
+    assert contents(out) == contents(done[1])
+
+
+def test_a_run_that_has_no_result_says_why_and_stops_no_other(tmp_path: Path) -> None:
+    """Without a load nothing is identified; that is a result, and is not tried again."""
+    file = sweep_file(tmp_path, vary={"experiment.load.fy_N": [0, -1000]})
+    table = xd.sweep(file, tmp_path / "out").table
+    assert list(table["status"]) == ["failed", "finished"]
+    assert "stiffnesses" in table["message"].iloc[0] or "identif" in table["message"].iloc[0]
+    counts: list[int] = []
+    assert xd.sweep(file, tmp_path / "out", engine=Counting(counts)).failed == 1
+    assert counts == [0]
+
+
+def test_damaged_results_are_named(done: tuple[Path, Path], tmp_path: Path) -> None:
+    run = next((done[1] / "runs").iterdir())
+    folder = tmp_path / "out" / "runs" / run.name
+    folder.mkdir(parents=True)
+    (folder / "run.json").write_text("{")
+    with pytest.raises(InputError, match=run.name):
+        xd.sweep(done[0], tmp_path / "out")
+
+
+@pytest.mark.parametrize("options", [["--workers", "0"], ["--workers", "2", "--cluster", "tcp://localhost:1"]])
+def test_options_that_cannot_be_right(done: tuple[Path, Path], tmp_path: Path, options: list[str]) -> None:
+    assert call("sweep", done[0], "--out", tmp_path / "out", *options) == 2
+    assert not (tmp_path / "out").exists()
+
+
+# The engines themselves, on tasks of their own.
+
+
+def squared(number: int) -> int:
+    return number**2
+
+
+def dies_once(task: tuple[str, int]) -> int:
+    """Ends its process the first time that it meets the number 3, as `kill -9` would."""
+    marker, number = Path(task[0]), task[1]
+    if number == 3 and not marker.exists():
+        marker.touch()
+        os._exit(9)
+    time.sleep(0.05)
+    return number**2
+
+
+def always_dies(number: int) -> int:
+    if number == 3:
+        os._exit(9)
+    return number
+
+
+def fails(number: int) -> int:
+    raise ZeroDivisionError(number)
+
+
+@pytest.mark.parametrize("engine", [Serial(), Processes(1), Processes(2)])
+def test_an_engine_does_every_task_once(engine: Engine) -> None:
+    assert dict(engine.execute(squared, range(7))) == {number: number**2 for number in range(7)}
+    assert list(engine.execute(squared, [])) == []
+
+
+def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
+    tasks = [(str(tmp_path / "marker"), number) for number in range(8)]
+    results = list(Processes(2).execute(dies_once, tasks))
+    assert (tmp_path / "marker").exists()
+    assert sorted(results) == [(number, number**2) for number in range(8)]
+
+
+def test_work_that_always_ends_its_process_is_given_up() -> None:
+    results = []
+    with pytest.raises(WorkersError, match="3 times"):
+        results.extend(Processes(1).execute(always_dies, range(6)))
+
+
+def test_an_error_of_the_work_is_raised() -> None:
+    with pytest.raises(ZeroDivisionError):
+        list(Processes(1).execute(fails, [1]))
