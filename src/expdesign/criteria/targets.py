@@ -14,11 +14,13 @@ class Targets:
 
     Attributes:
         configurations: X_D, shape (t, n_q).
-        observation: A_D, shape (t, n, n_p).
+        observation: S·A_D, the error along the axes of the tolerances, shape (t, n, n_p).
         importance: 1/tolerance² of each axis (1/m², 1/rad²), 0 where the axis does not matter, shape (t, n).
         weights: of each target in the mean, shape (t,).
         translations: how many leading axes are translations.
         aggregate: over targets, weighted mean of the squares or their maximum.
+        axes: S, errors along the axes of the tolerances per error of the pose coordinates, shape (t, n, n); None where
+            these are the same.
     """
 
     configurations: FloatArray
@@ -27,3 +29,4 @@ class Targets:
     weights: FloatArray
     translations: int
     aggregate: Aggregate = "mean"
+    axes: FloatArray | None = None

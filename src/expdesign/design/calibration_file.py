@@ -1,15 +1,11 @@
 """The part of a run configuration that says what is calibrated, and how its poses are measured."""
 
-import numpy as np
-
 from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.elastostatics.regressors.regressor import Regressor
 from expdesign.elastostatics.regressors.stacked import regressor_for
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import KeyPath, YamlDocument
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.instrument.reference_pose import ReferencedNoise
 from expdesign.robots.robot import Robot
 
 _EXPERIMENT: KeyPath = ("experiment",)
@@ -64,34 +60,3 @@ def _require_loads(section: RunSection, regressor: Regressor, document: YamlDocu
 def load_section(experiment: ExperimentSection) -> LoadSection:
     """`experiment.load`, or a wrench that is zero where measurements have no load."""
     return experiment.load or LoadSection(kind="wrench")
-
-
-def with_reference_pose(
-    noise: DeflectionNoise, experiment: ExperimentSection, robot: Robot, document: YamlDocument
-) -> DeflectionNoise:
-    """The noise with the price of `experiment.reference_pose`, where there is one.
-
-    Raises:
-        InputError: the reference pose cannot be used.
-    """
-    section = experiment.reference_pose
-    if section is None:
-        return noise
-    where: KeyPath = (*_EXPERIMENT, "reference_pose")
-    if experiment.calibration != "elastostatic":
-        what = "reference poses are for deflections, where the first reference cancels"
-        raise InputError(what, where=document.where(where), remedy="Take the key out.")
-    if len(robot.configuration) != robot.coordinates.n or len(section.pose) != robot.coordinates.n:
-        what = f"a pose of {robot.coordinates.n} numbers is needed here, for a robot on legs"
-        raise InputError(what, where=document.where((*where, "pose")), remedy="Correct it.")
-    if section.interpolate and noise.shared_reference:
-        what = "references cannot be interpolated where loads share one unloaded measurement"
-        raise InputError(what, where=document.where((*where, "interpolate")), remedy="Take one of the two out.")
-    pose = np.array(section.pose)
-    if not bool(robot.usable(pose)):
-        what = "the reference pose is beyond the robot's limits, or nearly singular"
-        raise InputError(what, where=document.where((*where, "pose")), remedy="Choose another pose.")
-    try:
-        return ReferencedNoise(noise, pose, robot.jacobians(pose).pose, interpolated=section.interpolate)
-    except InputError as error:
-        raise InputError(error.what, where=document.where(where), remedy=error.remedy) from None

@@ -9,7 +9,8 @@ from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
-from expdesign.design.calibration_file import load_section, read_regressor, with_reference_pose
+from expdesign.design.calibration_file import load_section, read_regressor
+from expdesign.design.measurement_file import noise_of_points, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
 from expdesign.design.schema import ExperimentSection, LoadSection, NoiseSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
@@ -51,7 +52,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     poses = _poses(experiment, robot, document)
     sources = _sources(experiment, load, document)
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor)
-    noise = _noise(experiment.deflection_noise, robot.coordinates, document)
+    noise = _noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
     return DesignProblem(
         loaded=loaded,
@@ -172,7 +173,8 @@ def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) 
     return tuple(sources)
 
 
-def _noise(section: NoiseSection, coordinates: Coordinates, document: YamlDocument) -> DeflectionNoise:
+def _noise(section: NoiseSection, robot: Robot, document: YamlDocument) -> DeflectionNoise:
+    coordinates = robot.coordinates
     where: KeyPath = ("experiment", "deflection_noise")
     if section.std is not None:
         axes = [_axis(name, coordinates, document, (*where, "std")) for name in section.std]
@@ -181,6 +183,8 @@ def _noise(section: NoiseSection, coordinates: Coordinates, document: YamlDocume
         order = np.argsort(axes)
         deviations = np.array(list(section.std.values()))[order]
         return DeflectionNoise.from_deviations(np.array(axes)[order], deviations, section.shared_reference)
+    if section.points is not None:
+        return noise_of_points(section.points, robot, document, shared_reference=section.shared_reference)
     rows = section.covariance or []
     place = document.where((*where, "covariance"))
     if len(rows) != coordinates.n or any(len(row) != coordinates.n for row in rows):
@@ -213,6 +217,7 @@ def _targets(
     robot, coordinates = loaded.robot, loaded.robot.coordinates
     poses, observations, wrenches, loads = [], [], [], []
     importance = np.zeros((len(section.targets), coordinates.n))
+    axes = np.array([tolerance_axes(target, robot, document, index) for index, target in enumerate(section.targets)])
     for index, target in enumerate(section.targets):
         where: KeyPath = ("targets", index)
         pose = _vector(target.pose, robot.configuration, document, (*where, "pose"))
@@ -229,7 +234,7 @@ def _targets(
             parameters = _vector(wrench, coordinates.wrench, document, (*where, "wrench"))
         require_usable(robot, pose, document.where((*where, "pose")))
         here = LoadedRobot(robot, load, (), loaded.geometric_stiffness, loaded.regressor)
-        observations.append(here.measure(pose, parameters).observation)
+        observations.append(axes[index] @ here.measure(pose, parameters).observation)
         wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
         poses.append(pose)
         loads.append((here, parameters))
@@ -240,7 +245,9 @@ def _targets(
         raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])
     arrays = (np.array(poses), np.array(observations), importance, weights)
-    return Targets(*arrays, coordinates.translations, section.aggregate), np.array(wrenches), tuple(loads)
+    own = any(target.tolerance_axes == "body" for target in section.targets)
+    targets = Targets(*arrays, coordinates.translations, section.aggregate, axes if own else None)
+    return targets, np.array(wrenches), tuple(loads)
 
 
 def _vector(values: list[float], names: tuple[str, ...], document: YamlDocument, where: KeyPath) -> FloatArray:

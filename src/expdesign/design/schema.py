@@ -147,17 +147,26 @@ class LoadSection(Section):
     mz_Nm: QuantityField | None = None
 
 
+class PointsSection(Section):
+    """`experiment.deflection_noise.points`: poses come from the measured points of an artefact."""
+
+    positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
+    std_m: Positive
+    pose: list[Number] | None = None
+
+
 class NoiseSection(Section):
     """`experiment.deflection_noise`."""
 
     std: dict[str, Positive] | None = None
     covariance: list[list[Number]] | None = None
+    points: PointsSection | None = None
     shared_reference: Annotated[bool, Field(strict=True)] = False
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
-        if (self.std is None) == (self.covariance is None):
-            raise invalid("exactly one of `std` and `covariance` is needed", remedy="Keep one.")
+        if sum(form is not None for form in (self.std, self.covariance, self.points)) != 1:
+            raise invalid("exactly one of `std`, `covariance` and `points` is needed", remedy="Keep one.")
         return self
 
 
@@ -206,6 +215,7 @@ class TargetSection(Section):
     tolerance: dict[str, Positive]
     weight: Positive = 1.0
     gravity_m_s2: list[Number] | None = None
+    tolerance_axes: Literal["pose", "body"] = "pose"
 
     @model_validator(mode="after")
     def _one_load(self) -> Self:

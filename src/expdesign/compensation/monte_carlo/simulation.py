@@ -20,7 +20,7 @@ class Simulation:
     """What s repetitions attained at t targets, beside what theory predicts.
 
     Attributes:
-        errors: attained minus wanted pose (m, rad), shape (s, t, n).
+        errors: attained minus wanted pose (m, rad), along the axes of the tolerances, shape (s, t, n).
         estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p).
         assessment: of the plan; its criteria are the prediction.
         noise: whether the readings had noise.
@@ -89,14 +89,15 @@ def simulate(
     compensations = [ExactCompensation(problem.loaded, *pair, robot.true) for pair in pairs]
     errors = np.empty((samples, *problem.targets.configurations.shape))
     estimates = np.empty((samples, len(robot.true)))
-    residual = 0.0
+    residual, axes = 0.0, problem.targets.axes
     for batch, start in enumerate(range(0, samples, _BATCH)):
         rows = slice(start, min(start + _BATCH, samples))
         readings = _readings(problem, plan, robot, rows.stop - start, (seed, batch), noise, load_errors, distribution)
         estimates[rows] = readings.reshape(rows.stop - start, -1) @ gain
         for index, (compensation, (target, wrench)) in enumerate(zip(compensations, pairs, strict=True)):
             attained = compensation.attained(estimates[rows])
-            errors[rows, index] = robot.errors(attained, target, wrench)
+            found = robot.errors(attained, target, wrench)
+            errors[rows, index] = found if axes is None else found @ axes[index].T
             residual = max(residual, attained.residual)
     return Simulation(errors, estimates, assessment, noise, load_errors, residual)
 
