@@ -7,6 +7,8 @@ the size of the robot (1e-4 for micrometres on decimetres), so that a few passes
 
 With an error of the parameters ε the attained pose differs from the target by exactly ΔX(X_C; c) − ΔX(X_C; ĉ), whose
 covariance is S·P·Sᵀ with the sensitivities S at the command.
+
+Serial robots are corrected in their joints (`joint_space.py`).
 """
 
 from dataclasses import dataclass
@@ -15,17 +17,19 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.row import row_data
+from expdesign.compensation.joint_space import joint_commands
 from expdesign.compensation.prediction import chain_of, moved, predict_with
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.identification.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot import CONDITION_LIMIT
+from expdesign.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.robots.serial import SerialRobot
 
 TOLERANCE = 1e-13
 """m, rad: largest remaining error of the predicted pose."""
 LIMIT_MARGIN = 1e-9
-"""m; leg lengths beyond their limits by less are rounding."""
+"""m or rad; actuators beyond their limits by less are rounding."""
 _ITERATIONS = 100
 
 
@@ -34,8 +38,9 @@ class Compensation:
     """Commands for N targets.
 
     Attributes:
-        commands: poses to command, shape (N, n).
-        lengths: actuator lengths of the commands (m), shape (N, n_p).
+        commands: poses or joint coordinates to command, shape (N, n_q).
+        lengths: actuator lengths of the commands (m), shape (N, n_p), or (N, 0) where the
+            commands are joint coordinates.
         deviations: standard deviations of the attained poses (m, rad), shape (N, n).
         iterations: passes of the fixed point.
         residual: largest remaining error of the predicted pose (m, rad).
@@ -58,6 +63,8 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
         InfeasibleError: a command is beyond the robot's limits.
     """
     robot = model.chain.robot
+    if isinstance(robot, SerialRobot):
+        return _in_joint_space(model, robot, targets)
     if not isinstance(robot, ParallelRobot):
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
@@ -83,6 +90,15 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
     return Compensation(commands, robot.lengths(commands), prediction.deviations, iteration, residual)
 
 
+def _in_joint_space(model: Model, robot: SerialRobot, targets: LoadedPoints) -> Compensation:
+    chain = chain_of(model, platform=True)
+    found = joint_commands(chain, model.values, robot, targets)
+    _require_within_limits(robot, targets, found.commands)
+    prediction = predict_with(chain, model, moved(targets, found.commands))
+    none = np.zeros((len(targets), 0))
+    return Compensation(found.commands, none, prediction.deviations, found.iterations, float(found.residual.max()))
+
+
 def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:
     row = int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)))
     state = f"is still {errors[row]:.3g} m or rad off" if np.isfinite(errors[row]) else "runs away"
@@ -98,7 +114,7 @@ def _require_regular(robot: ParallelRobot, targets: LoadedPoints, poses: FloatAr
         raise SingularConfigurationError(what, where=targets.where(int(wrong[0])), remedy="Choose another target.")
 
 
-def _require_within_limits(robot: ParallelRobot, targets: LoadedPoints, commands: FloatArray) -> None:
+def _require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatArray) -> None:
     beyond = np.flatnonzero(robot.limit_excess(commands) > LIMIT_MARGIN)
     if beyond.size:
         row = int(beyond[0])

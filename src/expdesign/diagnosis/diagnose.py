@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import Finding, findings
@@ -18,7 +18,7 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.identification.estimability import require_regular_rows
+from expdesign.identification.estimability import idle_actuators, require_regular_rows
 from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.identification.suspicions import require_positive
@@ -96,16 +96,18 @@ def diagnose(
     if len(robot.stiffness):
         require_regular_rows(recordings, robot.jacobians(recordings.configurations))
     rows = row_data(recordings, robot)
+    fitted = recordings.rows(~recordings.test)
+    idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches)
 
     def sample_with(deviations: FloatArray) -> Sample:
         whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
-        return Sample.of(Data(recordings, rows, whitening), ~recordings.test)
+        return Sample.of(Data(recordings, rows, whitening, idle=idle), ~recordings.test)
 
     report("fitting the base model")
     noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
     sample = sample_with(noise.deviations)
     base = fit(Chain(robot), sample)
-    _require_determined(robot, recordings, base)
+    _require_determined(robot, recordings, base, idle)
     report("preparing the library")
     entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
@@ -152,10 +154,11 @@ def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
     return in_common(residuals, model.outliers[counts], sample.recordings.series[counts], quantities)
 
 
-def _require_determined(robot: Robot, recordings: Recordings, base: Fit) -> None:
+def _require_determined(robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
     """Raise where a compliance is not determined; a force that is nothing but rounding determines none."""
     sizes = np.linalg.norm(base.sensitivities.reshape(-1, len(base.values)), axis=0)
     known = base.determined & (sizes > RANK_TOLERANCE * sizes.max(initial=0.0))
+    known |= False if idle is None else idle
     if not known.all():
         legs = ", ".join(name for name, one in zip(robot.actuators, known, strict=True) if not one)
         remedy = "Add recordings in which every actuator carries load."

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
-from expdesign.identification.fit import RANK_TOLERANCE
+from expdesign.identification.fit import IDLE_DEVIATION, RANK_TOLERANCE
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import CONDITION_LIMIT, Jacobians, Robot
 
@@ -27,11 +28,26 @@ def require_actuators(robot: Robot, source: str) -> None:
         raise InputError(what, where=source, remedy="`expdesign diagnose` finds what it does have.")
 
 
-def require_estimable(robot: Robot, recordings: Recordings, forces: FloatArray, sensitivities: FloatArray) -> None:
+def idle_actuators(robot: Robot, jacobians: Jacobians, wrenches: FloatArray) -> BoolArray | None:
+    """Actuators whose forces in all rows are nothing but rounding, shape (n_p,).
+
+    None for robots whose actuators must all be loaded, and where no actuator carries anything.
+    """
+    if not robot.may_idle:
+        return None
+    # A force and a moment are compared through what they do at the tip: J̌·diag(c)·τ per row.
+    moved = np.linalg.norm(observation_matrix(jacobians, wrenches) * robot.compliance, axis=-2).max(axis=0)
+    idle: BoolArray = moved <= RANK_TOLERANCE * moved.max(initial=0.0)
+    return None if idle.all() else idle
+
+
+def require_estimable(
+    actuators: list[str], recordings: Recordings, forces: FloatArray, sensitivities: FloatArray
+) -> None:
     """Raise where the readings do not determine all compliances.
 
     Args:
-        robot: the robot.
+        actuators: their names, n_p of them.
         recordings: what is fitted.
         forces: τ of the actuators in every row, shape (N, n_p).
         sensitivities: whitened derivatives of the readings with respect to the compliances, shape (N, k, n_p).
@@ -48,7 +64,7 @@ def require_estimable(robot: Robot, recordings: Recordings, forces: FloatArray, 
         raise NotIdentifiableError("no row has a load", where=where, remedy="Record loaded states.")
     idle = np.flatnonzero(columns <= RANK_TOLERANCE * largest)
     if idle.size:
-        named = _listed([robot.actuators[i] for i in idle])
+        named = _listed([actuators[i] for i in idle])
         unloaded = np.abs(forces[:, idle]).max() <= RANK_TOLERANCE * np.abs(forces).max()
         verb = ("carry" if idle.size > 1 else "carries") if unloaded else ("move" if idle.size > 1 else "moves")
         what = f"{named} {verb} {'no load' if unloaded else 'none of the measured axes'} in any of the fitted rows"
@@ -60,9 +76,21 @@ def require_estimable(robot: Robot, recordings: Recordings, forces: FloatArray, 
     lost = right[singular <= RANK_TOLERANCE * singular[0]]
     if len(lost):
         involved = np.flatnonzero(np.abs(lost).max(axis=0) > 1e-6)
-        named = _listed([robot.actuators[i] for i in involved])
+        named = _listed([actuators[i] for i in involved])
         what = f"the fitted rows do not tell {named} apart (rank {len(columns) - len(lost)} of {len(columns)})"
         raise NotIdentifiableError(what, where=where, remedy=_REMEDY)
+
+
+def idle_sentences(robot: Robot, idle: BoolArray) -> list[str]:
+    """What the user must know of actuators that no row loads."""
+    named = [robot.actuators[i] for i in np.flatnonzero(idle)]
+    if not named:
+        return []
+    verb, whose = ("carries", "its stiffness stays") if len(named) == 1 else ("carry", "their stiffnesses stay")
+    return [
+        f"{_listed(named)} {verb} no load in any of the fitted rows, as a joint about the vertical does under weights: "
+        f"{whose} what the robot file says, taken as known to {IDLE_DEVIATION:.0%} (a load across it would tell)."
+    ]
 
 
 def _listed(names: list[str]) -> str:

@@ -1,6 +1,6 @@
 """Weighted non-linear least squares on the measurement chain, with exact sensitivities."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,6 +16,8 @@ MOST_STEPS = 60
 CONVERGED = 1e-10
 """Relative fall of the sum of squares below which a fit has settled."""
 LARGEST_DAMPING = 1e8
+IDLE_DEVIATION = 1.0
+"""Relative standard deviation of the compliance of an idle actuator, which stays that of the robot file."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +28,13 @@ class Data:
         recordings: the recordings.
         rows: the same rows as the chain reads them.
         whitening: of their residuals.
+        idle: actuators that no row loads (`estimability.idle_actuators`), shape (n_p,); None where all must be loaded.
     """
 
     recordings: Recordings
     rows: RowData
     whitening: Whitening
+    idle: BoolArray | None = field(default=None, kw_only=True)
 
     def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
         """Whitened measured minus predicted readings (N, k)."""
@@ -40,6 +44,9 @@ class Data:
     def residuals_with_sensitivities(self, chain: Chain, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Whitened residuals (N, k) and whitened derivatives of the prediction (N, k, p)."""
         predicted, sensitivities = chain.predict_with_sensitivities(self.rows, values)
+        if self.idle is not None:
+            # What is left of them is rounding.
+            sensitivities[..., np.flatnonzero(self.idle)] = 0.0
         axes = self.recordings.axes
         residuals = self.whitening.apply(self.recordings.deflections - predicted[:, axes])
         return residuals, self.whitening.apply(sensitivities[:, axes])
@@ -94,10 +101,24 @@ def fit(
         enough: fall of the sum of squares in one step below which a fit has settled, beside `CONVERGED`.
     """
     start = chain.start() if start is None else start
+    if prior is None and data.idle is not None:
+        prior = idle_knowledge(data.idle, len(chain.parameters))
     if not chain.effects:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
     return summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
+
+
+def idle_knowledge(idle: BoolArray, parameters: int) -> tuple[FloatArray, FloatArray] | None:
+    """Mean and standard deviation of all parameters (p,) each: idle actuators as the robot file has them, else nothing.
+
+    None where no actuator is idle.
+    """
+    if not idle.any():
+        return None
+    deviation = np.full(parameters, np.inf)
+    deviation[: len(idle)][idle] = IDLE_DEVIATION
+    return np.ones(parameters), deviation
 
 
 def _minimise(

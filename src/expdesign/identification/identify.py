@@ -8,8 +8,14 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.elastostatics.maps import actuator_forces, observation_matrix
 from expdesign.errors import InputError
-from expdesign.identification.estimability import require_actuators, require_estimable, require_regular_rows
-from expdesign.identification.fit import Fit, linear_fit
+from expdesign.identification.estimability import (
+    idle_actuators,
+    idle_sentences,
+    require_actuators,
+    require_estimable,
+    require_regular_rows,
+)
+from expdesign.identification.fit import Fit, idle_knowledge, linear_fit
 from expdesign.identification.goodness import Goodness, goodness_of_fit
 from expdesign.identification.influence import Influence, influence
 from expdesign.identification.intervals import Intervals, uncertainty
@@ -92,7 +98,13 @@ def identify(
     require_regular_rows(train, jacobians)
     observation = observation_matrix(jacobians, train.wrenches)[:, train.axes] * robot.compliance
     start = np.zeros(len(robot.stiffness))
-    knowledge = None if prior is None else (np.ones_like(start), np.full_like(start, prior))
+    knowledge: tuple[FloatArray, FloatArray] | None = None
+    if prior is not None:
+        knowledge = np.ones_like(start), np.full_like(start, prior)
+    idle = idle_actuators(robot, jacobians, train.wrenches)
+    if prior is None and idle is not None:
+        observation[..., idle] = 0.0
+        knowledge = idle_knowledge(idle, len(start))
     chain = Chain(robot)
 
     def solve(deviations: FloatArray) -> Fit:
@@ -103,7 +115,9 @@ def identify(
     if prior is None:
         size = np.abs(train.deflections).max(axis=0)
         sensitivities = observation / np.where(size > 0.0, size, 1.0)[:, None]
-        require_estimable(robot, train, actuator_forces(jacobians, train.wrenches), sensitivities)
+        used = np.ones(len(start), dtype=bool) if idle is None else ~idle
+        forces = actuator_forces(jacobians, train.wrenches)[:, used]
+        require_estimable([robot.actuators[i] for i in np.flatnonzero(used)], train, forces, sensitivities[..., used])
     translations = robot.coordinates.translations
     if train.deviations is not None:
         noise = NoiseLevel(train.deviations, "recordings")
@@ -127,7 +141,8 @@ def identify(
         test_residuals=_test_residuals(robot, recordings, fit, noise),
         prior=prior,
         shared_reference=shared_reference,
-        suspicions=suspicions(fit, train, robot, noise_known=noise.known),
+        suspicions=suspicions(fit, train, robot, noise_known=noise.known)
+        + ([] if prior is not None or idle is None else idle_sentences(robot, idle)),
     )
 
 

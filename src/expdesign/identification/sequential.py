@@ -20,6 +20,10 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 CANDIDATES = 4000
+_RANK = 1e-9
+"""Singular values below this fraction of the largest are zero."""
+_LOST = 1e-6
+"""Part of a target's row that may lie along lost directions, as rounding."""
 _ROUNDS = 10
 _BROOD, _STEPS = 200, 40
 
@@ -86,7 +90,7 @@ def together(parts: list[Knowledge]) -> Knowledge:
 
 
 def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) -> FloatArray:
-    """√total² of a batch, in tolerances, shape (...); infinite where the compliances are not determined.
+    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on compliances not determined.
 
     Args:
         knowledge: of all measurements.
@@ -94,15 +98,19 @@ def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) ->
         scale: unit of the compliances in `knowledge` (m/N), shape (p,).
     """
     root = knowledge.root
-    if root.shape[-2] < root.shape[-1]:
-        return np.full(root.shape[:-2], np.inf)
+    missing = root.shape[-1] - root.shape[-2]
+    if missing > 0:
+        root = np.concatenate([root, np.zeros((*root.shape[:-2], missing, root.shape[-1]))], axis=-2)
     _, singular, right = np.linalg.svd(root, full_matrices=False)
-    usable = singular[..., -1] > 1e-9 * singular[..., 0]
-    inverse = right.swapaxes(-1, -2) / np.where(usable[..., None], singular, 1.0)[..., None, :]
+    kept = singular > _RANK * singular[..., :1]
+    inverse = right.swapaxes(-1, -2) / np.where(kept, singular, np.inf)[..., None, :]
     covariance = inverse @ inverse.swapaxes(-1, -2)
     biased = covariance @ knowledge.shared
     parameters = covariance + biased @ biased.swapaxes(-1, -2) + covariance @ knowledge.own @ covariance
     rows = targets.observation * scale
+    # What a target needs and the measurements leave out: its part along the directions that are lost.
+    lost = np.linalg.norm(np.einsum("tip,...kp->...tik", rows, right * ~kept[..., None]), axis=-1)
+    usable = ~((lost > _LOST * np.linalg.norm(rows, axis=-1)) & (targets.importance > 0.0)).any(axis=(-2, -1))
     variance = np.einsum("tip,...pq,tiq->...ti", rows, parameters, rows)
     squares = (variance * targets.importance).sum(axis=-1)
     mean = squares @ targets.weights / targets.weights.sum()

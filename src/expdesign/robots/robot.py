@@ -58,12 +58,14 @@ class Robot(ABC):
     """One robot: its kinematics, the approximate stiffness of its actuators, and gravity where it stands.
 
     Attributes:
+        may_idle: whether an actuator may carry nothing however the robot is loaded, as a joint about the vertical does.
         name: for reports.
         stiffness: apK, approximate actuator stiffness (N/m or N·m/rad), shape (n_p,).
         gravity: gravity in the base frame O (m/s²), shape (d,).
     """
 
     kind: ClassVar[str]
+    may_idle: ClassVar[bool] = False
     coordinates: ClassVar[Coordinates]
     configuration: tuple[str, ...]
     name: str

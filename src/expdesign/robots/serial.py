@@ -58,6 +58,7 @@ class SerialRobot(Robot):
     """
 
     kind = "serial"
+    may_idle = True
     coordinates = SPATIAL
 
     def __init__(

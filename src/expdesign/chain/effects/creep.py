@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.components import legs_and_all
+from expdesign.chain.components import actuators_and_all
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
@@ -22,7 +22,7 @@ class Creep(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(component, "") for component in legs_and_all(robot)] if points.time is not None else []
+        return [(component, "") for component in actuators_and_all(robot)] if points.time is not None else []
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = 2 * len(self.legs)
@@ -66,6 +66,6 @@ class Creep(Effect):
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         ratio, tau = values["creep_ratio"], values["tau_s"]
         return (
-            f"Under constant load {self.component} creep{'' if self.component == 'all legs' else 's'} by a further "
+            f"Under constant load {self.component} creep{'' if self.component.startswith('all') else 's'} by a further "
             f"{100 * ratio[0]:.1f} % ({100 * ratio[1]:.1f} to {100 * ratio[2]:.1f} %), time constant {tau[0]:.3g} s."
         )

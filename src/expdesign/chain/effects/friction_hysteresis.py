@@ -1,4 +1,4 @@
-"""Loading and unloading differ: dry friction beside a leg's spring.
+"""Loading and unloading differ: dry friction beside the spring of a leg or joint.
 
 A spring k_t that slips at the friction F acts beside the leg's spring k (a Jenkins element). While it sticks the leg is
 stiffer, and what it carries when the load returns is the hysteresis. With a rigid slider the leg follows its force only
@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.components import legs_and_all
+from expdesign.chain.components import actuators_and_all, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
@@ -28,11 +28,11 @@ class FrictionHysteresis(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(component, variant) for component in legs_and_all(robot) for variant in ("rigid", "elastic")]
+        return [(component, variant) for component in actuators_and_all(robot) for variant in ("rigid", "elastic")]
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.legs)
-        friction = Parameter("friction_N", 1.0, low=0.0, high=1e5)
+        friction = Parameter("friction_Nm" if turning(self.robot, self.legs) else "friction_N", 1.0, low=0.0, high=1e5)
         if self.variant == "rigid":
             return (friction,)
         return (friction, Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True))
@@ -65,5 +65,7 @@ class FrictionHysteresis(Effect):
         return elongation + gained, following
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        v = values["friction_N"]
-        return f"Friction of {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) N in {self.component}: loading and unloading differ."
+        unit = "N·m" if "friction_Nm" in values else "N"
+        v = values["friction_Nm" if "friction_Nm" in values else "friction_N"]
+        size = f"{v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) {unit}"
+        return f"Friction of {size} in {self.component}: loading and unloading differ."

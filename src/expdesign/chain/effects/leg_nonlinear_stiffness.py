@@ -1,17 +1,20 @@
-"""A leg's stiffness changes with its force: hardening, softening, Hertz contact, tension unlike compression."""
+"""A leg's or joint's stiffness changes with its force: hardening, softening, Hertz contact, tension unlike compression.
+
+A joint's characteristic counts from zero torque: where on it the joint works, its own links' weight decides.
+"""
 
 from collections.abc import Callable
 
 import casadi as ca
 
-from expdesign.chain.components import legs_and_all, reference_force
+from expdesign.chain.components import actuators_and_all, reference_force, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 _REFERENCE = 100.0
-"""N; the parameters refer to this force, so that all forms are of one size."""
+"""N or N·m; the parameters refer to this force, so that all forms are of one size."""
 _NEWTON_STEPS = 6
 
 _SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
@@ -33,13 +36,14 @@ class LegNonlinearStiffness(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(component, form) for component in legs_and_all(robot) for form in (*_SERIES, "cubic")]
+        return [(component, form) for component in actuators_and_all(robot) for form in (*_SERIES, "cubic")]
 
     def describe(self) -> tuple[Parameter, ...]:
+        force, motion = ("Nm", "rad") if turning(self.robot, self.legs) else ("N", "m")
         if self.variant == "cubic":
             # b in units of the square of the linear elongation at the reference force.
-            return (Parameter("hardening_at_100N", 0.1, low=-0.3, high=1e3),)
-        return (Parameter(f"{self.variant}_at_100N_m", 1e-6, low=-1e-2, high=1e-2),)
+            return (Parameter(f"hardening_at_100{force}", 0.1, low=-0.3, high=1e3),)
+        return (Parameter(f"{self.variant}_at_100{force}_{motion}", 1e-6, low=-1e-2, high=1e-2),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
@@ -65,11 +69,12 @@ class LegNonlinearStiffness(Effect):
         return ca.fmin(ca.fmax(x, -summit), summit) - relative
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        value = next(iter(values.values()))[0]
+        name, (value, _, _) = next(iter(values.items()))
+        at = "100 N·m" if "Nm" in name else "100 N"
         if self.variant == "cubic":
             kind = "hardens" if value > 0.0 else "softens"
-            return f"The stiffness of {self.component} {kind} with its force (cubic spring, {value:+.3g} at 100 N)."
+            return f"The stiffness of {self.component} {kind} with its force (cubic spring, {value:+.3g} at {at})."
         return (
-            f"The stiffness of {self.component} changes with its force ({self.variant}): {1e6 * value:+.2f} µm beyond "
-            "the linear spring at 100 N."
+            f"The stiffness of {self.component} changes with its force ({self.variant}): {1e6 * value:+.2f} "
+            f"{'µrad' if name.endswith('rad') else 'µm'} beyond the linear spring at {at}."
         )
