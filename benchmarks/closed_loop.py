@@ -20,6 +20,7 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.compensation.compensate import compensate
+from expdesign.compensation.monte_carlo.comparison import mean, root_mean_square
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan, csv_text, plan_frame
 from expdesign.design.problem import DesignProblem
@@ -202,22 +203,20 @@ def summary(attained: dict[str, FloatArray], predicted: dict[str, FloatArray]) -
     rows = []
     reference = attained[BEST]
     for name, errors in attained.items():
-        squares = errors**2
-        rms = float(np.sqrt(squares.mean()))
-        count = len(errors)
+        average, rms, difference = mean(errors), root_mean_square(errors), mean(errors - reference)
         expectation = predicted.get(name)
         rows.append(
             {
                 "plan_by": name,
-                "repetitions": count,
-                "mean": float(errors.mean()),
+                "repetitions": len(errors),
+                "mean": float(average.value),
                 "spread": float(errors.std(ddof=1)),
-                "standard_error": float(errors.std(ddof=1) / np.sqrt(count)),
+                "standard_error": float(average.standard_error),
                 "percentile_95": float(np.quantile(errors, 0.95)),
-                "rms": rms,
-                "rms_standard_error": float(squares.std(ddof=1) / np.sqrt(count) / (2.0 * rms)),
-                "minus_best": float((errors - reference).mean()),
-                "minus_best_standard_error": float((errors - reference).std(ddof=1) / np.sqrt(count)),
+                "rms": float(rms.value),
+                "rms_standard_error": float(rms.standard_error),
+                "minus_best": float(difference.value),
+                "minus_best_standard_error": float(difference.standard_error),
                 "predicted_total": float("nan") if expectation is None else float(np.sqrt((expectation**2).mean())),
             }
         )

@@ -10,6 +10,10 @@ from tests.oracle import Array
 from expdesign.coordinates import Coordinates
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.targets import Aggregate, Targets
+from expdesign.design.plan import Plan
+from expdesign.design.problem import DesignProblem, OptimiserSettings
+from expdesign.design.space import DesignSpace, PoseSet
+from expdesign.design.variables import fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.loads.errors.com import CentreOfMassError
@@ -236,6 +240,28 @@ class Setup:
     def assess(self, poses: Array, parameters: Array, series: Array | None = None) -> Assessment:
         """The package's assessment of b designs."""
         return Assessment(self.loaded.measure(poses, parameters), self.noise, self.shared, self.targets, series)
+
+    def problem(self) -> DesignProblem:
+        """The same as a design problem; nothing is searched in it."""
+        space = DesignSpace(1, PoseSet((fixed(0.0),)), (), (), self.loaded.robot.coordinates, None)
+        settings = OptimiserSettings(4, 1, 1, False)
+        return DesignProblem(
+            loaded=self.loaded,
+            noise=self.noise,
+            targets=self.targets,
+            target_wrenches=self.target_wrenches,
+            target_loads=(),
+            space=space,
+            objectives=(),
+            optimiser=settings,
+            config={},
+            source=self.name,
+        )
+
+    def plan(self, generator: np.random.Generator, measurements: int) -> Plan:
+        """One design as a plan."""
+        poses, parameters, series = self.designs(generator, 1, measurements)
+        return Plan(poses[0], parameters[0], series[0])
 
 
 def targets_of(name: str, count: int = 2, aggregate: Aggregate = "mean", seed: int = 5) -> tuple[Targets, Array]:

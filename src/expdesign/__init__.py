@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.evaluate import evaluate as evaluate
     from expdesign.api.identify import identify as identify
     from expdesign.api.load import load as load
+    from expdesign.api.montecarlo import montecarlo as montecarlo
     from expdesign.api.predict import predict as predict
     from expdesign.api.run import run as run
     from expdesign.api.simulate import simulate as simulate

@@ -28,6 +28,13 @@ def test_number(value: float, text: str) -> None:
     assert words.number(value) == text
 
 
+def test_a_value_with_its_error() -> None:
+    assert words.with_error(0.52205, 0.00058) == "0.52205 ± 0.00058"
+    assert words.with_error(-12.345, 2.0) == "−12.3 ± 2.0"
+    assert words.with_error(1234.5, 240.0) == "1234 ± 240"  # half to even
+    assert words.with_error(2.0, 0.0) == "2.00"
+
+
 def test_a_fixed_number_has_no_negative_zero() -> None:
     assert words.fixed(-0.0001, 3) == "0.000"
     assert words.fixed(-27.6789, 3) == "−27.679"

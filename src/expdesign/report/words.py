@@ -50,6 +50,14 @@ def number(value: float, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
+def with_error(value: float, standard_error: float) -> str:
+    """`value ± standard_error`, both to the second digit of the latter."""
+    if not (math.isfinite(value) and 0.0 < standard_error < math.inf):
+        return number(value)
+    decimals = max(0, 1 - math.floor(math.log10(standard_error)))
+    return f"{fixed(value, decimals)} ± {fixed(standard_error, decimals)}"
+
+
 def given(value: float) -> str:
     """`value` as a person gave it, without trailing zeros."""
     return f"{value:.6g}".replace("-", "−")

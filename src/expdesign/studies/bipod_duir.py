@@ -15,10 +15,11 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.files.schema import Count, Number, Positive, Section
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.report.words import with_error
 from expdesign.studies.drawing import COLOURS, draw_densities, draw_map, panels
 from expdesign.studies.position_maps import MICRO, grid_assessment, map_frame, plan_at
 from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
-from expdesign.studies.tables import column, density_rows, number, rows_of, with_error
+from expdesign.studies.tables import column, density_rows, number, rows_of
 
 INDICES = ("o1", "o2", "o3", "o4", "o5", "o_tp", "o_mv")
 TITLES = {"u11": "B₁U₁₁ (µm²)", "o_tp": "O_TP = O_MV (m²)"} | {f"o{i}": f"O{i}" for i in range(1, 6)}

@@ -39,11 +39,3 @@ def density_rows(name: str, samples: FloatArray, half: float, predicted: float |
 def number(value: float, digits: int = 4) -> str:
     """A number for a page, – where there is none."""
     return "–" if np.isnan(value) else f"{value:.{digits}g}"
-
-
-def with_error(value: float, standard_error: float) -> str:
-    """A value with its standard error, both to the error's second digit."""
-    if not standard_error > 0.0:
-        return number(value)
-    digits = max(0, 1 - int(np.floor(np.log10(standard_error))))
-    return f"{value:.{digits}f} ± {standard_error:.{digits}f}"

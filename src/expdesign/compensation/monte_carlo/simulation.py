@@ -87,7 +87,7 @@ def simulate(
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
     compensations = [ExactCompensation(problem.loaded, *pair, robot.true) for pair in pairs]
-    errors = np.empty((samples, *problem.targets.configurations.shape))
+    errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
     estimates = np.empty((samples, len(robot.true)))
     residual, axes = 0.0, problem.targets.axes
     for batch, start in enumerate(range(0, samples, _BATCH)):

@@ -1,0 +1,104 @@
+"""`montecarlo`: a plan carried out, identified and compensated many times, beside what the criteria predict."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.api.evaluate import evaluate
+from expdesign.api.inputs import Config, PathLike, TableInput
+from expdesign.compensation.monte_carlo.plants import PLANTS
+from expdesign.compensation.monte_carlo.repeated import Repeated, repeat
+from expdesign.errors import InputError
+from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.instrument.drawn_errors import Distribution
+from expdesign.report.page import Page
+
+MOST_SAMPLES = 5_000_000
+DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Repetitions of a plan.
+
+    Attributes:
+        result: the samples and what is compared.
+        remarks: what is doubtful about the plan, in words.
+    """
+
+    result: Repeated
+    remarks: tuple[str, ...]
+
+    @property
+    def criteria(self) -> pd.DataFrame:
+        """DUIR, FEIR and total as they came out (tolerances) and as predicted."""
+        rows = {}
+        for cause in self.result.causes:
+            found, predicted = self.result.criterion(cause)
+            score = float(found.z_score(np.asarray(predicted)))
+            rows[cause] = [float(found.value), float(found.standard_error), predicted, score]
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["rms", "standard_error", "predicted", "z"])
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `montecarlo.json`."""
+        return self.result.record()
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.montecarlo_report import montecarlo_report  # noqa: PLC0415 (slow to import)
+
+        return montecarlo_report(self.result)
+
+    def save(self, folder: PathLike) -> Path:
+        """Write the files of `expdesign montecarlo` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder)) as scratch:
+            write_file(scratch / "montecarlo.json", json_text(self.record))
+            write_report(scratch, self.page())
+        return Path(folder) / PAGE
+
+
+def montecarlo(
+    config: Config,
+    plan: TableInput,
+    *,
+    samples: int = 100_000,
+    seed: int = 1,
+    plant: str = "explicit",
+    distribution: str = "normal",
+) -> MonteCarlo:
+    """Repeat a plan's experiment, identification and exact compensation, and compare with the criteria.
+
+    Args:
+        config: run configuration.
+        plan: what is measured.
+        samples: number of repetitions.
+        seed: of all random numbers.
+        plant: `explicit` (the linear mapping) or `equilibrium` (the exact equilibrium of a robot on legs).
+        distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
+
+    Raises:
+        InputError: a file or an argument is wrong.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the plan does not identify what the targets need.
+        ConvergenceError: a repetition has no compensation.
+    """
+    if plant not in PLANTS:
+        raise InputError(f"there is no plant `{plant}`", where="--plant", remedy=f"Known: {', '.join(PLANTS)}.")
+    chosen = next((known for known in DISTRIBUTIONS if known == distribution), None)
+    if chosen is None:
+        remedy = f"Known: {', '.join(DISTRIBUTIONS)}."
+        raise InputError(f"there is no distribution `{distribution}`", where="--distribution", remedy=remedy)
+    if not 100 <= samples <= MOST_SAMPLES:
+        what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
+        raise InputError(what, where="--samples", remedy="Use e.g. 100000.")
+    if seed < 0:
+        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
+    judged = evaluate(config, plan)
+    result = repeat(judged.problem, judged.plan, samples, seed, plant=PLANTS[plant], distribution=chosen)
+    return MonteCarlo(result, judged.remarks)

@@ -1,0 +1,39 @@
+"""`expdesign montecarlo`: the accuracy that a plan attains in very many repetitions, beside the prediction."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import expdesign as xd
+from expdesign.commands.console import note
+from expdesign.files.output import require_writable
+
+
+def command(
+    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
+    plan: Annotated[Path, typer.Argument(help="Plan (CSV), of any number of rows.")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    samples: Annotated[int, typer.Option(help="Number of repetitions.")] = 100_000,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 1,
+    plant: Annotated[
+        str, typer.Option(help="What is measured and commanded: `explicit`, or `equilibrium` (robots on legs).")
+    ] = "explicit",
+    distribution: Annotated[str, typer.Option(help="Of the load errors: `normal` or `uniform`.")] = "normal",
+) -> None:
+    """Repeat experiment, identification and exact compensation, and compare with DUIR, FEIR and total.
+
+    Example: expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
+    """
+    require_writable(out)
+    done = xd.montecarlo(config, plan, samples=samples, seed=seed, plant=plant, distribution=distribution)
+    for remark in done.remarks:
+        note(f"expdesign: {remark}")
+    for row in done.criteria.itertuples():
+        note(f"{row.Index}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}")
+    record = done.record
+    note(
+        f"{record['beyond_three']} of {record['comparisons']} comparisons differ by more than three standard errors "
+        f"(largest {record['largest_z']:.2f})"
+    )
+    print(done.save(out))

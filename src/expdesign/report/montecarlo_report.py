@@ -1,0 +1,187 @@
+"""The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
+
+import numpy as np
+import pandas as pd
+
+from expdesign.compensation.monte_carlo.repeated import Repeated
+from expdesign.design.plan import csv_text
+from expdesign.report import words
+from expdesign.report.blocks import (
+    Block,
+    DataTable,
+    Definitions,
+    Download,
+    KeyFigure,
+    KeyFigures,
+    Section,
+    Sentences,
+    Steps,
+)
+from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
+from expdesign.report.page import Page
+
+CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
+
+
+def montecarlo_report(result: Repeated) -> Page:
+    """The report of a repeated plan."""
+    robot = result.problem.loaded.robot
+    targets = range(len(result.problem.targets.configurations))
+    densities: list[Block] = [density_figure(result, target) for target in targets]
+    sections = (
+        Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result), _criteria_table(result)]),
+        Section("agreement", "Axis by axis", [agreement_figure(result), _deviation_table(result)]),
+        Section("densities", "Densities", densities),
+        Section("run", "How it was done", [Definitions(_settings(result))]),
+        Section("words", "Words", [Definitions(_WORDS)]),
+        Section("next", "Next steps", [Steps(_NEXT)]),
+    )
+    return Page(
+        title=f"Monte-Carlo of a calibration plan for {robot.name}",
+        subtitle=(
+            f"{robot.kind}, {words.count(len(result.plan), 'measurement')}, {result.samples} repetitions; "
+            f"configuration {result.problem.source}"
+        ),
+        sections=sections,
+    )
+
+
+def _conclusions(result: Repeated) -> list[str]:
+    scores = np.abs(result.scores())
+    beyond = int((scores > 3.0).sum())
+    found, predicted = result.criterion("total")
+    texts = [
+        f"In {result.samples} repetitions of experiment, identification and compensation the RMS error at the targets "
+        f"is {words.with_error(float(found.value), float(found.standard_error))} tolerances; "
+        f"the criteria predict {words.number(predicted, 4)}."
+    ]
+    if beyond == 0:
+        texts.append(
+            f"The prediction holds: all {len(scores)} comparisons lie within three standard errors of the simulation "
+            f"(largest {words.number(float(scores.max()))})."
+        )
+    else:
+        texts.append(
+            f"{beyond} of {len(scores)} comparisons differ by more than three standard errors (largest "
+            f"{words.number(float(scores.max()))}); by chance alone about {words.number(0.0027 * len(scores), 2)} do. "
+            "What the prediction leaves out (errors so large that they are not linear, or the change of geometry "
+            "under load) shows in this simulation."
+        )
+    if result.plant == "equilibrium":
+        bias = result.bias
+        matters = result.problem.targets.importance > 0.0
+        tolerance = np.where(matters, np.sqrt(result.problem.targets.importance), 0.0)
+        worst = np.unravel_index(int(np.argmax(np.abs(bias.value) * tolerance)), bias.value.shape)
+        name = result.problem.loaded.robot.coordinates.deflection[worst[1]]
+        mean_error = words.with_error(1e6 * float(bias.value[worst]), 1e6 * float(bias.standard_error[worst]))
+        share = 100.0 * float(np.abs(bias.value[worst]) * tolerance[worst])
+        texts.append(
+            "The robot comes to rest in its exact equilibrium, while identification and compensation use the linear "
+            f"mapping. Nowhere is the mean error a larger part of the tolerance than in {words.axis(name)} at target "
+            f"{worst[0] + 1}: {mean_error} {words.micro_unit(name)}, {words.number(share, 2)} %."
+        )
+    return texts
+
+
+def _key_figures(result: Repeated) -> KeyFigures:
+    items = []
+    for cause in result.drawn:
+        found, predicted = result.criterion(cause)
+        note = f"predicted {words.number(predicted, 4)}"
+        items.append(KeyFigure(CRITERIA[cause], words.number(float(found.value), 4), "tolerances", note))
+    items.append(KeyFigure("Repetitions", str(result.samples), "", f"{result.plant} plant"))
+    return KeyFigures(items)
+
+
+def _criteria_table(result: Repeated) -> DataTable:
+    rows, cells = [], []
+    for cause in result.drawn:
+        found, predicted = result.criterion(cause)
+        score = float(found.z_score(np.asarray(predicted)))
+        numbers = (float(found.value), float(found.standard_error), predicted)
+        rows.append([cause, *numbers, score])
+        simulated = words.with_error(*numbers[:2])
+        cells.append([CRITERIA[cause], simulated, words.number(predicted, 4), _score(score)])
+    frame = pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
+    return DataTable(
+        "criteria",
+        "RMS error at the targets in tolerances: simulated, and as the criteria predict it.",
+        ["Criterion", "Simulated", "Predicted", "z"],
+        cells,
+        Download("criteria.csv", csv_text(frame)),
+    )
+
+
+def _deviation_table(result: Repeated) -> DataTable:
+    names = result.problem.loaded.robot.coordinates.deflection
+    importance = result.problem.targets.importance
+    bias = result.bias
+    rows, cells = [], []
+    for target, axis in np.ndindex(importance.shape):
+        for cause in result.drawn:
+            estimate, predicted = result.deviation(cause)
+            value, error = float(estimate.value[target, axis]), float(estimate.standard_error[target, axis])
+            score = float(estimate.z_score(predicted)[target, axis])
+            expected = float(predicted[target, axis])
+            rows.append([target + 1, names[axis], cause, value, error, expected, score])
+            shown = ""
+            if cause == "total":
+                scale = 1e6 * float(bias.value[target, axis]), 1e6 * float(bias.standard_error[target, axis])
+                shown = words.with_error(*scale)
+            cells.append(
+                [
+                    f"target {target + 1}, {words.axis(names[axis])}",
+                    words.micro_unit(names[axis]),
+                    CAUSE_NAMES[cause],
+                    words.with_error(1e6 * value, 1e6 * error),
+                    words.number(1e6 * expected, 4),
+                    _score(score),
+                    shown,
+                    "yes" if importance[target, axis] > 0.0 else "no",
+                ]
+            )
+    frame = pd.DataFrame(
+        rows, columns=["target", "axis", "cause", "std", "standard_error", "predicted", "z"]
+    )  # fmt: skip
+    return DataTable(
+        "deviations",
+        "Standard deviation of the attained pose (µm, µrad): simulated with its standard error, and predicted.",
+        ["Target, axis", "Unit", "Cause", "Simulated σ", "Predicted σ", "z", "Mean error", "Matters"],
+        cells,
+        Download("deviations.csv", csv_text(frame)),
+        tall=True,
+    )
+
+
+def _settings(result: Repeated) -> list[tuple[str, str]]:
+    return [
+        ("Plant", _PLANT_WORDS[result.plant]),
+        ("Load errors", f"{result.distribution} with the standard deviations of the configuration"),
+        ("True stiffness", "that of the robot file"),
+        ("Seed", str(result.seed)),
+        (
+            "Exactness",
+            f"every command solves its fixed point; the largest remaining error is {words.number(result.residual, 2)} "
+            "m or rad",
+        ),
+    ]
+
+
+def _score(value: float) -> str:
+    return words.UNDETERMINED if np.isnan(value) else f"{value:+.2f}".replace("-", "−")
+
+
+_PLANT_WORDS = {
+    "explicit": "explicit: the platform moves by A·c of the commanded pose, the mapping that identification uses",
+    "equilibrium": "equilibrium: the platform rests where its legs' forces balance the load, with no linearisation",
+}
+_WORDS = [
+    ("Repetition", "errors are drawn, the plan is measured, stiffness identified, and every target compensated"),
+    ("z", "how many standard errors of the simulation lie between simulation and prediction; mostly within ±2"),
+    ("Tolerance", "the error that the configuration accepts on an axis"),
+    ("Mean error", "average of attained minus wanted pose; noise and load errors average out, neglected physics not"),
+]
+_NEXT = [
+    ("Look for a better plan.", "expdesign run CONFIG.yaml --out results/mine"),
+    ("Look at the neglected geometry under load.", "expdesign montecarlo ... --plant equilibrium"),
+]
