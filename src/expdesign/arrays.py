@@ -8,3 +8,9 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.floating[Any]]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+
+
+def as_matrix(sensitivities: FloatArray) -> FloatArray:
+    """Sensitivities (N, k, p) as a matrix (N·k, p), also where there are no parameters."""
+    rows, readings, width = sensitivities.shape
+    return sensitivities.reshape(rows * readings, width)

@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from tests.cases import robot
+from tests.chain import bodies
 from tests.chain.places import KINDS, PAYLOAD, WRENCH, Place, away_from_neutral, one_of_each, places, recordings, rows
 from tests.identification.experiments import read
 from tests.oracle import Array
@@ -231,8 +232,9 @@ def test_names_are_those_of_the_interface(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.physics)
-def test_every_effect_has_a_place_on_a_hexapod(kind: type) -> None:
-    assert any(place.kind is kind for place in places("irregular"))
+def test_every_effect_has_a_place_on_a_hexapod_or_a_body(kind: type) -> None:
+    points = bodies.recordings(lifting=True)
+    assert any(place.kind is kind for place in places("irregular")) or kind.places(bodies.BODY, points)
 
 
 def test_effects_together_are_neutral_together() -> None:

@@ -17,6 +17,9 @@ from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
+LONG_SERIES = 30
+"""Rows from which a series with memory is worked through in one call, instead of all series at once row by row."""
+
 
 class Chain:
     """Predicted deflections as a function of compliances and effect parameters.
@@ -44,6 +47,7 @@ class Chain:
             self.slices.append(slice(start, start + len(effect.parameters)))
             start += len(effect.parameters)
         self.states = sum(effect.states for effect in effects)
+        self._whole_series: dict[tuple[bool, int], ca.Function] = {}
 
     @property
     def compliances(self) -> int:
@@ -77,23 +81,26 @@ class Chain:
         robot = self.robot
         parts = [theta[s] for s in self.slices]
         forward, pose_map, wrench = row.forward, row.pose_map, row.wrench
-        compliance = theta[: self.compliances] / ca.SX(robot.stiffness)
+        compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
         if any(effect.changes_geometry for effect in self.effects):
             forward, pose_map, wrench = self._with_true_geometry(row, compliance, parts)
         for effect, part in zip(self.effects, parts, strict=True):
             wrench = effect.load(wrench, row, part)
-        force = forward.T @ wrench
+        force = forward.T @ wrench if self.compliances else ca.SX.zeros(0)
         elongation = compliance * force
-        following, offset = [ca.SX.zeros(0)], 0
+        states, offset = [], 0
         for effect, part in zip(self.effects, parts, strict=True):
             # An empty slice of a CasADi scalar is a row, and would spoil the stack of states.
             own = state[offset : offset + effect.states] if effect.states else ca.SX.zeros(0)
             elongation, own = effect.actuator(elongation, force, compliance, row, own, part)
-            following.append(own)
+            states.append(own)
             offset += effect.states
         deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
-        for effect, part in zip(self.effects, parts, strict=True):
+        following = [ca.SX.zeros(0)]
+        for effect, part, own in zip(self.effects, parts, states, strict=True):
             deflection = effect.structure(deflection, wrench, compliance, row, part)
+            deflection, next_own = effect.structure_with_memory(deflection, wrench, row, own, part)
+            following.append(next_own)
         reading = deflection
         if self.instrument:
             for effect, part in zip(self.effects, parts, strict=True):
@@ -155,6 +162,8 @@ class Chain:
         if self.states == 0:
             results = function(rows.values, np.zeros((count, 0)), values)
             return results[0], results[2].reshape(count, n, width) if derivatives else None
+        if int(rows.position.max()) + 1 >= LONG_SERIES:
+            return self._run_series_by_series(rows, values, derivatives=derivatives)
         deflections = np.zeros((count, n))
         sensitivities = np.zeros((count, n, width))
         state = np.zeros((int(rows.series.max()) + 1, self.states))
@@ -171,4 +180,44 @@ class Chain:
                 sensitivities[chosen] = results[2].reshape(*shape[:2], width) + results[3].reshape(shape) @ before
                 shape = (len(chosen), self.states, -1)
                 state_sensitivity[series] = results[4].reshape(shape) + results[5].reshape(shape) @ before
+        return deflections, sensitivities if derivatives else None
+
+    @cached_property
+    def _step(self) -> ca.Function:
+        """One row after the other: states with their sensitivities, the reading and its total sensitivities."""
+        row, state, theta, reading, following = self._symbolic()
+        width = len(self.parameters)
+        carried = ca.SX.sym("carried", self.states, width)
+        through = ca.jacobian(following, theta) + ca.jacobian(following, state) @ carried
+        total = ca.jacobian(reading, theta) + ca.jacobian(reading, state) @ carried
+        before = ca.vertcat(state, ca.vec(carried))
+        after = ca.vertcat(following, ca.vec(through))
+        outputs = [ca.densify(after), ca.densify(ca.vertcat(reading, ca.vec(total)))]
+        return ca.Function("step", [before, row.flat(), theta], outputs)
+
+    @cached_property
+    def _plain_step(self) -> ca.Function:
+        """`_step` without sensitivities."""
+        row, state, theta, reading, following = self._symbolic()
+        return ca.Function("plain_step", [state, row.flat(), theta], [ca.densify(following), ca.densify(reading)])
+
+    def _run_series_by_series(
+        self, rows: RowData, values: FloatArray, *, derivatives: bool
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """The same as `_run` for few long series: each is one call of the engine."""
+        count, width, n = len(rows), len(self.parameters), self.robot.coordinates.n
+        step = self._step if derivatives else self._plain_step
+        deflections, sensitivities = np.zeros((count, n)), np.zeros((count, n, width))
+        for number in range(int(rows.series.max()) + 1):
+            chosen = np.flatnonzero(rows.series == number)
+            chosen = chosen[np.argsort(rows.position[chosen], kind="stable")]
+            key = (derivatives, len(chosen))
+            if key not in self._whole_series:
+                self._whole_series[key] = step.mapaccum(len(chosen))
+            inputs = rows.values[chosen].T
+            repeated = np.repeat(values[:, None], len(chosen), axis=1)
+            output = np.asarray(self._whole_series[key](np.zeros(step.size_in(0)), inputs, repeated)[1]).T
+            deflections[chosen] = output[:, :n]
+            if derivatives:
+                sensitivities[chosen] = output[:, n:].reshape(len(chosen), width, n).swapaxes(1, 2)
         return deflections, sensitivities if derivatives else None

@@ -56,6 +56,8 @@ class Effect(ABC):
         variant: which of several forms, where there are some; empty otherwise.
         parameters: in the order of `theta` in the overrides.
         states: number of states that the effect carries from row to row of a series, all 0 at its start.
+        builds_on: physics without which this effect has no meaning at its component (play, friction and creep of a
+            support are ways in which it is not the spring that it is first of all); empty where there is none.
         changes_geometry: whether `geometry` or `unloaded` is overridden, which makes the kinematic maps symbolic.
     """
 
@@ -64,6 +66,7 @@ class Effect(ABC):
     variant: str
     parameters: tuple[Parameter, ...]
     states: int = 0
+    builds_on: str = ""
     changes_geometry: bool = False
 
     def __init__(self, robot: Robot, component: str, variant: str = "") -> None:
@@ -107,6 +110,11 @@ class Effect(ABC):
         return tuple(range(len(self.robot.stiffness))) if self.component.startswith("all") else (self.leg,)
 
     @property
+    def slot(self) -> tuple[str, str]:
+        """What a model holds at most once: forms of one physics at one component exclude each other."""
+        return self.physics, self.component
+
+    @property
     def key(self) -> str:
         """Identifier of physics, component and variant."""
         return f"{self.physics} / {self.component}" + (f" / {self.variant}" if self.variant else "")
@@ -141,6 +149,12 @@ class Effect(ABC):
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Deflection of the platform (n,) in pose coordinates, from the one due to the actuators."""
         return deflection
+
+    def structure_with_memory(
+        self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        """Deflection (n,) and the effect's next states, for effects of the structure that depend on history."""
+        return deflection, state
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """What the instrument reads (n,), from what the platform does."""

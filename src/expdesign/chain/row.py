@@ -7,6 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -29,7 +30,7 @@ class Row:
         forward: J (n, n_p).
         pose_map: J̌ (n, n_p).
         lengths: commanded actuator lengths (n_p,), m or rad.
-        warming: temperature above that of the series' first row, per actuator (n_p,), K.
+        warming: temperature above that of the series' first row, per actuator (n_p,), K; one for a body.
         elapsed: time since the series' first row (1,), s.
         clock: time since the first row of all (1,), s.
         interval: time since the row before in the series (1,), s.
@@ -66,7 +67,7 @@ def row_symbols(robot: Robot) -> Row:
     shapes = {
         "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "gravity": (d, 1),
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
-        "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (n_p, 1),
+        "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
     }  # fmt: skip
     return Row(**{name: ca.SX.sym(name, *shape) for name, shape in shapes.items()})
@@ -103,6 +104,8 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
         lengths = robot.lengths(points.configurations)
         # J̌ = T·J, and J is square here.
         rates = jacobians.pose @ np.linalg.inv(jacobians.forward)
+    elif isinstance(robot, Body):
+        lengths, rates = points.configurations[:, :0], robot.rates(points.configurations)
     else:
         lengths = points.configurations[:, :n_p]
         rates = np.broadcast_to(np.eye(robot.coordinates.n), (count, robot.coordinates.n, robot.coordinates.n))
@@ -116,11 +119,11 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     order = np.lexsort((position, series))
     previous[order[1:]] = order[:-1]
     previous = np.where(later, previous, np.arange(count))
-    warming = np.zeros((count, n_p))
-    if points.leg_temperature is not None:
+    warming = np.zeros((count, max(n_p, 1)))
+    if points.leg_temperature is not None and n_p:
         warming = points.leg_temperature - points.leg_temperature[first_row]
     elif points.temperature is not None:
-        warming = np.repeat((points.temperature - points.temperature[first_row])[:, None], n_p, axis=1)
+        warming = np.repeat((points.temperature - points.temperature[first_row])[:, None], max(n_p, 1), axis=1)
 
     def columns_first(matrices: FloatArray) -> FloatArray:
         return matrices.swapaxes(-1, -2).reshape(count, -1)

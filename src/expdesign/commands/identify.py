@@ -49,6 +49,8 @@ def _summarise(result: Identification) -> None:
             f"{name}: {interval.estimate[index]:.4g} {unit} "
             f"(95 %: {interval.low[index]:.4g} to {interval.high[index]:.4g})"
         )
+    if not result.robot.actuators:
+        note(f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?")
     goodness = result.goodness
     if goodness.p_value is not None:
         verdict = "" if goodness.p_value >= 0.01 else "; the base model does not explain them, see `expdesign diagnose`"

@@ -8,7 +8,8 @@ the size of the robot (1e-4 for micrometres on decimetres), so that a few passes
 With an error of the parameters ε the attained pose differs from the target by exactly ΔX(X_C; c) − ΔX(X_C; ĉ), whose
 covariance is S·P·Sᵀ with the sensitivities S at the command.
 
-Serial robots are corrected in their joints (`joint_space.py`).
+Serial robots are corrected in their joints (`joint_space.py`). A body has no actuators: its command is where it would
+have to stand unloaded (the counter-displacement, to be made with shims or feet).
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from expdesign.compensation.prediction import chain_of, moved, predict_with
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.identification.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
 from expdesign.robots.serial import SerialRobot
@@ -65,7 +67,7 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
     robot = model.chain.robot
     if isinstance(robot, SerialRobot):
         return _in_joint_space(model, robot, targets)
-    if not isinstance(robot, ParallelRobot):
+    if not isinstance(robot, ParallelRobot | Body):
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
     _require_regular(robot, targets, targets.configurations)
@@ -106,7 +108,7 @@ def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -
     return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
 
 
-def _require_regular(robot: ParallelRobot, targets: LoadedPoints, poses: FloatArray) -> None:
+def _require_regular(robot: ParallelRobot | Body, targets: LoadedPoints, poses: FloatArray) -> None:
     condition = robot.jacobians(poses).condition
     wrong = np.flatnonzero(condition > CONDITION_LIMIT)
     if wrong.size:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import Finding, findings
@@ -15,7 +15,7 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
+from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
@@ -131,7 +131,8 @@ def diagnose(
     p_after = float(chi2_distribution.sf(model.fit.chi2, dof_after)) if noise.known else float("nan")
     verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
     # As many effects as the search allows are a sign that they imitate something else.
-    sound = len(model.candidates) < MOST_EFFECTS and errors.test_after <= PREDICTS
+    few = len(model.candidates) < search.most_effects or (len(robot.stiffness) == 0 and p_after >= CONSISTENT)
+    sound = few and errors.test_after <= PREDICTS
     if found and not (sound and not common):
         verdict = "unexplained"
     if verdict == "consistent":
@@ -156,7 +157,7 @@ def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
 
 def _require_determined(robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
     """Raise where a compliance is not determined; a force that is nothing but rounding determines none."""
-    sizes = np.linalg.norm(base.sensitivities.reshape(-1, len(base.values)), axis=0)
+    sizes = np.linalg.norm(as_matrix(base.sensitivities), axis=0)
     known = base.determined & (sizes > RANK_TOLERANCE * sizes.max(initial=0.0))
     known |= False if idle is None else idle
     if not known.all():

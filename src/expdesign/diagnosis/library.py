@@ -1,6 +1,6 @@
 """The library of physics that a diagnosis considers, and what each entry would do to the readings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -10,6 +10,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_symbols
 from expdesign.diagnosis.sample import Sample
+from expdesign.identification.fit import Fit
 from expdesign.plugins import implementations
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
@@ -33,6 +34,7 @@ class Candidate:
             parameters, shape (G, M, d) with M readings; from a start away from neutral the mean derivative up to it.
         one_sided: which of these parameters cannot be negative, shape (d,).
         places: number of places at which the library looks for the same physics.
+        seen: number of parameters that the readings can show; a parameter that moves nothing measured costs nothing.
     """
 
     effect: Effect
@@ -40,6 +42,12 @@ class Candidate:
     directions: FloatArray
     one_sided: BoolArray
     places: int
+    seen: int
+
+    @property
+    def idle(self) -> bool:
+        """Whether the effect does nothing to the base model, as an effect of the load on a body that does not yield."""
+        return not np.any(self.directions)
 
 
 def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances: FloatArray) -> list[Candidate]:
@@ -59,19 +67,41 @@ def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances:
             # A search over pitches or time constants looks at as many places as it has starts.
             shapes = np.unique(starts[usable][:, [p.shape for p in effect.parameters]], axis=0)
             places = counts[effect.physics] * len(shapes)
-            found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places))
+            seen = _rank(directions[usable]) + len(effect.parameters) - len(free)
+            found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places, seen))
     return found
 
 
+def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> Candidate:
+    """A candidate that is idle beside the base model, with its directions beside the effects of a fitted model."""
+    effect = candidate.effect
+    directions = _directions(effect, candidate.starts, sample, robot, present.values, present.chain.effects)
+    shapes = sum(p.shape for p in effect.parameters)
+    return replace(candidate, directions=directions, seen=_rank(directions) + shapes)
+
+
+def _rank(directions: FloatArray) -> int:
+    """Largest number of independent directions of any start (G, M, d)."""
+    norms = np.linalg.norm(directions, axis=1, keepdims=True)
+    scaled = directions / np.where(norms > 0.0, norms, 1.0)
+    values = np.linalg.eigvalsh(np.einsum("gmd,gme->gde", scaled, scaled))
+    return int((values > 1e-7 * np.maximum(values[:, -1:], 1e-300)).sum(axis=1).max())
+
+
 def _directions(
-    effect: Effect, starts: FloatArray, sample: Sample, robot: Robot, compliances: FloatArray
+    effect: Effect,
+    starts: FloatArray,
+    sample: Sample,
+    robot: Robot,
+    compliances: FloatArray,
+    present: tuple[Effect, ...] = (),
 ) -> FloatArray:
-    """Whitened directions (G, M, d) at the starts (G, p)."""
+    """Whitened directions (G, M, d) at the starts (G, p), beside effects whose parameters follow the compliances."""
     axes = sample.recordings.axes
     free = np.array([not p.shape for p in effect.parameters])
-    chain = Chain(robot, (effect,))
+    chain = Chain(robot, (*present, effect))
     blocks = []
-    if effect.states:
+    if chain.states:
         neutral = effect.neutral()
         for start in starts:
             values = np.concatenate([compliances, start])

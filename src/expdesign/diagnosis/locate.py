@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, as_matrix
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
@@ -60,7 +60,7 @@ class Location:
 
 def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], noise_variance: float) -> Location:
     """Locate the mismatch of the base fit; `noise_variance` is that of the whitened residuals (1 where it is known)."""
-    basis = orthonormal_basis(base.sensitivities.reshape(-1, len(base.values)))
+    basis = orthonormal_basis(as_matrix(base.sensitivities))
     residuals = base.residuals.ravel() / np.sqrt(noise_variance)
 
     def probe(name: str, directions: FloatArray) -> tuple[str, float, int]:
@@ -132,7 +132,7 @@ def _pattern(name: str, driver: FloatArray, base: Fit, sample: Sample, noise_var
     """How much of the residuals a straight line or parabola in a driver explains, on all axes."""
     scaled = (driver - driver.mean()) / max(float(driver.std()), 1e-300)
     powers = np.stack([scaled, scaled**2 - 1.0], axis=1) if len(np.unique(driver)) > 3 else scaled[:, None]
-    basis = orthonormal_basis(base.sensitivities.reshape(-1, len(base.values)))
+    basis = orthonormal_basis(as_matrix(base.sensitivities))
     axes = len(sample.recordings.axes)
     directions = np.einsum("nd,kl->nkld", powers, np.eye(axes)) * sample.counts[:, None, None, None]
     block = directions.reshape(len(driver) * axes, -1)

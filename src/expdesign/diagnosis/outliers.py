@@ -4,7 +4,7 @@ import numpy as np
 from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.identification.fit import Fit
@@ -19,8 +19,9 @@ _USUAL = 0.05
 
 def row_distances(result: Fit) -> FloatArray:
     """Reduction of χ² if a row were left out, shape (N,): r·(I − H)⁻¹·r with H the row's own leverage."""
-    rows, readings, width = result.sensitivities.shape
-    basis = orthonormal_basis(result.sensitivities.reshape(-1, width)).reshape(rows, readings, -1)
+    rows, readings, _ = result.sensitivities.shape
+    basis = orthonormal_basis(as_matrix(result.sensitivities))
+    basis = basis.reshape(rows, readings, basis.shape[1])
     remaining = np.eye(readings) - np.einsum("nkr,nlr->nkl", basis, basis)
     remaining += 1e-9 * np.eye(readings)
     solved = np.linalg.solve(remaining, result.residuals[..., None])[..., 0]

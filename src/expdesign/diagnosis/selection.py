@@ -6,15 +6,15 @@ and within a kind among the places at which the library looks for it. The second
 over the whole library: the more places are searched, the more a find must explain.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.library import Candidate, beside
 from expdesign.diagnosis.outliers import returning_distances, row_distances
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
@@ -24,6 +24,7 @@ from expdesign.robots.robot import Robot
 ACCEPTANCE = 6.0
 """By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
 MOST_EFFECTS = 3
+MOST_EFFECTS_OF_A_BODY = 6
 FITS_PER_STEP = 10
 """Places that are fitted in full in each step, best scores first."""
 _PROMISING, _ALWAYS = 0.5, 3
@@ -107,12 +108,13 @@ class Search:
         self.log = Log()
         self.models: dict[tuple[tuple[str, ...], bytes], Model] = {}
         self._chains: dict[tuple[str, ...], Chain] = {}
+        self._beside_models: dict[tuple[str, ...], Candidate] = {}
         self.base = self._fitted((), np.zeros(len(sample.counts), dtype=bool), [np.zeros(0)])
 
     def run(self) -> Model:
         """The best model found; with no effects where none is worth its parameters."""
         current = self.base
-        while len(current.candidates) < MOST_EFFECTS:
+        while len(current.candidates) < self.most_effects:
             self.report(f"looking for effect {len(current.candidates) + 1}")
             grown = self._grow(current)
             if grown is None or current.misfit - grown.misfit < ACCEPTANCE:
@@ -122,6 +124,11 @@ class Search:
             current = self._prune(current)
             current = self._readmit(current)
         return current
+
+    @property
+    def most_effects(self) -> int:
+        """A body's base model has no springs, so that its support counts among the effects."""
+        return MOST_EFFECTS if len(self.robot.stiffness) else MOST_EFFECTS_OF_A_BODY
 
     def alternatives(self, model: Model) -> list[list[Model]]:
         """For each effect of a model, the models in which another place or physics stands in for it."""
@@ -158,7 +165,7 @@ class Search:
         """Leave out effects that are no longer worth their parameters beside the others."""
         for index in range(len(current.candidates)):
             smaller = self.without(current, index)
-            if smaller.misfit < current.misfit:
+            if _founded(smaller.effects) and smaller.misfit < current.misfit:
                 self.log.add("backward", smaller, True, "the effect left out explains too little beside the others")
                 return self._prune(smaller)
         return current
@@ -195,20 +202,23 @@ class Search:
     def _replacements(self, model: Model, index: int) -> list[Model]:
         smaller = self.without(model, index)
         wanted = _PROMISING * (smaller.misfit - model.misfit)
-        return [self._extended(smaller, candidate) for candidate in self._promising(smaller, wanted)]
+        grown = [self._extended(smaller, candidate) for candidate in self._promising(smaller, wanted)]
+        return [other for other in grown if _founded(other.effects)]
 
     def _promising(self, current: Model, wanted: float = -np.inf) -> list[tuple[Candidate, FloatArray]]:
         """Candidates worth a full fit on top of a model, with the parameters from which to start.
 
         The best ones are always among them, others only where their score promises a gain of `wanted`.
         """
-        basis = orthonormal_basis(current.fit.sensitivities.reshape(-1, len(current.fit.values)))
+        basis = orthonormal_basis(as_matrix(current.fit.sensitivities))
         residuals = current.fit.residuals.ravel()
-        present = {(c.effect.physics, c.effect.component) for c in current.candidates}
+        present = {c.effect.slot for c in current.candidates}
         ranked: list[tuple[float, str, Candidate, FloatArray]] = []
-        for candidate in self.library:
-            if (candidate.effect.physics, candidate.effect.component) in present:
+        for entry in self.library:
+            if entry.effect.slot in present or not _founded([*current.effects, entry.effect]):
                 continue
+            unseen = entry.idle and len(self.robot.stiffness) == 0
+            candidate = self._beside(entry, current) if unseen else entry
             result = score(residuals, basis, candidate.directions, candidate.one_sided)
             gain = result.statistic - self._penalty(candidate)
             free = np.array([not p.shape for p in candidate.effect.parameters])
@@ -220,6 +230,13 @@ class Search:
         ranked.sort(key=lambda item: (-item[0], item[1]))
         best = self._best_of_each(ranked)
         return [item[2:] for index, item in enumerate(best) if index < _ALWAYS or item[0] >= wanted]
+
+    def _beside(self, entry: Candidate, current: Model) -> Candidate:
+        """An entry that is idle beside the base model, as it acts beside the effects of a model."""
+        key = (entry.effect.key, *current.keys)
+        if key not in self._beside_models:
+            self._beside_models[key] = beside(entry, current.fit, self.sample, self.robot)
+        return self._beside_models[key]
 
     def _best_of_each(
         self, ranked: list[tuple[float, str, Candidate, FloatArray]]
@@ -244,7 +261,7 @@ class Search:
     def _part(self, model: Model, candidate: Candidate) -> FloatArray:
         """Parameters of one effect of a fitted model."""
         for own, part in zip(model.candidates, model.fit.chain.slices, strict=True):
-            if own is candidate:
+            if own.effect is candidate.effect:
                 return model.fit.values[part]
         raise KeyError(candidate.effect.key)
 
@@ -290,7 +307,7 @@ class Search:
         return self.sample.readings * float(np.log(max(chi2, 1e-300) / self.sample.readings))
 
     def _penalty(self, candidate: Candidate) -> float:
-        count = len(candidate.effect.parameters)
+        count = candidate.seen
         bic = count * np.log(max(self.sample.readings, 2))
         return float(bic + 2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
 
@@ -314,3 +331,9 @@ class Search:
             parts = [self._part(current, c) for c in current.candidates]
             model = self._model(current.candidates, flagged.copy(), parts, current)
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
+
+
+def _founded(effects: Sequence[Effect]) -> bool:
+    """Whether every effect has what it builds on (the principle of heredity of model selection)."""
+    slots = {effect.slot for effect in effects}
+    return all(not effect.builds_on or (effect.builds_on, effect.component) in slots for effect in effects)

@@ -4,7 +4,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.elastostatics.maps import observation_matrix
-from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
+from expdesign.errors import NotIdentifiableError, SingularConfigurationError
 from expdesign.identification.fit import IDLE_DEVIATION, RANK_TOLERANCE
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import CONDITION_LIMIT, Jacobians, Robot
@@ -19,13 +19,6 @@ def require_regular_rows(recordings: Recordings, jacobians: Jacobians) -> None:
         row = int(wrong[0])
         what = f"the robot is singular or nearly so there (scaled condition number {jacobians.condition[row]:.3g})"
         raise SingularConfigurationError(what, where=recordings.where(row), remedy="Remove the row, or correct it.")
-
-
-def require_actuators(robot: Robot, source: str) -> None:
-    """Raise an `InputError` for a robot without actuators."""
-    if len(robot.stiffness) == 0:
-        what = f"a {robot.kind} has no actuators whose stiffness could be identified"
-        raise InputError(what, where=source, remedy="`expdesign diagnose` finds what it does have.")
 
 
 def idle_actuators(robot: Robot, jacobians: Jacobians, wrenches: FloatArray) -> BoolArray | None:

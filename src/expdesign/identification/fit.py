@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import RowData
 from expdesign.identification.whitening import Whitening
@@ -173,7 +173,7 @@ def _stacked(
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals (M,) and derivatives of the prediction per scaled parameter (M, p), those of a prior included."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
-    slopes = sensitivities.reshape(-1, len(values)) * scales
+    slopes = as_matrix(sensitivities) * scales
     if prior is not None:
         slopes = np.vstack([slopes, np.diag(scales / prior[1])])
     return _with_prior(residuals.ravel(), values, prior), slopes
@@ -196,7 +196,7 @@ def linear_fit(
         prior: see `fit`.
     """
     scales = chain.scales()
-    matrix = sensitivities.reshape(-1, len(start)) * scales
+    matrix = as_matrix(sensitivities) * scales
     step, covariance, determined, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
     remaining = residuals - sensitivities @ (step * scales)
     return _as_fit(chain, start + step * scales, covariance, determined, rank, remaining, sensitivities, prior)
@@ -206,7 +206,7 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
     """The fit at given parameter values."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
-    matrix = sensitivities.reshape(-1, len(values)) * scales
+    matrix = as_matrix(sensitivities) * scales
     _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
     return _as_fit(chain, values, covariance, determined, rank, residuals, sensitivities, prior)
 

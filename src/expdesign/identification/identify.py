@@ -11,7 +11,6 @@ from expdesign.errors import InputError
 from expdesign.identification.estimability import (
     idle_actuators,
     idle_sentences,
-    require_actuators,
     require_estimable,
     require_regular_rows,
 )
@@ -88,7 +87,6 @@ def identify(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine every compliance.
     """
-    require_actuators(robot, recordings.source)
     fitted = ~recordings.test & ~reference_rows(recordings)
     if not fitted.any():
         what = "no row is left to fit"
@@ -112,7 +110,7 @@ def identify(
         readings, sensitivities = whitening.apply(train.deflections), whitening.apply(observation)
         return linear_fit(chain, start, readings, sensitivities, knowledge)
 
-    if prior is None:
+    if prior is None and len(start):
         size = np.abs(train.deflections).max(axis=0)
         sensitivities = observation / np.where(size > 0.0, size, 1.0)[:, None]
         used = np.ones(len(start), dtype=bool) if idle is None else ~idle

@@ -72,7 +72,7 @@ def _measurements(result: Identification) -> list[dict[str, Any]]:
     effect = result.influence
     train = result.recordings.rows(result.fitted)
     rows = np.arange(len(train)) if len(train) <= MOST_ROWS else np.flatnonzero(effect.outlier)
-    best = effect.share.argmax(axis=1)
+    best = effect.share.argmax(axis=1) if result.robot.actuators else None
     return [
         {
             "sequence": int(train.sequence[row]),
@@ -80,8 +80,8 @@ def _measurements(result: Identification) -> list[dict[str, Any]]:
             "leverage": float(effect.leverage[row]),
             "p_value": float(effect.p_value[row]),
             "outlier": bool(effect.outlier[row]),
-            "informs": result.robot.actuators[best[row]],
-            "share": float(effect.share[row, best[row]]),
+            "informs": result.robot.actuators[best[row]] if best is not None else None,
+            "share": float(effect.share[row, best[row]]) if best is not None else None,
         }
         for row in rows
     ]

@@ -67,7 +67,7 @@ def _turned_columns(fit: Fit, recordings: Recordings, robot: Robot, *, noise_kno
     Translations and rotations are judged apart: where the noise is estimated, a wrong sign inflates that of its kind.
     """
     found: list[str] = []
-    if fit.dof <= 0 or len(recordings.axes) < 2:
+    if fit.dof <= 0 or len(recordings.axes) < 2 or len(robot.stiffness) == 0:
         return found
     rotation = recordings.axes >= robot.coordinates.translations
     readings = fit.residuals + fit.sensitivities @ fit.values

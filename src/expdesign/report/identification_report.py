@@ -36,9 +36,9 @@ def identification_report(result: Identification) -> Page:
     robot = result.robot
     sections = (
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
-        Section("stiffness", "Stiffness", [_stiffness_figure(result), _stiffness_table(result)]),
+        *([_stiffness_section(result)] if robot.actuators else []),
         Section("fit", "How well the model fits", [Definitions(_tests(result)), _residual_figure(result, train)]),
-        Section("measurements", "What each measurement contributed", [_measurement_table(result, train)]),
+        *([_measurement_section(result, train)] if robot.actuators else []),
         Section("next", "Next steps", [_next_steps()]),
         Section("words", "Words", [Definitions(_WORDS)]),
     )
@@ -53,14 +53,33 @@ def identification_report(result: Identification) -> Page:
     return page
 
 
-def _conclusions(result: Identification) -> list[str]:
+def _stiffness_section(result: Identification) -> Section:
+    return Section("stiffness", "Stiffness", [_stiffness_figure(result), _stiffness_table(result)])
+
+
+def _measurement_section(result: Identification, train: Recordings) -> Section:
+    return Section("measurements", "What each measurement contributed", [_measurement_table(result, train)])
+
+
+def _least_certain(result: Identification) -> str:
+    """What is known worst; of a robot without actuators, that there is nothing to identify."""
     interval, names = result.stiffness, result.robot.actuators
+    if not names:
+        return (
+            f"A {result.robot.kind} has no actuators whose stiffness could be identified: its base model does not "
+            "deflect at all, and what follows says whether the recordings show that it does. `expdesign diagnose` "
+            "finds what yields."
+        )
     relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
     worst = int(np.argmax(relative))
-    texts = [
+    return (
         f"The least certain stiffness is that of {names[worst]}: {words.number(interval.estimate[worst])} "
         f"{stiffness_unit(result)}, known to {words.number(100.0 * relative[worst], 2)} % (one standard deviation)."
-    ]
+    )
+
+
+def _conclusions(result: Identification) -> list[str]:
+    texts = [_least_certain(result)]
     goodness = result.goodness
     if goodness.p_value is not None:
         texts.append(
@@ -95,11 +114,12 @@ def _source(result: Identification) -> str:
 def _key_figures(result: Identification) -> KeyFigures:
     train, held_out = rms(result.fit.residuals), rms(result.test_residuals)
     relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
-    items = [
-        KeyFigure("Residuals", words.number(train or 0.0), "standard deviations", "RMS; 1 is the noise"),
-        KeyFigure("Worst stiffness", words.number(100.0 * float(relative.max()), 2), "%", "one standard deviation"),
-        KeyFigure("Rank", f"{result.fit.rank} of {len(result.fit.values)}", "", "stiffnesses determined"),
-    ]
+    items = [KeyFigure("Residuals", words.number(train or 0.0), "standard deviations", "RMS; 1 is the noise")]
+    if relative.size:
+        items += [
+            KeyFigure("Worst stiffness", words.number(100.0 * float(relative.max()), 2), "%", "one standard deviation"),
+            KeyFigure("Rank", f"{result.fit.rank} of {len(result.fit.values)}", "", "stiffnesses determined"),
+        ]
     if held_out is not None:
         items.append(KeyFigure("Held-out rows", words.number(held_out), "standard deviations", "RMS"))
     return KeyFigures(items)

@@ -6,7 +6,9 @@ from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.platform_compliance import compliance_parameters
 from expdesign.chain.row import Row
+from expdesign.chain.support import measured_axes
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 
@@ -21,6 +23,8 @@ class BaseCompliance(Effect):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
+        if isinstance(robot, Body) and not measured_axes(points) & {0, 1, 2}:
+            return []  # without translations this is what `support_compliance` says with fewer parameters
         return [("base", "diagonal"), ("base", "full")]
 
     def describe(self) -> tuple[Parameter, ...]:

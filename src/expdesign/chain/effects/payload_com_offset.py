@@ -5,6 +5,7 @@ import casadi as ca
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 
@@ -15,7 +16,9 @@ class PayloadComOffset(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("payload", "")] if robot.coordinates.centre_of_mass else []
+        # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
+        only_changes = isinstance(robot, Body) and points.payload is None
+        return [("payload", "")] if robot.coordinates.centre_of_mass and not only_changes else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return tuple(Parameter(f"com_d{axis}_m", 1e-3, low=-0.5, high=0.5) for axis in "xyz")

@@ -30,6 +30,8 @@ class PayloadMassError(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if np.any(points.absolute != points.wrenches):
+            return []  # changes of a load are no weights
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
         if len(sizes) < 2:
             return []

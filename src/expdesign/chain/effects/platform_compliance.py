@@ -6,6 +6,7 @@ from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 
@@ -37,6 +38,8 @@ class PlatformCompliance(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if isinstance(robot, Body):
+            return []  # a body is rigid; what it stands on yields
         return [("platform", "diagonal"), ("platform", "full")]
 
     def describe(self) -> tuple[Parameter, ...]:

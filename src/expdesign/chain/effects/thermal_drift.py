@@ -3,11 +3,16 @@
 import casadi as ca
 import numpy as np
 
+from expdesign.arrays import FloatArray
 from expdesign.chain.components import ALL_LEGS, legs_and_all
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
+
+
+def _varies(temperature: FloatArray | None) -> bool:
+    return temperature is not None and bool(np.any(np.ptp(temperature, axis=0) > 0.0))
 
 
 class ThermalDrift(Effect):
@@ -20,7 +25,7 @@ class ThermalDrift(Effect):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         places: list[tuple[str, str]] = []
-        if points.temperature is not None or points.leg_temperature is not None:
+        if _varies(points.temperature) or _varies(points.leg_temperature):
             places += [(component, "") for component in (*legs_and_all(robot), "environment")]
         if points.time is not None and np.any(np.diff(points.time) > 0.0):
             places += [(component, "time") for component in (*legs_and_all(robot), "environment")]

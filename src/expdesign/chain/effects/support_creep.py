@@ -1,0 +1,71 @@
+"""A body's support creeps under the changes of load, or settles under the load that it has carried all along."""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.components import symmetric
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
+from expdesign.robots.robot import Robot
+
+_NAMES = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
+
+
+class SupportCreep(Effect):
+    """Variants: empty: ω gains C·s with τ·ds/dt = M − s (Kelvin-Voigt, C symmetric; the load of a row acts since the
+    row before); `settling`: the body gains a·(1 − exp(−t/τ)) from the start of the series, whatever the loads.
+    """
+
+    physics = "creep"
+    builds_on = "base_compliance"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if not isinstance(robot, Body) or points.time is None or not np.any(np.diff(points.time) > 0.0):
+            return []
+        return [("base", ""), ("base", "settling")]
+
+    @property
+    def slot(self) -> tuple[str, str]:
+        return self.physics, f"{self.component} {self.variant}"
+
+    def describe(self) -> tuple[Parameter, ...]:
+        # A support that settles needs no load that changes.
+        self.builds_on = "" if self.variant == "settling" else "base_compliance"
+        tau = Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True)
+        if self.variant == "settling":
+            amounts = tuple(Parameter(f"settled_{name}", 1e-6) for name in _NAMES)
+            return (*amounts, tau)
+        self.states = 3
+        axes = ("rx", "ry", "rz")
+        pairs = [(a, a) for a in axes] + [(axes[i], axes[j]) for i in range(3) for j in range(i + 1, 3)]
+        low = {True: 0.0, False: float("-inf")}
+        return (*(Parameter(f"creep_{a}_{b}_rad_per_Nm", 1e-7, low=low[a == b]) for a, b in pairs), tau)
+
+    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        assert points.time is not None
+        intervals = np.diff(points.time)
+        shortest = float(np.median(intervals[intervals > 0.0]))
+        longest = max(float(np.ptp(points.time)), 3.0 * shortest)
+        free = np.zeros(len(self.parameters) - 1)
+        return [np.array([*free, tau]) for tau in np.geomspace(2.0 * shortest, longest, 5)]
+
+    def structure_with_memory(
+        self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        tau = theta[-1]
+        if self.variant == "settling":
+            return deflection + theta[:6] * (1.0 - ca.exp(-row.elapsed / tau)), state
+        crept = state + (wrench[3:] - state) * (1.0 - ca.exp(-row.interval / tau))
+        turn = symmetric(theta[:6], 3) @ crept
+        return deflection + row.rates @ ca.vertcat(ca.SX.zeros(3), turn), crept
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        tau = values["tau_s"]
+        time = f"time constant {tau[0]:.3g} ({tau[1]:.3g} to {tau[2]:.3g}) s"
+        if self.variant == "settling":
+            return f"What the body stands on settles from the start of the series on, {time}."
+        return f"What the body stands on gives way slowly after a change of load, {time}."

@@ -1,0 +1,87 @@
+"""A body's support is stiffer or softer under larger loads, or part of it lifts off."""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.chain.support import OBLIQUE, drive_load, drive_values, drives, twist_of, unit_of, whole_load
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
+from expdesign.robots.robot import Robot
+
+_AROUND = tuple(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
+
+
+class SupportNonlinearity(Effect):
+    """Beyond a linear support. Variants, each with the direction of the load: `stiffening` (the motion gains a cubic of
+    the whole load) and `lift-off` (beyond a load part of the support carries no more, and the rest yields further:
+    hinge at that load). `lift-off oblique` finds the axis about which the body tips.
+    """
+
+    physics = "base_compliance"
+    builds_on = "base_compliance"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if not isinstance(robot, Body):
+            return []
+        found = [("base", f"stiffening {drive}") for drive in drives(points)]
+        return found + [("base", f"lift-off {drive}") for drive in drives(points, oblique=True)]
+
+    @property
+    def drive(self) -> str:
+        """Direction of the load."""
+        return self.variant.split(" ", 1)[1]
+
+    @property
+    def slot(self) -> tuple[str, str]:
+        return self.physics, f"{self.component} {self.variant}"
+
+    def describe(self) -> tuple[Parameter, ...]:
+        force, motion = unit_of(self.drive)
+        if self.variant.startswith("stiffening"):
+            return (Parameter(f"cubic_{motion}_at_100_{force}", 1e-6),)
+        hinge = Parameter(f"lift_off_{force}", 10.0, low=-1e6, high=1e6, shape=True)
+        if self.drive == OBLIQUE:
+            return (
+                Parameter("beyond_rx_rad_per_Nm", 1e-6),
+                Parameter("beyond_ry_rad_per_Nm", 1e-6),
+                hinge,
+                Parameter("azimuth_rad", 1.0, low=-10.0, high=10.0, shape=True),
+            )
+        return (Parameter(f"beyond_{motion}_per_{force}", 1e-6), hinge)
+
+    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        if self.variant.startswith("stiffening"):
+            return [self.neutral()]
+        starts = []
+        for azimuth in _AROUND if self.drive == OBLIQUE else (0.0,):
+            for load in np.quantile(drive_values(self.drive, points.absolute, azimuth), (0.25, 0.5, 0.75)):
+                starts.append(np.array([0.0, 0.0, load, azimuth] if self.drive == OBLIQUE else [0.0, load]))
+        return starts
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        now, before = whole_load(wrench, row)
+        if self.variant.startswith("stiffening"):
+            amounts = theta[0] * sum(
+                sign * (drive_load(self.drive, load) / 100.0) ** 3 for sign, load in ((1.0, now), (-1.0, before))
+            )
+            return deflection + row.rates @ twist_of(self.drive, amounts)
+        azimuth = theta[3] if self.drive == OBLIQUE else 0.0
+        hinge = theta[2] if self.drive == OBLIQUE else theta[1]
+        beyond = ca.fmax(drive_load(self.drive, now, azimuth) - hinge, 0.0)
+        beyond -= ca.fmax(drive_load(self.drive, before, azimuth) - hinge, 0.0)
+        amounts = (theta[:2] if self.drive == OBLIQUE else theta[0]) * beyond
+        return deflection + row.rates @ twist_of(self.drive, amounts)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        force, _ = unit_of(self.drive)
+        where = "about an oblique axis" if self.drive == OBLIQUE else self.drive
+        if self.variant.startswith("stiffening"):
+            value = next(iter(values.values()))[0]
+            return f"The support {'softens' if value > 0.0 else 'stiffens'} with the load {where} (cubic)."
+        at = values[f"lift_off_{force}"][0]
+        unit = "N·m" if force == "Nm" else "N"
+        return f"The support yields differently beyond {at:.3g} {unit} {where}, as where a foot lifts off."

@@ -1,0 +1,114 @@
+"""Body: one rigid body standing on something, a machine on its feet or the tip of a column.
+
+It has no actuators, so that the base model does not deflect at all; whatever it deflects under load is physics that
+`diagnose` finds. Its pose says where it is; where poses differ between rows (a column that lifts), what it stands on
+may yield differently there.
+"""
+
+from functools import cached_property
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import SPATIAL
+from expdesign.files.schema import Number, invalid, validate
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.orientation import Orientation, angular_velocity_map, rotation_matrix
+from expdesign.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
+from expdesign.symbolic import BatchFunction
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+class BodySection(RobotSection):
+    """A body's robot file."""
+
+    kind: str
+    orientation: Orientation = "fixed-xyz"
+    home: Point = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
+            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
+        return self
+
+
+class Body(Robot):
+    """A rigid body without actuators; pose `[x, y, z, rx, ry, rz]` relative to `home`.
+
+    Attributes:
+        home: origin of P in O at zero pose (m), shape (3,).
+        orientation: how the angles of a pose make R.
+    """
+
+    kind = "body"
+    coordinates = SPATIAL
+    configuration = SPATIAL.pose
+
+    def __init__(
+        self,
+        *,
+        home: FloatArray | None = None,
+        orientation: Orientation = "fixed-xyz",
+        gravity: FloatArray | None = None,
+        name: str = "body",
+    ) -> None:
+        self.name = name
+        self.home = np.zeros(3) if home is None else np.asarray(home, dtype=float)
+        self.orientation: Orientation = orientation
+        self.stiffness = np.zeros(0)
+        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(BodySection, document)
+        return cls(
+            home=np.array(section.home),
+            orientation=section.orientation,
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            name=section.name,
+        )
+
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        """R of the body at a symbolic pose."""
+        return rotation_matrix(pose[3:6], self.orientation)
+
+    def pose_rate_map(self, pose: ca.SX) -> ca.SX:
+        """T(X) with Ẋ = T·η (theory.md section 1), 6×6."""
+        rates = ca.SX.eye(6)
+        rates[3:, 3:] = ca.inv_minor(angular_velocity_map(self.rotation(pose), pose[3:6]))
+        return rates
+
+    def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        return ca.SX.zeros(6, 0), ca.SX.zeros(6, 0), self.rotation(configuration)
+
+    @cached_property
+    def _kinematics(self) -> BatchFunction:
+        pose = ca.SX.sym("X", 6)
+        return BatchFunction("kinematics", [pose], [self.rotation(pose), self.pose_rate_map(pose)])
+
+    def jacobians(self, configurations: FloatArray) -> Jacobians:
+        rotation, _ = self._kinematics(configurations)
+        batch = configurations.shape[:-1]
+        return Jacobians(np.zeros((*batch, 6, 0)), np.zeros((*batch, 6, 0)), rotation, np.ones(batch))
+
+    def rates(self, configurations: FloatArray) -> FloatArray:
+        """T at poses (..., 6), shape (..., 6, 6)."""
+        return self._kinematics(configurations)[1]
+
+    def lengths(self, poses: FloatArray) -> FloatArray:
+        """Lengths of the actuators, of which there are none, shape (..., 0)."""
+        return np.zeros((*poses.shape[:-1], 0))
+
+    def position(self, configurations: FloatArray) -> FloatArray:
+        return self.home + configurations[..., :3]
+
+    def limit_excess(self, configurations: FloatArray) -> FloatArray:
+        return np.full(configurations.shape[:-1], -np.inf)
+
+    def limit_message(self, configuration: FloatArray) -> str:
+        return "a body has no limits"

@@ -1,0 +1,143 @@
+"""Bodies: a base model that does not deflect, and the physics of what they stand on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.chain.bodies import BODY, DEVIATIONS, recordings
+from tests.chain.test_every_effect import COMPONENTS, IDENTIFIERS
+from tests.oracle import Array
+
+from expdesign.chain import chain as chain_module
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.base_compliance import BaseCompliance
+from expdesign.chain.effects.instrument_misalignment import InstrumentMisalignment
+from expdesign.chain.effects.support_compliance import SupportCompliance
+from expdesign.chain.effects.support_creep import SupportCreep
+from expdesign.chain.effects.support_friction import SupportFriction
+from expdesign.chain.effects.support_nonlinearity import SupportNonlinearity
+from expdesign.chain.effects.support_play import SupportPlay
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.library import library
+from expdesign.recordings.recordings import Recordings
+
+LIFTING = recordings(lifting=True)
+EFFECTS = library(BODY, LIFTING)
+each_effect = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.key)
+
+
+def predicted(effects: tuple[Effect, ...], values: Array, points: Recordings) -> Array:
+    return Chain(BODY, effects).predict(row_data(points, BODY), np.asarray(values, dtype=float))
+
+
+def test_the_base_model_does_not_deflect_at_all() -> None:
+    assert not predicted((), np.zeros(0), LIFTING).any()
+
+
+@each_effect
+def test_every_effect_is_neutral_has_exact_sensitivities_and_a_name_of_the_interface(effect: Effect) -> None:
+    chain = Chain(BODY, (effect,))
+    data = row_data(LIFTING, BODY)
+    assert not chain.predict(data, chain.start()).any()
+    assert effect.physics in IDENTIFIERS
+    assert effect.component in COMPONENTS
+    low, high = chain.bounds()
+    values = np.clip(effect.starts(LIFTING)[0] + 0.37 * chain.scales(), low, high)
+    direction = chain.scales() * np.random.default_rng(0).standard_normal(len(values))
+    _, exact = chain.predict_with_sensitivities(data, values)
+    ahead, back = (chain.predict(data, values + sign * 1e-7 * direction) for sign in (1.0, -1.0))
+    slope = (ahead - back) / 2e-7
+    np.testing.assert_allclose(exact @ direction, slope, rtol=0.0, atol=1e-5 * max(np.abs(slope).max(), 1e-12))
+
+
+def test_a_long_series_in_one_call_is_the_same_as_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    effects = (SupportFriction(BODY, "base", "oblique"), SupportCreep(BODY, "base"))
+    values = np.array([2e-6, 1e-6, 30.0, 0.7, *(1e-6 * np.arange(1.0, 7.0)), 40.0])
+    data = row_data(LIFTING, BODY)
+    whole = Chain(BODY, effects).predict_with_sensitivities(data, values)
+    plain = Chain(BODY, effects).predict(data, values)
+    monkeypatch.setattr(chain_module, "LONG_SERIES", 10**9)
+    for found, expected in zip(whole, Chain(BODY, effects).predict_with_sensitivities(data, values), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(plain, whole[0], rtol=1e-12, atol=1e-18)
+
+
+def test_a_centre_of_rotation_is_a_full_compliance_about_that_point() -> None:
+    """Oracle: C_O = Xᵀ·blkdiag(0, C)·X of a rotation about a point, moved to the origin of O by hand."""
+    centre = np.array([0.2, 0.4, -0.5])
+    rotation = np.array([[3.0, 0.4, -0.2], [0.4, 2.0, 0.3], [-0.2, 0.3, 1.0]]) * 1e-6
+    upper = [rotation[0, 1], rotation[0, 2], rotation[1, 2]]
+    found = predicted((SupportCompliance(BODY, "base", "centre"),), [*np.diag(rotation), *upper, *centre], LIFTING)
+    for row in range(0, len(LIFTING), 7):
+        position = BODY.home + LIFTING.configurations[row, :3]
+        force, moment = LIFTING.wrenches[row, :3], LIFTING.wrenches[row, 3:]
+        turn = rotation @ (moment + np.cross(position - centre, force))
+        np.testing.assert_allclose(found[row], [*np.cross(turn, position - centre), *turn], rtol=1e-12, atol=1e-20)
+
+
+def test_play_jumps_by_its_gap_and_only_where_the_whole_load_changes_sign() -> None:
+    found = predicted((SupportPlay(BODY, "base", "about y"),), [1e-4, 0.0, 1e-2], LIFTING)
+    whole, before = LIFTING.absolute[:, 4], (LIFTING.absolute - LIFTING.wrenches)[:, 4]
+    jump = 0.5e-4 * (np.sign(whole) - np.sign(before))
+    far = np.abs(whole) > 1.0
+    np.testing.assert_allclose(found[far, 4], jump[far], rtol=0.0, atol=1e-8)
+    assert (jump[far] != 0.0).any()
+    assert not found[:, [0, 1, 2, 3, 5]].any()
+
+
+def test_friction_follows_the_play_operator() -> None:
+    friction, compliance = 25.0, 3e-6
+    found = predicted((SupportFriction(BODY, "base", "about x"),), [compliance, friction], LIFTING)
+    carried = 0.0
+    for row, load in enumerate(LIFTING.wrenches[:, 3]):
+        carried = min(max(carried, load - friction), load + friction)
+        np.testing.assert_allclose(found[row, 3], compliance * carried, rtol=1e-12, atol=1e-20)
+
+
+def test_lift_off_adds_compliance_beyond_a_load_alone() -> None:
+    found = predicted((SupportNonlinearity(BODY, "base", "lift-off about x"),), [1e-6, 40.0], LIFTING)
+    whole, before = LIFTING.absolute[:, 3], (LIFTING.absolute - LIFTING.wrenches)[:, 3]
+    expected = 1e-6 * (np.maximum(whole - 40.0, 0.0) - np.maximum(before - 40.0, 0.0))
+    np.testing.assert_allclose(found[:, 3], expected, rtol=1e-12, atol=1e-20)
+
+
+def diagnosed(effects: tuple[Effect, ...], values: list[float], axes: tuple[int, ...], *, count: int) -> Diagnosis:
+    """Diagnosis of simulated recordings with the noise that they state, a third of the rows held out."""
+    points = recordings(count=count, axes=axes)
+    exact = predicted(effects, np.array(values), points)[:, list(axes)]
+    noise = np.random.default_rng(3).standard_normal(exact.shape) * np.array(DEVIATIONS)[list(axes)]
+    test = np.arange(count) // 10 % 3 == 1
+    return diagnose(BODY, replace(points, deflections=exact + noise, test=test))
+
+
+def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
+    effects = (SupportCompliance(BODY, "base", "axes"), SupportPlay(BODY, "base", "about y"))
+    result = diagnosed(effects, [2e-6, 3e-6, 1e-6, 2e-4, 0.0, 5.0], (3, 4), count=150)
+    assert result.verdict == "explained"
+    assert {f.physics for f in result.findings} == {"base_compliance", "joint_backlash"}
+    play = next(f for f in result.findings if f.physics == "joint_backlash")
+    assert play.parameters["gap_rad"][1] < 2e-4 < play.parameters["gap_rad"][2]
+    assert result.errors.test_after < 1.2
+    assert result.errors.test_before > 5.0
+    compliance = next(f for f in result.findings if f.physics == "base_compliance")
+    assert compliance.parameters["compliance_rz_rz_rad_per_Nm"][2] > 1e299, "what was not measured is not known"
+
+
+def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
+    effect = BaseCompliance(BODY, "base", "full")
+    generator = np.random.default_rng(1)
+    root = generator.standard_normal((6, 6)) * np.sqrt([1e-8] * 3 + [1e-7] * 3)[:, None]
+    matrix = root @ root.T
+    values = [*np.diag(matrix), *(matrix[i, j] for i in range(6) for j in range(i + 1, 6))]
+    result = diagnosed((effect,), [float(v) for v in values], tuple(range(6)), count=90)
+    assert result.verdict == "explained"
+    assert [(f.physics, f.variant) for f in result.findings] == [("base_compliance", "full")]
+
+
+def test_a_turned_sensor_is_found_only_beside_what_it_turns() -> None:
+    """On a body that does not yield there is nothing to turn: the direction appears beside the compliance alone."""
+    effects = (SupportCompliance(BODY, "base", "axes"), InstrumentMisalignment(BODY, "instrument", "about z"))
+    result = diagnosed(effects, [2e-6, 2.5e-6, 0.0, 0.1], (3, 4), count=150)
+    assert {f.physics for f in result.findings} == {"base_compliance", "instrument_misalignment"}
