@@ -39,7 +39,9 @@ def remaining(elapsed: float, done: int, total: int) -> str:
         return ""
     seconds = elapsed * (total - done) / done
     minutes = round(seconds / 60.0)
-    return f"({seconds:.0f} s left)" if seconds < 90.0 else f"({minutes // 60} h {minutes % 60} min left)"
+    if seconds < 90.0:
+        return f"({seconds:.0f} s left)"
+    return f"({minutes} min left)" if minutes < 90 else f"({minutes // 60} h {minutes % 60} min left)"
 
 
 @contextmanager
