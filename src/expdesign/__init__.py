@@ -16,6 +16,7 @@ import pkgutil
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` finds them by their place
+    from expdesign.api.compare import compare as compare
     from expdesign.api.compensate import compensate as compensate
     from expdesign.api.correct import correct as correct
     from expdesign.api.diagnose import diagnose as diagnose

@@ -1,0 +1,60 @@
+"""`expdesign compare`: criteria across designs, over one or more configurations."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import expdesign as xd
+from expdesign.api.compare import RANDOM, SAMPLES
+from expdesign.commands.console import note, stages
+from expdesign.errors import InputError
+from expdesign.files.output import require_writable
+
+
+def command(
+    configs: Annotated[list[Path], typer.Argument(help="Run configurations (YAML).")],
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results/compare"),
+    plan: Annotated[list[str] | None, typer.Option(help="A further plan, NAME=FILE.csv; can be repeated.")] = None,
+    separate: Annotated[
+        bool, typer.Option("--separate", help="Allow other targets, tolerances or noise; nothing is overlaid then.")
+    ] = False,
+    samples: Annotated[int, typer.Option(help="Repetitions of the experiment per design.")] = SAMPLES,
+    random: Annotated[int, typer.Option(help="Random designs per configuration.")] = RANDOM,
+    generations: Annotated[
+        int | None, typer.Option(help="Of the search for each criterion; as configured if left out.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the searches, the random designs and the experiments.")] = 1,
+) -> None:
+    """Compare the designs of every criterion, random ones and given plans by the accuracy that they attain.
+
+    Example: expdesign compare configs/hexapod-h1.yaml --plan mine=plan.csv --out results/compare
+    """
+    require_writable(out)
+    plans = dict(_named(text) for text in plan or [])
+    with stages() as report:
+        result = xd.compare(
+            *configs,
+            plans=plans,
+            separate=separate,
+            samples=samples,
+            random=random,
+            generations=generations,
+            seed=seed,
+            report=report,
+        )
+    page = result.save(out)
+    for name, judgement in zip(result.names, result.judgements, strict=True):
+        best = judgement.best
+        note(
+            f"{name}: best accuracy {judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} "
+            f"tolerances, design by {judgement.contenders[best].name}"
+        )
+    print(page)
+
+
+def _named(text: str) -> tuple[str, Path]:
+    name, separator, file = text.partition("=")
+    if not separator or not file:
+        raise InputError(f"`{text}` is no named plan", where="--plan", remedy="Write NAME=FILE, e.g. mine=plan.csv.")
+    return name.strip(), Path(file)

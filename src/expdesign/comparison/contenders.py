@@ -1,0 +1,60 @@
+"""The designs that are compared: the best by each criterion alone, random ones, and plans that are given."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.plan import Plan
+from expdesign.design.problem import DesignProblem
+from expdesign.design.single import search_single
+from expdesign.design.start import starting_designs
+from expdesign.instrument.deflection_noise import series_by_pose
+
+Origin = Literal["optimised", "random", "given"]
+_RANDOM_STREAM = 7
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A design with its name and where it comes from."""
+
+    name: str
+    origin: Origin
+    plan: Plan
+
+
+def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> Plan:
+    """The plan that genes (m, g) stand for."""
+    configurations, loads = problem.space.decode(genes)
+    return Plan(configurations, loads, series_by_pose(configurations))
+
+
+def optimised(
+    problem: DesignProblem, seed: int, generations: int | None, report: Callable[[str], None] = lambda text: None
+) -> list[Contender]:
+    """The best design that is found by each known criterion alone, as its own author would have chosen it.
+
+    Raises:
+        InfeasibleError: no design within the limits was found.
+        NotIdentifiableError: no design identifies what the targets need.
+    """
+    found = []
+    for name, criterion in known_criteria().items():
+        best = search_single(problem, criterion, seed=seed, generations=generations)
+        found.append(Contender(name, "optimised", plan_of_genes(problem, best.genes)))
+        report(name)
+    return found
+
+
+def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:
+    """Random designs of measurements within the robot's limits."""
+    genes = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
+    designs = genes.reshape(count, problem.space.measurements, problem.space.genes)
+    return [
+        Contender(f"random {index}", "random", plan_of_genes(problem, one))
+        for index, one in enumerate(designs, start=1)
+    ]

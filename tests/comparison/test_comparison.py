@@ -1,0 +1,146 @@
+"""Comparison of criteria: what is attained is what theory predicts, and only what means the same is overlaid."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import spearmanr
+from tests.commands.calls import call
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem
+
+import expdesign as xd
+from expdesign.api.compare import Comparison
+from expdesign.comparison.comparable import differences, require_comparable
+from expdesign.comparison.contenders import drawn
+from expdesign.comparison.correlation import spearman
+from expdesign.comparison.judgement import Judgement, judge
+from expdesign.criteria.criterion import known_criteria
+from expdesign.errors import InputError
+
+SAMPLES = 3000
+
+
+@pytest.fixture(scope="module")
+def judged() -> dict[str, Judgement]:
+    """Random designs of a hexapod with load errors, with both ways of averaging over targets."""
+    mean = problem(HEXAPOD)
+    largest = problem(changed(HEXAPOD, {"aggregate": "max"}))
+    contenders = drawn(mean, 12, 3)
+    return {"mean": judge(mean, contenders, SAMPLES, 5), "max": judge(largest, contenders, SAMPLES, 5)}
+
+
+@pytest.mark.parametrize("aggregate", ["mean", "max"])
+def test_the_attained_accuracy_is_what_total_predicts(judged: dict[str, Judgement], aggregate: str) -> None:
+    """theory.md 4 and 5: √(DUIR² + FEIR²) is the RMS error; deviations are within the standard errors (χ² of 12)."""
+    found = judged[aggregate]
+    z = (found.attained - found.values["total"]) / found.attained_standard_error
+    assert np.abs(z).max() < 4.0
+    # All designs meet the same draws, so that their z are not independent: only their common size is tested.
+    assert np.sqrt((z**2).mean()) < 2.5
+
+
+def test_standard_errors_are_those_of_repeated_comparisons() -> None:
+    """The standard error of the ratio, which uses that both designs meet the same draws, against 40 repetitions."""
+    mean = problem(BIPOD)
+    contenders = drawn(mean, 3, 1)
+    repeated = [judge(mean, contenders, 200, seed) for seed in range(40)]
+    best = repeated[0].best
+    other = (best + 1) % 3
+    ratios = np.array([one.attained[other] / one.attained[best] for one in repeated])
+    claimed = np.mean([one.attained_ratio_standard_error[other] for one in repeated if one.best == best])
+    # The standard deviation of 40 values is known to 11 %.
+    assert ratios.std(ddof=1) == pytest.approx(claimed, rel=0.4)
+
+
+def test_ratios_are_to_the_best_and_larger_is_worse(judged: dict[str, Judgement]) -> None:
+    found = judged["mean"]
+    frame = found.frame()
+    for name, criterion in known_criteria().items():
+        ratio = frame[f"{name}_ratio"]
+        assert ratio.min() == 1.0
+        best = frame[name].idxmax() if criterion.maximise else frame[name].idxmin()
+        assert ratio[best] == 1.0
+    assert frame["attained_ratio"].min() == 1.0
+    assert frame["attained_ratio_standard_error"][found.best] == 0.0
+
+
+def test_spearman_is_that_of_scipy() -> None:
+    generator = np.random.default_rng(4)
+    first, second = generator.integers(0, 6, (2, 30)).astype(float)
+    assert float(spearman(first, second)) == pytest.approx(spearmanr(first, second).statistic, rel=1e-12)
+    assert float(spearman(first, np.exp(first))) == pytest.approx(1.0)
+    assert np.isnan(spearman(first, np.ones(30)))
+
+
+OTHER: dict[str, tuple[str, Any, str]] = {
+    "tolerance": ("targets.0.tolerance.dx_m", 3e-6, "`targets[0].tolerance.dx_m`"),
+    "pose": ("targets.0.pose", [0.11, 0.6], "`targets[0].pose[0]`"),
+    "noise": ("experiment.deflection_noise.std.dx_m", 3e-6, "`experiment.deflection_noise.std.dx_m`"),
+    "averaging": ("aggregate", "max", "`aggregate` is 'mean' against 'max'"),
+}
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_what_means_something_else_is_refused_with_the_reason(name: str) -> None:
+    key, value, words = OTHER[name]
+    first, other = problem(BIPOD), problem(changed(BIPOD, {key: value}))
+    with pytest.raises(InputError) as caught:
+        require_comparable([first, first, other])
+    assert words in caught.value.message
+    assert "--separate" in caught.value.message
+
+
+def test_what_one_wants_to_compare_is_not_refused() -> None:
+    first = problem(BIPOD)
+    for key, value in (("experiment.measurements", 3), ("optimiser.seed", 9), ("experiment.load.fy_N", -500.0)):
+        assert differences(first, problem(changed(BIPOD, {key: value}))) == []
+
+
+@pytest.fixture(scope="module")
+def compared() -> Comparison:
+    """Two configurations of the bipod that differ in the number of measurements, with a plan of the user's."""
+    configs = [dict(BIPOD), changed(BIPOD, {"experiment.measurements": 3})]
+    problems = []
+    for index, config in enumerate(configs):
+        found = problem(config)
+        problems.append(type(found)(**{**vars(found), "source": f"config{index}.yaml"}))
+    mine = pd.DataFrame({"x_m": [0.05], "y_m": [0.7], "fx_N": [0.0], "fy_N": [-1000.0]})
+    return xd.compare(*problems, plans={"mine": mine}, samples=400, random=6, generations=3)
+
+
+def test_every_criterion_s_design_is_the_best_by_its_own_criterion(compared: Comparison) -> None:
+    frame = compared.frame
+    assert set(frame["configuration"]) == {"config0", "config1"}
+    assert set(frame["origin"]) == {"optimised", "random", "given"}
+    assert len(frame) == 2 * (len(known_criteria()) + 6 + 1)
+    for name in known_criteria():
+        own = frame[(frame["design"] == name) & (frame["configuration"] == "config1")]
+        assert own[f"{name}_ratio"].item() < 1.1  # a search of three generations, beside those by other criteria
+    assert len(compared.plan("config1", "total")) == 3
+    page = compared.page()
+    assert [section.id for section in page.sections][:2] == ["summary", "several"]
+
+
+def test_the_command_writes_what_the_interfaces_say(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config, out = Path("configs/bipod.yaml").resolve(), tmp_path / "out"
+    options = ["--samples", 50, "--random", 5, "--generations", 1]
+    assert call("compare", config, "--out", out, *options) == 0
+    assert {"comparison.csv", "correlation.csv", "report.html", "plan-bipod-total.csv"} <= {
+        p.name for p in out.iterdir()
+    }
+    correlation = pd.read_csv(out / "correlation.csv")
+    assert set(correlation["criterion"]) == set(known_criteria())
+    assert correlation["coefficient"].between(-1.0, 1.0).all()
+    first = (out / "report.html").read_bytes()
+    assert call("compare", config, "--out", tmp_path / "again", *options) == 0
+    assert (tmp_path / "again" / "comparison.csv").read_bytes() == (out / "comparison.csv").read_bytes()
+    assert call("report", out) == 0
+    assert (out / "report.html").read_bytes() == first
+    capsys.readouterr()
+    for wrong in (["--plan", "mine"], ["--plan", "total=plan.csv"], ["--samples", 1]):
+        assert call("compare", config, "--out", tmp_path / "no", *wrong) == 2
+        assert capsys.readouterr().err.startswith(f"expdesign: {wrong[0]}: ")
+    assert call("compare", config, config, "--out", tmp_path / "no") == 2
+    assert "given twice" in capsys.readouterr().err
