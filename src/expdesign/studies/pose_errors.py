@@ -11,8 +11,9 @@ from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.report.words import with_error
 from expdesign.studies.study import Shown
-from expdesign.studies.tables import rows_of, with_error
+from expdesign.studies.tables import rows_of
 
 MICRO = 1e6
 """µm in a metre, µrad in a radian."""

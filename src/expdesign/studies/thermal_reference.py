@@ -86,22 +86,22 @@ class ThermalReference(Study):
         return [
             Text("## What is corrected"),
             Text(
-                f"{settings.poses} poses are measured while the legs grow by micrometres, a reference pose before each. "
-                "Where the growth happens between a pose and the next reference, the correction removes it: the RMS "
-                f"error of z falls from {before.rms:.3f} to {after.rms:.3f} µm, which is noise alone "
+                f"{settings.poses} poses are measured while the legs grow by micrometres, a reference pose before "
+                "each. Where the growth happens between a pose and the next reference, the correction removes it: the "
+                f"RMS error of z falls from {before.rms:.3f} to {after.rms:.3f} µm, which is noise alone "
                 f"({after.rms_predicted:.3f} µm predicted). The reconstruction's example: 1.36 to 0.52 µm."
             ),
             Text(
-                "Where the legs warm up steadily, the reference lags behind by half a step, and interpolation between "
-                f"the references before and after the pose helps: {plain.rms:.3f} and {interpolated.rms:.3f} µm. Its "
+                "Where the legs warm up steadily, the reference lags behind by one measurement, and interpolation "
+                f"between the references before and after the pose helps: {plain.rms:.3f} and {interpolated.rms:.3f} µm. Its "
                 "noise is smaller too, because two references are averaged."
             ),
             Picture("left", "What drift leaves of the error of z, without noise."),
             Text("## What it costs"),
             Text(
                 "A corrected pose has the covariance V + 2TVTᵀ, T = J̌(X)J̌(X_R)⁻¹. Here that is "
-                f"{price.min():.3f} to {price.max():.3f} times the standard deviation of an uncorrected one (√3 = 1.732 "
-                "where T is the identity)."
+                f"{price.min():.3f} to {price.max():.3f} times the standard deviation of an uncorrected one (√3 = "
+                "1.732 where T is the identity)."
             ),
             Text(
                 f"RMS error over all poses from {settings.samples} repetitions, beside the prediction "
@@ -131,21 +131,9 @@ def _measured(commands: FloatArray, poses: FloatArray, settings: Settings) -> Me
     count = len(commands)
     zero = np.zeros((count, 6))
     number: IntArray = np.arange(count, dtype=np.int64) + 1
-    points = LoadedPoints(
-        "study",
-        number,
-        number,
-        number,
-        None,
-        commands,
-        zero,
-        zero,
-        None,
-        np.zeros((count, 3)),
-        None,
-        None,
-        pd.DataFrame(),
-    )
+    gravity = np.zeros((count, 3))
+    empty = pd.DataFrame()
+    points = LoadedPoints("", number, number, number, None, commands, zero, zero, None, gravity, None, None, empty)
     return MeasuredPoses(points, number % 2 == 1, poses, np.tile(np.array(settings.deviations), (count, 1)))
 
 
@@ -181,7 +169,7 @@ def _rms(
         squares[sample] = ((MICRO * (found - truth)) ** 2).mean(axis=0)
     estimate = mean(squares)
     rms = np.sqrt(estimate.value)
-    variance = np.array(settings.deviations) ** 2 * np.ones((settings.poses, 1))
+    variance: FloatArray = np.tile(np.array(settings.deviations) ** 2, (settings.poses, 1))
     if method != "none":
         linear = correct_poses(robot, _measured(commands, poses, settings), interpolate=method == "interpolated")
         variance = _variances(linear)
@@ -211,6 +199,6 @@ def _price(robot: ParallelRobot, settings: Settings, commands: FloatArray) -> pd
     linear = correct_poses(robot, _measured(commands, commands, settings))
     # The correction of the pose after the first reference is nothing, and costs nothing.
     ratio = np.sqrt(_variances(linear)[1:]) / np.array(settings.deviations)
-    rows = [{"axis": axis, "of": of, "price": float(value)} for of, values in
-            (("least", ratio.min(axis=0)), ("largest", ratio.max(axis=0))) for axis, value in zip(AXES, values)]  # fmt: skip
+    ends = (("least", ratio.min(axis=0)), ("largest", ratio.max(axis=0)))
+    rows = [{"axis": axis, "of": of, "price": float(value)} for of, values in ends for axis, value in zip(AXES, values)]
     return pd.DataFrame(rows)
