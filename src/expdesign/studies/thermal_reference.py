@@ -93,8 +93,8 @@ class ThermalReference(Study):
             ),
             Text(
                 "Where the legs warm up steadily, the reference lags behind by one measurement, and interpolation "
-                f"between the references before and after the pose helps: {plain.rms:.3f} and {interpolated.rms:.3f} µm. "
-                "Its noise is smaller too, because two references are averaged."
+                f"between the references before and after the pose helps: {plain.rms:.3f} and "
+                f"{interpolated.rms:.3f} µm. Its noise is smaller too, because two references are averaged."
             ),
             Picture("left", "What drift leaves of the error of z, without noise."),
             Text("## What it costs"),
