@@ -17,7 +17,15 @@ from expdesign.files.schema import Count, Number, Positive, Section
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.report.words import with_error
 from expdesign.studies.drawing import COLOURS, draw_densities, draw_map, panels
-from expdesign.studies.position_maps import MICRO, grid_assessment, map_frame, plan_at
+from expdesign.studies.position_maps import (
+    BEST_COLOUR,
+    MICRO,
+    best_index,
+    grid_assessment,
+    map_frame,
+    mark_best,
+    plan_at,
+)
 from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from expdesign.studies.tables import column, density_rows, number, rows_of
 
@@ -68,9 +76,9 @@ class BipodDuir(Study):
         shown = ("u11", "o_tp", "o1", "o2", "o3", "o4", "o5")
         for axis, name in zip(axes, shown):
             draw_map(axis, column(chart, "x_m"), column(chart, "y_m"), column(chart, name), TITLES[name])
-            axis.plot(*best.loc[name, ["x_m", "y_m"]], marker="*", color="#dc2626", markersize=11, clip_on=False)
+            mark_best(axis, *best.loc[name, ["x_m", "y_m"]])
         axes[-1].set_axis_off()
-        axes[-1].text(0.0, 0.6, "★ best position\nx and y of the pose in m", color="#dc2626")
+        axes[-1].text(0.0, 0.6, "★ best position\nx and y of the pose in m", color=BEST_COLOUR)
         densities, (axis, ratio) = panels(1, 2, 4.2, 3.0)
         draw_densities(axis, tables["density"], "x attained − x wanted (µm)")
         table = tables["montecarlo"]
@@ -150,8 +158,7 @@ def _best(poses: FloatArray, values: dict[str, FloatArray]) -> pd.DataFrame:
     """Best position of every criterion, its value, and U₁₁ there."""
     rows = []
     for name in ("u11", *INDICES):
-        larger = name != "u11" and known_criteria()[name].maximise
-        index = int(np.nanargmax(values[name]) if larger else np.nanargmin(values[name]))
+        index = best_index(name, values[name])
         x, y = poses[index].tolist()
         rows.append({"criterion": name, "x_m": x, "y_m": y, "value": values[name][index], "u11": values["u11"][index]})
     return pd.DataFrame(rows)

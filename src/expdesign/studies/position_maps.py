@@ -2,29 +2,37 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 
+BEST_COLOUR = "#dc2626"
 MICRO = 1e6
 """µm in a metre."""
 
 
-def grid_assessment(problem: DesignProblem) -> tuple[FloatArray, Assessment]:
-    """All poses of a problem's grid (N, 2), and the assessment of the N plans of one measurement under its fixed load.
+def grid_assessment(problem: DesignProblem, points: int = 0) -> tuple[FloatArray, Assessment]:
+    """All poses of a grid (N, 2), x slowest, and the assessment of the N plans of one measurement under its fixed load.
+
+    Args:
+        problem: with poses on a grid, or between bounds.
+        points: per axis, for poses between bounds.
 
     Raises:
-        InputError: poses are not a grid, or the load is not fixed.
+        InputError: not x and y alone are to be chosen.
     """
     space = problem.space
-    if space.genes != 2 or not space.discrete.all():
+    if space.genes != 2 or (not space.discrete.all() and points < 2):
         what = "the study needs poses on a `grid` of x and y, and a fixed load"
         raise InputError(what, where=problem.source, remedy="See the configuration that is shipped.")
-    indices = (np.arange(int(upper) + 1.0) for upper in space.upper)
-    genes = np.stack(np.meshgrid(*indices, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    counts = np.where(space.discrete, space.upper + 1.0, points).astype(int)
+    axes = (np.linspace(low, high, count) for low, high, count in zip(space.lower, space.upper, counts))
+    genes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 1, 2)
     poses, loads = space.decode(genes)
     return poses[:, 0], problem.assess(poses, loads)
 
@@ -50,3 +58,15 @@ def map_frame(poses: FloatArray, columns: dict[str, FloatArray], step: int) -> p
     for name, values in columns.items():
         frame[name] = values[kept]
     return frame
+
+
+def best_index(name: str, values: FloatArray) -> int:
+    """Row of the best value; a criterion that is to be large is known by its name."""
+    criterion = known_criteria().get(name)
+    larger = criterion is not None and criterion.maximise
+    return int(np.nanargmax(values) if larger else np.nanargmin(values))
+
+
+def mark_best(axis: Axes, x: float, y: float) -> None:
+    """A star at the best position of a map."""
+    axis.plot(x, y, marker="*", color=BEST_COLOUR, markersize=11, clip_on=False)

@@ -21,12 +21,14 @@ def column(frame: pd.DataFrame, name: str) -> FloatArray:
     return frame[name].to_numpy(dtype=float)
 
 
-def density_rows(name: str, samples: FloatArray, half: float, predicted: float | None = None) -> pd.DataFrame:
-    """Density of samples between −half and +half, with standard errors; `normal` is that of deviation `predicted`.
+def density_rows(
+    name: str, samples: FloatArray, high: float, predicted: float | None = None, low: float | None = None
+) -> pd.DataFrame:
+    """Density of samples from `low` (−high) to `high`, with standard errors; `normal` is that of deviation `predicted`.
 
     The standard error is that of a count of Poisson (with one more, so that an empty bin has one as well).
     """
-    edges = np.linspace(-half, half, BINS + 1)
+    edges = np.linspace(-high if low is None else low, high, BINS + 1)
     per_count = 1.0 / (len(samples) * np.diff(edges))
     counts = np.histogram(samples, edges)[0]
     frame = pd.DataFrame({"series": name, "centre": (edges[1:] + edges[:-1]) / 2.0, "density": counts * per_count})
