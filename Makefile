@@ -30,5 +30,11 @@ proof: $(VENV)/installed
 studies: $(VENV)/installed
 	$(BIN)/expdesign study all
 
+# The documentation as pages that open from their files: site/index.html. Broken links are errors.
+docs: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "site/index.html"
+
 clean:
-	rm -rf $(VENV)
+	rm -rf $(VENV) site
