@@ -5,12 +5,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 CONFIG ?= configs/hexapod-h1.yaml
 
-.PHONY: run test lint proof studies clean
+.PHONY: run test lint proof studies docs clean
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is needed (or: make PYTHON=python3)"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,laboratory,studies]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,laboratory,studies]'
 	touch $@
 
 run: $(VENV)/installed
@@ -32,7 +32,6 @@ studies: $(VENV)/installed
 
 # The documentation as pages that open from their files: site/index.html. Broken links are errors.
 docs: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "site/index.html"
 
