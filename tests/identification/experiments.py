@@ -13,6 +13,7 @@ from expdesign.files.table import Table, parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def table_of(frame: pd.DataFrame, source: str = "recordings.csv") -> Table:
     return parse_table(csv_text(frame), source)
 
 
-def read(frame: pd.DataFrame, here: ParallelRobot, source: str = "recordings.csv") -> Recordings:
+def read(frame: pd.DataFrame, here: Robot, source: str = "recordings.csv") -> Recordings:
     """Recordings from a frame, through the text of a file."""
     return recordings_from_table(table_of(frame, source), here)
 

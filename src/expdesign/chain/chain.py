@@ -5,6 +5,7 @@ over all rows; where effects carry states, the rows of every series are worked t
 the sensitivities of the states are carried along.
 """
 
+from dataclasses import replace
 from functools import cached_property
 
 import casadi as ca
@@ -15,6 +16,7 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row, RowData, row_symbols
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
+from expdesign.robots.serial import SerialRobot
 from expdesign.symbolic import BatchFunction
 
 LONG_SERIES = 30
@@ -80,6 +82,8 @@ class Chain:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot
         parts = [theta[s] for s in self.slices]
+        for effect, part in zip(self.effects, parts, strict=True):
+            row = replace(row, own=effect.own_weight(row.own, row, part))
         forward, pose_map, wrench = row.forward, row.pose_map, row.wrench
         compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
         if any(effect.changes_geometry for effect in self.effects):
@@ -115,6 +119,8 @@ class Chain:
         turned with the platform.
         """
         robot = self.robot
+        if isinstance(robot, SerialRobot):
+            return self._with_true_links(robot, row, parts)
         assert isinstance(robot, ParallelRobot)
         nominal = ca.SX(robot.geometry)
         geometry = nominal
@@ -135,6 +141,18 @@ class Chain:
             arm = robot.rotation(pose) @ row.rotation.T @ row.lever - row.lever
             wrench = wrench + ca.vertcat(ca.SX.zeros(3), row.payload * ca.cross(arm, wrench[:3]))
         return forward, pose_map, wrench
+
+    def _with_true_links(self, robot: SerialRobot, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ and the wrench of a serial robot whose joints and links have geometric errors."""
+        geometry = ca.SX.zeros(robot.tree.size)
+        for effect, part in zip(self.effects, parts, strict=True):
+            geometry = effect.geometry(geometry, part)
+        symbol = ca.SX.sym("q", len(robot.configuration))
+        forward, _, rotation = robot.jacobian_expressions(symbol, geometry)
+        forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
+        arm = rotation @ row.rotation.T @ row.lever - row.lever
+        moment = row.payload * ca.cross(arm, row.wrench[:3])
+        return forward, forward, row.wrench + ca.vertcat(ca.SX.zeros(3), moment)
 
     @cached_property
     def _value(self) -> BatchFunction:

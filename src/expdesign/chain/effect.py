@@ -127,6 +127,10 @@ class Effect(ABC):
         """True pose of the unloaded platform, from the one that geometry alone leads to."""
         return pose
 
+    def own_weight(self, own: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        """Actual actuator forces by the robot's own weight (n_p,), from the assumed ones."""
+        return own
+
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Actual wrench (n,), from the assumed one."""
         return wrench

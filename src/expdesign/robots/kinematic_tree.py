@@ -131,6 +131,27 @@ class KinematicTree:
         """Coordinate at which a joint that nothing moves stands: 0, or the limit nearest to it."""
         return float(np.clip(0.0, joint.low, joint.high)) if joint.moves else 0.0
 
+    @cached_property
+    def joints(self) -> tuple[UrdfJoint, ...]:
+        """The joint at which link 1, 2, ... begins: the last one on the chain that each coordinate moves."""
+        last = {motion.index: joint for joint in self.chain if (motion := self.motion(joint)) is not None}
+        return tuple(last[index] for index in range(len(self.coordinates)))
+
+    def joint_frame(self, q: ca.SX, joint: int) -> tuple[ca.SX, ca.SX]:
+        """Place (3,) of `joints[joint]` and orientation (3×3) of its frame, as fixed to the link before it."""
+        before = self.joints[joint]
+        pose = self.forward(q)[before.parent] @ _constant(before.origin)
+        return pose[:3, 3], pose[:3, :3]
+
+    def far_end(self, q: ca.SX, link: int) -> ca.SX:
+        """Place (3,) at which link 1, 2, ... (index from 0) ends: at the next joint of the chain, or at the tip."""
+        poses = self.forward(q)
+        chain = [joint for joint in self.chain if self.motion(joint) is not None]
+        place = chain.index(self.joints[link]) + 1
+        if place == len(chain):
+            return poses[self.tip][:3, 3]
+        return (poses[chain[place].parent] @ _constant(chain[place].origin))[:3, 3]
+
     @property
     def size(self) -> int:
         """Number of geometric errors."""
@@ -143,7 +164,6 @@ class KinematicTree:
     @cached_property
     def _links(self) -> dict[str, int]:
         """The link at whose far end a joint of the chain sits, or (empty name) the tip; none amid joints that mimic."""
-        last = {motion.index: joint.name for joint in self.chain if (motion := self.motion(joint)) is not None}
         ends: dict[str, int] = {}
         link: int | None = 0
         for joint in self.chain:
@@ -152,7 +172,7 @@ class KinematicTree:
                 continue
             if link is not None:
                 ends[joint.name] = link
-            link = motion.index + 1 if last[motion.index] == joint.name else None
+            link = motion.index + 1 if self.joints[motion.index] is joint else None
         assert link is not None
         ends[""] = link
         return ends

@@ -1,0 +1,45 @@
+"""Pieces that the effects of arms share: where joints and links are, and what a wrench at the tip does there."""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.chain.row import Row
+from expdesign.robots.robot import Robot
+from expdesign.robots.serial import SerialRobot
+
+SHORTEST = 0.02
+"""m; a shorter link neither bends nor grows noticeably."""
+
+
+def arm_of(robot: Robot) -> SerialRobot:
+    """The robot as the serial robot that it is."""
+    assert isinstance(robot, SerialRobot)
+    return robot
+
+
+def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:
+    """Moment (3,) about a point of a wrench that acts at the tip."""
+    return wrench[3:] + ca.cross(row.position - point, wrench[:3])
+
+
+def at_tip(velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
+    """Twist (6,) of the tip when the arm beyond a point moves by `velocity` and turns by `turn` about that point."""
+    return ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
+
+
+def long_links(robot: Robot) -> list[str]:
+    """`link k` of every link of a serial robot that has a length; nothing of other robots."""
+    if not isinstance(robot, SerialRobot):
+        return []
+    q = ca.SX.sym("q", len(robot.configuration))
+    spans = [link_span(robot, q, link) for link in range(len(robot.stiffness))]
+    lengths = ca.Function("lengths", [q], [ca.norm_2(end - start) for start, end in spans])
+    # Prismatic joints lie at the start of their link, so that its length does not depend on the configuration.
+    found = lengths.call([np.zeros(len(robot.configuration))])
+    return [f"link {k + 1}" for k, length in enumerate(found) if float(length) > SHORTEST]
+
+
+def link_span(robot: SerialRobot, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
+    """Where a link (index from 0) begins and ends, (3,) each."""
+    pose = robot.tree.forward(q)[robot.tree.joints[link].child]
+    return pose[:3, 3], robot.tree.far_end(q, link)

@@ -1,0 +1,62 @@
+"""A joint has play: it jumps by the gap where its torque changes sign.
+
+The torque is the whole one, the weight of the links included: unloaded, a joint rests on the side to which the arm's
+own weight pushes it, and its play shows only when the load turns the torque round. A joint that nothing pushes (its
+axis is vertical, or it is balanced) rests somewhere in the gap.
+"""
+
+import casadi as ca
+import numpy as np
+
+from expdesign.chain.components import each_joint, reference_force, turning
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+_SLACK = 1e-3
+"""N·m or N; a joint with less torque than this rests where it rested unloaded."""
+
+
+class JointBacklash(Effect):
+    """Variants, which matter where nothing pushes: the joint rests in the `middle` of its gap, at its `low` or `high`
+    end.
+    """
+
+    physics = "joint_backlash"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        joints = each_joint(robot)
+        if not joints:
+            return []
+        own = robot.own_weight(points.configurations, points.gravity)
+        reference = points.absolute - points.wrenches
+        own = own + (reference[:, None, :] @ robot.jacobians(points.configurations).forward)[:, 0]
+        places = []
+        for index, joint in enumerate(joints):
+            free = bool(np.any(np.abs(own[:, index]) <= _SLACK))
+            places += [(joint, rest) for rest in (("middle", "low", "high") if free else ("middle",))]
+        return places
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return (Parameter("gap_rad" if turning(self.robot, self.legs) else "gap_m", 1e-5, low=0.0, high=0.1),)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        before = reference_force(row)[self.leg]
+        gained = ca.SX.zeros(elongation.shape[0])
+        gained[self.leg] = theta[0] * (self._place(before + force[self.leg]) - self._place(before))
+        return elongation + gained, state
+
+    def _place(self, force: ca.SX) -> ca.SX:
+        """Place within the gap, in gaps, relative to where a joint without torque rests."""
+        high, low = {"middle": (0.5, -0.5), "low": (1.0, 0.0), "high": (0.0, -1.0)}[self.variant]
+        return ca.if_else(force > _SLACK, high, ca.if_else(force < -_SLACK, low, 0.0))
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        name, value = next(iter(values.items()))
+        size = f"{1e6 * value[0]:.3g} ({1e6 * value[1]:.3g} to {1e6 * value[2]:.3g})"
+        unit = "µrad" if name == "gap_rad" else "µm"
+        return f"{self.component.capitalize()} has {size} {unit} of play."

@@ -1,0 +1,44 @@
+"""A link bends and twists as a beam that is clamped where it begins and carries what lies beyond its far end.
+
+With force f and moment M at the far end of a link of length L along d (Euler and Bernoulli; κ = L/EI, κ_t = L/GJ),
+
+    turn of the end = κ·P·(M + L/2·d×f) + κ_t·d·dᵀM,   its motion = κ·(L/2·P·M + L²/3·d×f)×d,   P = I − d·dᵀ.
+"""
+
+import casadi as ca
+
+from expdesign.chain.arm import arm_of, at_tip, link_span, long_links, moment_at
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class LinkCompliance(Effect):
+    """`bending_rad_per_Nm` κ and `torsion_rad_per_Nm` κ_t: turns of the link's end per moment there."""
+
+    physics = "link_compliance"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        return [(link, "") for link in long_links(robot)]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"{how}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for how in ("bending", "torsion"))
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        start, end = link_span(arm_of(self.robot), row.pose, self.leg)
+        length = ca.norm_2(end - start)
+        along = (end - start) / length
+        moment, lever = moment_at(wrench, row, end), length * ca.cross(along, wrench[:3])
+        twisting = along * ca.dot(along, moment)
+        turn = theta[0] * (moment - twisting + lever / 2.0) + theta[1] * twisting
+        moved = theta[0] * length * ca.cross((moment - twisting) / 2.0 + lever / 3.0, along)
+        return deflection + at_tip(moved, turn, row, end)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        bend, twist = values["bending_rad_per_Nm"], values["torsion_rad_per_Nm"]
+        return (
+            f"{self.component.capitalize()} bends: its end turns by {1e6 * bend[0]:.3g} ({1e6 * bend[1]:.3g} to "
+            f"{1e6 * bend[2]:.3g}) µrad per N·m across it and {1e6 * twist[0]:.3g} about it."
+        )

@@ -1,0 +1,93 @@
+"""Recordings of arms with one effect concealed: diagnosis names it, at its place."""
+
+import numpy as np
+import pytest
+from tests.chain.arm_rows import KINDS, arm_rows, concealed, six_axis
+
+from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.library import library
+from expdesign.identification.identify import identify
+
+# Class, component, variant and parameters; sizes as of worn or light arms, each well above the noise.
+CONCEALED = {
+    "tilting bearing": ("JointCompliance", "joint 2", "", [8e-6]),
+    "tilting bearing, two directions": ("JointCompliance", "joint 1", "two directions", [8e-6, 3e-6]),
+    "bending link": ("LinkCompliance", "link 2", "", [6e-6, 3e-6]),
+    "play": ("JointBacklash", "joint 4", "middle", [2e-4]),
+    "gear error": ("JointPeriodicError", "joint 3", "", [6e-5, 4e-5, 0.9]),
+    "soft support": ("BaseCompliance", "base", "diagonal", [2e-7, 4e-7, 6e-7, 2e-6, 5e-6, 1e-6]),
+    "warm joint": ("ArmThermalDrift", "joint 2", "", [2e-5]),
+    "growing link": ("ArmThermalDrift", "link 3", "", [12e-6]),
+    "warming up": ("ArmThermalDrift", "joint 3", "warm-up", [8e-4, 600.0]),
+    "wrong zero": ("ArmGeometry", "joint 3", "offset", [0.02]),
+    "wrong link": ("ArmGeometry", "link 2", "frame", [0.01, 0.0, 0.0, 0.0, 0.03, 0.0]),
+    "unsettled": ("LoggedBeforeSettled", "all joints", "logged before settled", [0.06]),
+    "change of geometry": ("ArmGeometricStiffness", "geometry", "", [1.0]),
+    "hardening gear": ("LegNonlinearStiffness", "joint 2", "", [4e-4]),
+    "friction": ("FrictionHysteresis", "joint 3", "rigid", [1.0]),
+    "creeping gear": ("Creep", "joint 2", "", [0.1, 60.0, 0.5]),
+    "wrong centre of mass": ("PayloadComOffset", "payload", "", [0.004, -0.003, 0.002]),
+    "tilted load": ("LoadDirectionTilt", "payload", "", [0.01, -0.008]),
+}
+
+
+def _diagnosed(case: str) -> tuple[Diagnosis, str, str]:
+    name, component, variant, parameters = CONCEALED[case]
+    robot = six_axis()
+    kind = next(kind for kind in KINDS if kind.__name__ == name)
+    if name == "LegNonlinearStiffness":
+        variant = next(v for c, v in kind.places(robot, concealed(robot, arm_rows(robot), (), [])) if c == component)
+    effect = kind(robot, component, variant)
+    return diagnose(robot, concealed(robot, arm_rows(robot), (effect,), parameters)), effect.physics, component
+
+
+@pytest.mark.parametrize("case", list(CONCEALED))
+def test_a_concealed_effect_is_named(case: str) -> None:
+    found, physics, component = _diagnosed(case)
+    assert found.verdict == "explained"
+    first = found.findings[0]
+    assert (first.physics, first.component) == (physics, component)
+    assert first.probability > 0.9
+    assert found.errors.test_after < min(1.2, found.errors.test_before)
+
+
+def test_an_arm_that_is_as_modelled_is_consistent() -> None:
+    robot = six_axis()
+    found = diagnose(robot, concealed(robot, arm_rows(robot, seed=4), (), [], seed=5))
+    assert found.verdict == "consistent"
+    assert found.findings == ()
+
+
+def test_arms_are_not_offered_what_only_legs_have() -> None:
+    robot = six_axis()
+    points = concealed(robot, arm_rows(robot), (), [])
+    offered = library(robot, points)
+    assert {e.physics for e in offered}.isdisjoint({"leg_backlash", "leg_coupling", "passive_joint_stiffness"})
+    words = {effect.component.split()[0] + " " + effect.component.split()[-1] for effect in offered}
+    assert not [word for word in words if "leg" in word]
+    assert {"joint_backlash", "joint_compliance", "link_compliance"} <= {e.physics for e in offered}
+    assert len({effect.key for effect in offered}) == len(offered)
+
+
+def test_a_joint_about_the_vertical_keeps_its_stiffness_and_says_so() -> None:
+    """Weights do not load joint 1: the others are identified, and it stays as uncertain as it was."""
+    robot = six_axis()
+    points = concealed(robot, arm_rows(robot), (), [])
+    result = identify(robot, points)
+    relative = np.sqrt(np.diag(result.covariance)) / robot.compliance
+    assert relative[0] == pytest.approx(1.0)
+    assert result.compliance.estimate[0] == pytest.approx(robot.compliance[0])
+    assert (relative[1:] < 0.01).all()
+    assert any(text.startswith("joint 1 carries no load") for text in result.suspicions)
+
+
+def test_a_load_across_it_tells_the_stiffness_of_joint_1() -> None:
+    robot = six_axis()
+    points = concealed(robot, arm_rows(robot, sideways=True), (), [])
+    result = identify(robot, points)
+    truth = np.random.default_rng(7).uniform(0.8, 1.2, 6)
+    errors = (result.compliance.estimate / robot.compliance - truth) / (
+        np.sqrt(np.diag(result.covariance)) / robot.compliance
+    )
+    assert np.abs(errors).max() < 4.0
+    assert not result.suspicions
