@@ -3,9 +3,24 @@
 import casadi as ca
 import numpy as np
 
+from expdesign.chain.effect import Effect
 from expdesign.chain.row import Row
 from expdesign.robots.robot import Robot
 from expdesign.robots.serial import SerialRobot
+
+
+class ArmEffect(Effect):
+    """An effect that only serial robots have.
+
+    Raises:
+        ValueError: the robot is of another kind.
+    """
+
+    def __init__(self, robot: Robot, component: str, variant: str = "") -> None:
+        if not isinstance(robot, SerialRobot):
+            raise ValueError(f"{self.physics} of this form is for serial robots")
+        super().__init__(robot, component, variant)
+
 
 SHORTEST = 0.02
 """m; a shorter link neither bends nor grows noticeably."""

@@ -8,8 +8,9 @@ axis is vertical, or it is balanced) rests somewhere in the gap.
 import casadi as ca
 import numpy as np
 
+from expdesign.chain.arm import ArmEffect
 from expdesign.chain.components import each_joint, reference_force, turning
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
@@ -18,7 +19,7 @@ _SLACK = 1e-3
 """N·m or N; a joint with less torque than this rests where it rested unloaded."""
 
 
-class JointBacklash(Effect):
+class JointBacklash(ArmEffect):
     """Variants, which matter where nothing pushes: the joint rests in the `middle` of its gap, at its `low` or `high`
     end.
     """

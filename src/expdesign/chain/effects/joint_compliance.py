@@ -9,15 +9,15 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import arm_of, at_tip, moment_at
+from expdesign.chain.arm import ArmEffect, arm_of, at_tip, moment_at
 from expdesign.chain.components import each_joint
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class JointCompliance(Effect):
+class JointCompliance(ArmEffect):
     """Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint."""
 
     physics = "joint_compliance"

@@ -7,14 +7,14 @@ With force f and moment M at the far end of a link of length L along d (Euler an
 
 import casadi as ca
 
-from expdesign.chain.arm import arm_of, at_tip, link_span, long_links, moment_at
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.arm import ArmEffect, arm_of, at_tip, link_span, long_links, moment_at
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class LinkCompliance(Effect):
+class LinkCompliance(ArmEffect):
     """`bending_rad_per_Nm` κ and `torsion_rad_per_Nm` κ_t: turns of the link's end per moment there."""
 
     physics = "link_compliance"

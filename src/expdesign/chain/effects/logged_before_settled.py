@@ -7,14 +7,15 @@ way to where the load takes them. Unlike creep it does not depend on how long th
 import casadi as ca
 import numpy as np
 
+from expdesign.chain.arm import ArmEffect
 from expdesign.chain.components import ALL_JOINTS, each_joint
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class LoggedBeforeSettled(Effect):
+class LoggedBeforeSettled(ArmEffect):
     """Δq = Δq(load) − ρ·(Δq(load) − Δq(row before)); ρ is `unsettled_fraction`, the same for all joints."""
 
     physics = "creep"

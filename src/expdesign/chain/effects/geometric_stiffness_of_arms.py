@@ -7,9 +7,9 @@ its lever turns with the tip. Two passes from δ = 0 give it to second order.
 
 import casadi as ca
 
-from expdesign.chain.arm import arm_of
+from expdesign.chain.arm import ArmEffect, arm_of
 from expdesign.chain.components import each_joint
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.orientation import rotation_vector
@@ -18,7 +18,7 @@ from expdesign.robots.robot import Robot
 _PASSES = 2
 
 
-class ArmGeometricStiffness(Effect):
+class ArmGeometricStiffness(ArmEffect):
     """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
 
     physics = "geometric_stiffness"

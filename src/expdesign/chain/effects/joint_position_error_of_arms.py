@@ -5,15 +5,15 @@ In deflections the error shows through the levers; in positions it shows directl
 
 import casadi as ca
 
-from expdesign.chain.arm import arm_of
+from expdesign.chain.arm import ArmEffect, arm_of
 from expdesign.chain.components import each_joint, turning
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
 
 
-class ArmGeometry(Effect):
+class ArmGeometry(ArmEffect):
     """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
 
     physics = "joint_position_error"

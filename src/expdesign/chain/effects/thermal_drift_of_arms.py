@@ -4,15 +4,15 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import arm_of, link_span, long_links
+from expdesign.chain.arm import ArmEffect, arm_of, link_span, long_links
 from expdesign.chain.components import each_joint, turning
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class ArmThermalDrift(Effect):
+class ArmThermalDrift(ArmEffect):
     """Joint k: Δq gains rate·ΔT (variant empty), rate·t (`time`) or drift·(e^(−t₀/τ) − e^(−t/τ)) (`warm-up`, time since
     the first row of all). Link k: its far end moves away from its start by the strain α·ΔT or rate·t.
     """

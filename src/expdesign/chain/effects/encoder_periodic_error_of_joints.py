@@ -8,8 +8,9 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.arm import ArmEffect
 from expdesign.chain.components import each_joint, turning
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
@@ -19,7 +20,7 @@ _FINEST = {True: 2.0 * np.pi / 60.0, False: 5e-4}
 _MOST_STARTS = 120
 
 
-class JointPeriodicError(Effect):
+class JointPeriodicError(ArmEffect):
     """Δq gains amplitude·sin(2π·q/pitch + phase), fitted as a sine and a cosine."""
 
     physics = "encoder_periodic_error"
