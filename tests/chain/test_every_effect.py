@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from tests.cases import robot
 from tests.chain import bodies
+from tests.chain.arm_rows import arm_rows, six_axis
 from tests.chain.places import KINDS, PAYLOAD, WRENCH, Place, away_from_neutral, one_of_each, places, recordings, rows
 from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.library import library
@@ -232,9 +234,13 @@ def test_names_are_those_of_the_interface(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.physics)
-def test_every_effect_has_a_place_on_a_hexapod_or_a_body(kind: type) -> None:
-    points = bodies.recordings(lifting=True)
-    assert any(place.kind is kind for place in places("irregular")) or kind.places(bodies.BODY, points)
+def test_every_effect_has_a_place_on_some_robot(kind: type[Effect]) -> None:
+    arm = six_axis()
+    assert (
+        any(place.kind is kind for place in places("irregular"))
+        or kind.places(bodies.BODY, bodies.recordings(lifting=True))
+        or kind.places(arm, read(arm_rows(arm), arm))
+    )
 
 
 def test_effects_together_are_neutral_together() -> None:
