@@ -3,11 +3,13 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from tests import oracle
 from tests.cases import ALL_ERRORS, ROBOTS, Setup, robot, setup
 from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
+from tests.virtual_laboratory.conftest import ROBOTS as HEXAPODS
 
 from expdesign.compensation.monte_carlo.comparison import root_mean_square, standard_deviation
 from expdesign.compensation.monte_carlo.compensation import TOLERANCE, ExactCompensation
@@ -22,7 +24,10 @@ from expdesign.elastostatics.maps import actuator_forces, cartesian_stiffness
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.instrument.drawn_errors import drawn_load_errors
+from expdesign.loads.payload import Payload
 from expdesign.loads.wrench import Wrench
+from virtual_laboratory import Laboratory
+from virtual_laboratory import Robot as LaboratoryRobot
 
 SAMPLES = 500
 
@@ -101,6 +106,21 @@ def test_equilibrium_balances_forces(name: str) -> None:
     linear = (oracle.observation(machine, poses, wrenches) @ machine.compliance[:, None])[..., 0]
     difference = np.abs(loaded - poses - linear).max()
     assert 0.0 < difference < 5e-3 * np.abs(linear).max()  # the change of geometry is small, but it is there
+
+
+def test_equilibrium_is_that_of_the_virtual_laboratory() -> None:
+    """An independent engine at tens of times the rated load, the payload's moment turning with the platform."""
+    machine, content = robot("H1"), HEXAPODS["H1"]
+    poses = ROBOTS["H1"].poses(np.random.default_rng(14), 4)
+    payload = np.array([500.0, 0.03, 0.02, 0.15])
+    rows = pd.DataFrame(poses, columns=list(machine.configuration)).assign(
+        **dict(zip(("mass_kg", "com_x_m", "com_y_m", "com_z_m"), payload.tolist()))
+    )
+    laboratory = Laboratory(LaboratoryRobot.from_mapping(content), true_stiffness=machine.stiffness)
+    loads = np.tile([*payload, *machine.gravity], (4, 1))
+    solver = Equilibrium(machine, Payload(machine.coordinates), machine.compliance)
+    found = solver.poses(poses, machine.lengths(poses), loads, np.zeros_like(poses))
+    np.testing.assert_allclose(found, laboratory.attained(rows).to_numpy(), atol=1e-12)
 
 
 def test_plants_agree_where_the_load_is_light() -> None:
