@@ -80,7 +80,8 @@ def test_verdict_and_errors_are_there(kind: str) -> None:
     assert all(opening[other] not in shown for other in KINDS if other != kind)
     for value in (result.errors.test_before, result.errors.test_after):
         assert number(value) in shown
-    for heading in ("Before and after", "Where the mismatch is", "Residuals", "What was considered", "Next steps"):
+    before_and_after = "Errors" if kind == "consistent" else "Before and after"
+    for heading in (before_and_after, "Where the mismatch is", "Residuals", "What was considered", "Next steps"):
         assert heading in shown
 
 
@@ -90,8 +91,9 @@ def test_findings_are_told_with_their_numbers() -> None:
     assert plain(finding.sentence) in shown
     assert f"Probability {number(finding.probability, 2)}" in shown
     value, low, high = finding.parameters["gap_m"]
-    assert number(value) in shown
-    assert f"{number(low)} to {number(high)}" in shown
+    assert "gap (µm)" in shown
+    assert number(1e6 * value) in shown
+    assert f"{number(1e6 * low)} to {number(1e6 * high)}" in shown
     assert "The mismatch shows in" in shown
     assert result.location.region in shown
     assert "predict model.yaml" in shown

@@ -65,3 +65,31 @@ def test_columns_of_a_plan(column: str, title: str, unit: str, factor: float) ->
 def test_axes() -> None:
     assert (words.axis("drx_rad"), words.micro_unit("drx_rad")) == ("drx", "µrad")
     assert (words.axis("dz_m"), words.micro_unit("dz_m")) == ("dz", "µm")
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "title", "unit", "factor"),
+    [
+        ("gap_m", 1e-6, "gap", "µm", 1e6),
+        ("pitch_m", 2e-3, "pitch", "mm", 1e3),
+        ("tilt_x_rad", 1e-2, "tilt x", "mrad", 1e3),
+        ("com_dx_m", 1e-2, "centre of mass dx", "mm", 1e3),
+        ("beyond_rx_rad_per_Nm", 1e-8, "beyond rx", "rad/(N·m)", 1.0),
+        ("joint_Nm_per_rad", 3.0, "joint", "N·m/rad", 1.0),
+        ("coupling_m_per_N", 1e-8, "coupling", "m/N", 1.0),
+        ("alpha_per_K", 1e-5, "alpha", "1/K", 1.0),
+        ("relative_mass_error", 0.01, "relative mass error", "", 1.0),
+    ],
+)
+def test_parameters_are_shown_in_units_of_their_size(
+    name: str, size: float, title: str, unit: str, factor: float
+) -> None:
+    assert words.parameter(name, size) == words.Column(title, unit, factor)
+
+
+def test_stiffness_is_shown_in_newtons_per_micrometre() -> None:
+    assert words.stiffness("N/m") == ("N/µm", "µm/N", 1e-6)
+    assert words.stiffness("N·m/rad")[2] == 1.0
+    assert words.listed(["a"]) == "a"
+    assert words.listed(["a", "b", "c"]) == "a, b and c"
+    assert words.sentence("five rows") == "Five rows"

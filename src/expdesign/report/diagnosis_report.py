@@ -21,6 +21,7 @@ from expdesign.report.blocks import (
     Paragraph,
     Section,
     Sentences,
+    SideBySide,
     Steps,
 )
 from expdesign.report.page import Page
@@ -38,7 +39,11 @@ def diagnosis_report(result: Diagnosis) -> Page:
     """The report of a diagnosis."""
     sections = [
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
-        Section("errors", "Before and after", [_error_figure(result), _axis_figure(result)]),
+        Section(
+            "errors",
+            "Before and after" if _added(result) else "Errors",
+            [SideBySide([_error_figure(result)], [_axis_figure(result)])],
+        ),
         Section("where", "Where the mismatch is", _where(result)),
         Section("residuals", "Residuals", _residual_figures(result)),
     ]
@@ -92,29 +97,30 @@ def _phrase(region: str) -> str:
 
 
 def _key_figures(result: Diagnosis) -> KeyFigures:
-    errors = result.errors
-    return KeyFigures(
-        [
-            KeyFigure("Verdict", result.verdict),
-            KeyFigure("Held out, base model", words.number(errors.test_before), "standard deviations", "RMS"),
-            KeyFigure("Held out, now", words.number(errors.test_after), "standard deviations", "RMS; 1 is the noise"),
-            KeyFigure("Models tried", str(len(result.search.models))),
-        ]
-    )
+    errors, unit, note = result.errors, "standard deviations", "RMS; 1 is the noise"
+    items = [
+        KeyFigure("Verdict", result.verdict),
+        KeyFigure("Held out, base model", words.number(errors.test_before), unit, note),
+        KeyFigure("Models tried", str(len(result.search.models))),
+    ]
+    if _added(result):
+        items.insert(2, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))
+    return KeyFigures(items)
 
 
 def _effects_table(result: Diagnosis) -> DataTable:
     rows, records = [], []
     for finding in result.findings:
         for name, (value, low, high) in finding.parameters.items():
-            interval = f"{words.number(low)} to {words.number(high)}" if abs(high) < 1e299 else words.UNDETERMINED
+            shown = words.parameter(name, value)
+            low_shown, high_shown = (words.number(shown.factor * end) for end in (low, high))
             rows.append(
                 [
                     finding.physics.replace("_", " "),
                     finding.component,
-                    name,
-                    words.number(value),
-                    interval,
+                    f"{shown.title} ({shown.unit})" if shown.unit else shown.title,
+                    words.number(shown.factor * value),
+                    f"{low_shown} to {high_shown}" if abs(high) < 1e299 else words.UNDETERMINED,
                     words.number(finding.probability, 2),
                 ]
             )
@@ -132,7 +138,7 @@ def _effects_table(result: Diagnosis) -> DataTable:
             )
     return DataTable(
         "effects",
-        "Physics added to the model, with 95 % intervals. Names carry their units (SI).",
+        "Physics added to the model, with 95 % intervals. The CSV is in SI units.",
         ["Physics", "Component", "Parameter", "Value", "95 % interval", "Probability"],
         rows,
         Download("effects.csv", csv_text(pd.DataFrame(records))),
@@ -144,6 +150,7 @@ def _error_figure(result: Diagnosis) -> Figure:
     labels = ["fitted rows", "held-out rows"]
     before, after = [errors.train_before, errors.test_before], [errors.train_after, errors.test_after]
     return _bars(
+        result,
         "errors-figure",
         "Error on fitted and on held-out rows",
         labels,
@@ -159,17 +166,24 @@ def _axis_figure(result: Diagnosis) -> Figure:
     before = np.sqrt((result.base.residuals[counts] ** 2).mean(axis=0))
     after = np.sqrt((result.model.fit.residuals[counts] ** 2).mean(axis=0))
     caption = "Root mean square of the fitted residuals per axis, in standard deviations."
-    return _bars("axes-figure", "Error per axis", names, list(before), list(after), caption)
+    return _bars(result, "axes-figure", "Error per axis", names, list(before), list(after), caption)
 
 
-def _bars(identifier: str, title: str, labels: list[str], before: Any, after: Any, caption: str) -> Figure:
+def _added(result: Diagnosis) -> bool:
+    """Whether the model differs from the base model, so that there is a before and an after."""
+    return bool(result.findings) or bool(result.model.outliers.any())
+
+
+def _bars(
+    result: Diagnosis, identifier: str, title: str, labels: list[str], before: Any, after: Any, caption: str
+) -> Figure:
     data = [
         {"type": "bar", "name": "base model", "x": labels, "y": before, "marker": {"color": "var(--muted)"}},
         {"type": "bar", "name": "with the physics", "x": labels, "y": after, "marker": {"color": "var(--accent)"}},
-    ]
+    ][: 2 if _added(result) else 1]
     layout = {
         "barmode": "group",
-        "yaxis": {"title": {"text": "RMS, standard deviations"}, "rangemode": "tozero"},
+        "yaxis": {"title": {"text": "RMS, in σ of the noise"}, "rangemode": "tozero"},
         "shapes": [_noise_line()],
         "showlegend": True,
     }
@@ -198,8 +212,8 @@ def _where(result: Diagnosis) -> list[Block]:
         for probe in probes:
             rows.append(
                 [
-                    kind,
                     probe.name,
+                    kind,
                     words.number(probe.explained, 4),
                     str(probe.dimension),
                     words.number(probe.p_value, 2),
@@ -211,7 +225,7 @@ def _where(result: Diagnosis) -> list[Block]:
         "probes",
         "How much of χ² any cause in that place, or any straight line or parabola in that quantity, would explain. "
         "p is corrected for the number of tests in its group.",
-        ["Kind", "Where", "Explains", "Directions", "p", ""],
+        ["Where", "Kind", "Explains", "Directions", "p", ""],
         rows,
         Download("location.csv", csv_text(pd.DataFrame(records))),
         tall=True,
@@ -233,7 +247,8 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
     blocks.append(_scatter(result, "pose", poses, f"{coordinate}, the pose coordinate that tells most", step))
     if recordings.time is not None:
         blocks.append(_scatter(result, "time", recordings.time[::step], "time, s", step))
-    return blocks
+    half = (len(blocks) + 1) // 2
+    return [SideBySide(blocks[:half], blocks[half:])]
 
 
 def _telling_coordinate(result: Diagnosis) -> str:
@@ -244,20 +259,23 @@ def _telling_coordinate(result: Diagnosis) -> str:
 
 def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str, step: int) -> Figure:
     """RMS over the axes of every row, before and after, against a quantity."""
-    before = np.sqrt((result.base.residuals**2).mean(axis=1))[::step]
-    after = np.sqrt((result.model.fit.residuals**2).mean(axis=1))[::step]
+    counts = (result.search.sample.counts & ~result.model.outliers)[::step]
+    driver = driver[counts]
+    before = np.sqrt((result.base.residuals**2).mean(axis=1))[::step][counts]
+    after = np.sqrt((result.model.fit.residuals**2).mean(axis=1))[::step][counts]
     data = [
         {
             "type": "scatter", "mode": "markers", "name": label_of, "x": driver, "y": np.round(values, 4),
-            "marker": {"color": colour, "size": 6},
+            "marker": {"color": colour, "size": 7, "symbol": symbol},
         }
-        for label_of, values, colour in (
-            ("base model", before, "var(--muted)"), ("with the physics", after, "var(--accent)"),
-        )
+        for label_of, values, colour, symbol in (
+            ("base model", before, "var(--muted)", "circle-open"),
+            ("with the physics", after, "var(--accent)", "circle"),
+        )[: 2 if _added(result) else 1]
     ]  # fmt: skip
     layout = {
         "xaxis": {"title": {"text": label}},
-        "yaxis": {"title": {"text": "RMS of the row, standard deviations"}, "rangemode": "tozero"},
+        "yaxis": {"title": {"text": "RMS of the row, in σ"}, "rangemode": "tozero"},
         "shapes": [_noise_line()],
         "showlegend": True,
     }
@@ -266,7 +284,8 @@ def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str, step:
         f"by-{name}",
         f"Residuals by {name}",
         {"data": data, "layout": layout},
-        "Each point is one row of the recordings. Rows that were set aside or held out count as zero.",
+        "Each point is one row of the recordings that was fitted. Outliers and rows that were held out are left out; "
+        "the dotted line is the noise.",
         f"Scatter of the size of residuals against {label}, before and after.",
         Download(f"residuals-by-{name}.csv", csv_text(frame)),
         height=340,
@@ -279,6 +298,7 @@ def _leg_figure(result: Diagnosis) -> Figure:
     names = result.robot.actuators
     before, after = (_in_legs(result, residuals) for residuals in (result.base.residuals, result.model.fit.residuals))
     return _bars(
+        result,
         "legs-figure",
         "Residuals as length changes of the legs",
         list(names),
@@ -308,7 +328,7 @@ def _considered_table(result: Diagnosis) -> DataTable:
         rows.append(
             [
                 str(entry["step"]),
-                "; ".join(effects) or "base model",
+                "; ".join(effects).replace("_", " ") or "base model",
                 words.number(float(str(entry["chi2"])), 5),
                 words.number(float(str(entry["penalised_misfit"])), 5),
                 "kept" if entry["kept"] else "not kept",
@@ -330,8 +350,14 @@ def _considered_table(result: Diagnosis) -> DataTable:
 
 def _next_steps(result: Diagnosis) -> Steps:
     steps = [
-        ("Predict with the physics included.", "expdesign predict model.yaml points.csv --out predicted.csv"),
-        ("Find commands that allow for it.", "expdesign compensate model.yaml targets.csv --out commands.csv"),
+        (
+            f"Predict {'with the physics included' if _added(result) else 'deflections anywhere'}.",
+            "expdesign predict model.yaml points.csv --out predicted.csv",
+        ),
+        (
+            "Find commands that reach targets under load.",
+            "expdesign compensate model.yaml targets.csv --out commands.csv",
+        ),
     ]
     if result.rival is not None:
         steps.insert(0, ("Measure plan-next.csv: it tells the two remaining explanations apart.", ""))

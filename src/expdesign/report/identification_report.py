@@ -1,5 +1,7 @@
 """The page of `expdesign identify`: stiffness, how well it is known, and how well the model fits the recordings."""
 
+import shlex
+
 import numpy as np
 import pandas as pd
 
@@ -25,6 +27,7 @@ from expdesign.report.page import Page
 DOUBTFUL = 0.01
 """Probability below which a test speaks against the model."""
 MOST_POINTS = 3000
+_SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
 MOST_ROWS = 200
 MOST_DOWNLOADED = 10000
 """Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
@@ -39,7 +42,7 @@ def identification_report(result: Identification) -> Page:
         *([_stiffness_section(result)] if robot.actuators else []),
         Section("fit", "How well the model fits", [Definitions(_tests(result)), _residual_figure(result, train)]),
         *([_measurement_section(result, train)] if robot.actuators else []),
-        Section("next", "Next steps", [_next_steps()]),
+        Section("next", "Next steps", [_next_steps(result)]),
         Section("words", "Words", [Definitions(_WORDS)]),
     )
     page = Page(
@@ -64,6 +67,7 @@ def _measurement_section(result: Identification, train: Recordings) -> Section:
 def _least_certain(result: Identification) -> str:
     """What is known worst; of a robot without actuators, that there is nothing to identify."""
     interval, names = result.stiffness, result.robot.actuators
+    unit, _, factor = words.stiffness(stiffness_unit(result))
     if not names:
         return (
             f"A {result.robot.kind} has no actuators whose stiffness could be identified: its base model does not "
@@ -73,8 +77,8 @@ def _least_certain(result: Identification) -> str:
     relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
     worst = int(np.argmax(relative))
     return (
-        f"The least certain stiffness is that of {names[worst]}: {words.number(interval.estimate[worst])} "
-        f"{stiffness_unit(result)}, known to {words.number(100.0 * relative[worst], 2)} % (one standard deviation)."
+        f"The least certain stiffness is that of {names[worst]}: {words.number(factor * interval.estimate[worst])} "
+        f"{unit}, known to {words.number(100.0 * relative[worst], 2)} % (one standard deviation)."
     )
 
 
@@ -100,7 +104,8 @@ def _conclusions(result: Identification) -> list[str]:
     if outliers.size:
         train = result.recordings.rows(result.fitted)
         listed = ", ".join(str(train.sequence[row]) for row in outliers[:10])
-        texts.append(f"{words.count(outliers.size, 'row looks', 'rows look')} like outliers (sequence {listed}).")
+        looking = words.sentence(words.count(outliers.size, "row looks", "rows look"))
+        texts.append(f"{looking} like outliers (sequence {listed}).")
     held_out = rms(result.test_residuals)
     if held_out is not None:
         texts.append(f"The rows held out for testing are predicted to {words.number(held_out)} standard deviations.")
@@ -127,40 +132,44 @@ def _key_figures(result: Identification) -> KeyFigures:
 
 def _stiffness_figure(result: Identification) -> Figure:
     interval = result.stiffness
+    unit, _, factor = words.stiffness(stiffness_unit(result))
     shown = np.isfinite(interval.estimate) & np.isfinite(interval.high) & np.isfinite(interval.low)
     index = np.flatnonzero(shown)
     names = [result.robot.actuators[i] for i in index]
     data = [
         {
             "type": "scatter", "mode": "markers", "name": "identified, 95 % interval", "x": names,
-            "y": interval.estimate[index],
+            "y": factor * interval.estimate[index],
             "marker": {"color": "var(--accent)", "size": 10},
             "error_y": {
                 "type": "data", "symmetric": False, "color": "var(--accent)",
-                "array": (interval.high - interval.estimate)[index],
-                "arrayminus": (interval.estimate - interval.low)[index],
+                "array": factor * (interval.high - interval.estimate)[index],
+                "arrayminus": factor * (interval.estimate - interval.low)[index],
             },
         },
         {
-            "type": "scatter", "mode": "markers", "name": "robot file", "x": names, "y": result.robot.stiffness[index],
+            "type": "scatter", "mode": "markers", "name": "robot file", "x": names,
+            "y": factor * result.robot.stiffness[index],
             "marker": {"color": "var(--muted)", "size": 14, "symbol": "line-ew-open"},
         },
     ]  # fmt: skip
-    layout = {"yaxis": {"title": {"text": f"stiffness, {stiffness_unit(result)}"}}, "showlegend": True}
+    layout = {"yaxis": {"title": {"text": f"stiffness, {unit}"}}, "showlegend": True}
     return Figure(
         "stiffness-figure",
         "Stiffness of every actuator",
         {"data": data, "layout": layout},
         "Points are the identified stiffnesses, bars their 95 % intervals, dashes what the robot file says.",
         "Identified stiffness per actuator with intervals; the table below has the same numbers.",
+        Download("stiffness.csv", csv_text(_stiffness_frame(result))),
         filename="stiffness",
     )
 
 
-def _stiffness_table(result: Identification) -> DataTable:
-    unit, interval = stiffness_unit(result), result.stiffness
+def _stiffness_frame(result: Identification) -> pd.DataFrame:
+    """Stiffness and compliance of every actuator in SI units."""
+    interval = result.stiffness
     deviation = np.sqrt(np.diag(result.covariance))
-    frame = pd.DataFrame(
+    return pd.DataFrame(
         {
             "actuator": result.robot.actuators,
             "stiffness": interval.estimate,
@@ -171,11 +180,20 @@ def _stiffness_table(result: Identification) -> DataTable:
             "robot_file": result.robot.stiffness,
         }
     )
-    rows = [[str(row[0]), *(words.number(float(value), 4) for value in row[1:])] for row in frame.to_numpy()]
+
+
+def _stiffness_table(result: Identification) -> DataTable:
+    frame = _stiffness_frame(result)
+    unit, inverse, factor = words.stiffness(stiffness_unit(result))
+    factors = np.array([factor, factor, factor, 1.0 / factor, 1.0 / factor, factor])
+    rows = [
+        [str(row[0]), *(words.number(float(value), 4) for value in row[1:].astype(float) * factors)]
+        for row in frame.to_numpy()
+    ]
     return DataTable(
         "stiffness-table",
-        f"Stiffness in {unit} with 95 % intervals; compliance is its inverse.",
-        ["Actuator", f"Stiffness ({unit})", "Low", "High", "Compliance", "Compliance σ", "Robot file"],
+        f"Stiffness in {unit} with 95 % intervals; compliance is its inverse. The CSV is in SI units.",
+        ["Actuator", f"Stiffness ({unit})", "Low", "High", f"Compliance ({inverse})", "Compliance σ", "Robot file"],
         rows,
         Download("stiffness.csv", csv_text(frame)),
     )
@@ -228,7 +246,7 @@ def _residual_figure(result: Identification, train: Recordings) -> Figure:
             "name": words.axis(names[axis]),
             "x": train.sequence[::step],
             "y": np.round(result.fit.residuals[::step, column], 4),
-            "marker": {"size": 7},
+            "marker": {"size": 8, "color": f"var(--series-{column + 1})", "symbol": _SYMBOLS[column]},
         }
         for column, axis in enumerate(train.axes)
     ]
@@ -244,8 +262,19 @@ def _residual_figure(result: Identification, train: Recordings) -> Figure:
         "Measured minus fitted, divided by the standard deviation. Noise alone scatters about zero, mostly within ±2, "
         "without a pattern.",
         "Scatter of whitened residuals against sequence, one series of points per measured axis.",
+        Download("residuals.csv", csv_text(_residual_frame(result, train))),
         filename="residuals",
     )
+
+
+def _residual_frame(result: Identification, train: Recordings) -> pd.DataFrame:
+    """Whitened residuals of the rows that are drawn."""
+    step = max(1, len(train) // MOST_POINTS)
+    frame = pd.DataFrame({"sequence": train.sequence[::step], "row": train.lines[::step]})
+    for column, axis in enumerate(train.axes):
+        name = words.axis(result.robot.coordinates.deflection[axis])
+        frame[f"{name}_in_std"] = np.round(result.fit.residuals[::step, column], 4)
+    return frame
 
 
 def _measurement_table(result: Identification, train: Recordings) -> DataTable:
@@ -298,13 +327,14 @@ def _most_telling(result: Identification) -> IntArray:
     return np.sort(ranked[:MOST_ROWS])
 
 
-def _next_steps() -> Steps:
+def _next_steps(result: Identification) -> Steps:
+    recordings = shlex.quote(result.recordings.source)
     return Steps(
         [
             ("Predict deflections anywhere.", "expdesign predict model.yaml points.csv --out predicted.csv"),
             ("Find commands that reach targets under load.", "expdesign compensate model.yaml targets.csv --out FILE"),
-            ("If the model does not fit, find out why.", "expdesign diagnose ROBOT.yaml RECORDINGS.csv --out DIR"),
-            ("If the accuracy is not enough, measure on.", "expdesign next CONFIG.yaml RECORDINGS.csv --out plan.csv"),
+            ("If the model does not fit, find out why.", f"expdesign diagnose ROBOT.yaml {recordings} --out DIR"),
+            ("If the accuracy is not enough, measure on.", f"expdesign next CONFIG.yaml {recordings} --out plan.csv"),
         ]
     )
 

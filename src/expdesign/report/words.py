@@ -97,6 +97,38 @@ def _spoken(stem: str) -> str:
     return " ".join((_NAMES.get(head, head), *rest))
 
 
+_PARAMETER_SUFFIXES = {
+    "_rad_per_Nm": "rad/(N·m)",
+    "_m_per_N": "m/N",
+    "_per_s": "1/s",
+    "_Nm_per_rad": "N·m/rad",
+    "_N_per_m": "N/m",
+    "_per_K": "1/K",
+    "_per_N": "1/N",
+    "_Nm": "N·m",
+    "_kg": "kg",
+    "_N": "N",
+    "_s": "s",
+}
+
+
+def parameter(name: str, size: float) -> Column:
+    """How a parameter of an effect is shown whose values are about as large as `size` (SI units)."""
+    for suffix, unit in _PARAMETER_SUFFIXES.items():
+        if name.endswith(suffix):
+            return Column(_spoken(name.removesuffix(suffix)), unit, 1.0)
+    for suffix, unit in (("_m", "m"), ("_rad", "rad")):
+        if name.endswith(suffix):
+            prefix, factor = ("µ", 1e6) if abs(size) < 5e-4 else ("m", 1e3)
+            return Column(_spoken(name.removesuffix(suffix)), prefix + unit, factor)
+    return Column(name.replace("_", " "), "", 1.0)
+
+
+def sentence(text: str) -> str:
+    """A text with a capital at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
 def axis(deflection: str) -> str:
     """Short name of a deflection column: `dz` for `dz_m`."""
     return deflection.rsplit("_", 1)[0]

@@ -1,0 +1,49 @@
+"""The page of an identification: its numbers, its units, and that all of it can be saved."""
+
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import ROBOT, call, recordings_file
+
+from expdesign.report import words
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("identification")
+    assert call("identify", ROBOT, recordings_file(place), "--out", place / "out") == 0
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> dict[str, Any]:
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    (text,) = re.findall(r'<script type="application/json" id="report-content">(.*?)</script>', html, flags=re.DOTALL)
+    content: dict[str, Any] = json.loads(text)
+    return content | {"html": html}
+
+
+def test_stiffness_is_shown_in_newtons_per_micrometre_and_saved_in_si(folder: Path, page: dict[str, Any]) -> None:
+    found = json.loads((folder / "identification.json").read_text(encoding="utf-8"))["stiffness"]
+    assert list(found) == page["figures"]["stiffness-figure"]["data"][0]["x"]
+    estimates = np.array([values[0] for values in found.values()])
+    np.testing.assert_allclose(page["figures"]["stiffness-figure"]["data"][0]["y"], 1e-6 * estimates)
+    saved = pd.read_csv(io.StringIO(page["csv"]["stiffness-table"]["text"]))
+    np.testing.assert_allclose(saved["stiffness"], estimates)
+    np.testing.assert_allclose(saved["compliance"], 1.0 / estimates)
+    for value in estimates:
+        assert words.number(1e-6 * value, 4) in page["html"]
+    assert "N/µm" in page["html"]
+
+
+def test_every_figure_and_table_can_be_saved(page: dict[str, Any]) -> None:
+    buttons = re.findall(r'data-csv="([^"]+)"', page["html"])
+    assert set(buttons) == set(page["csv"])
+    for file in page["csv"].values():
+        assert len(pd.read_csv(io.StringIO(file["text"]))) > 0
