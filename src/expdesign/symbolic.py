@@ -8,7 +8,8 @@ import numpy as np
 from expdesign.arrays import FloatArray
 
 _LARGEST_MAP = 2048
-"""Samples of one call to the engine; making the map of a much larger batch costs more than evaluating it."""
+"""Most samples of one call to the engine. Maps are made for powers of two up to it, because making the map of every
+size that occurs costs more than a few calls more."""
 
 
 class BatchFunction:
@@ -54,8 +55,11 @@ class BatchFunction:
         ]
         # CasADi stores columns first, so a sample's matrix appears transposed in a C-ordered array.
         results = [np.empty((count, columns, rows)) for rows, columns in self._shapes]
-        for start in range(0, count, _LARGEST_MAP):
-            part = slice(start, min(start + _LARGEST_MAP, count))
+        start = 0
+        while start < count:
+            size = min(_LARGEST_MAP, 1 << ((count - start).bit_length() - 1))
+            part = slice(start, start + size)
+            start += size
             buffer, evaluate = self._map(part.stop - part.start).buffer()
             for index, array in enumerate(flat):
                 buffer.set_arg(index, memoryview(array[part]))  # type: ignore[call-arg, arg-type]

@@ -121,7 +121,7 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
     started = time.perf_counter()
 
     def searching(state: Progress) -> None:
-        text = state.note or f"front {state.front_size}, hypervolume {state.hypervolume:.6g}"
+        text = state.note or f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
         report("searching", state.generation, state.generations, text)
 
     front = search(problem, searching)

@@ -1,7 +1,11 @@
-"""The search for the Pareto front: NSGA-II on whole populations (theory.md 6), then refinement by exact gradients."""
+"""The search for the Pareto front: exact gradients, NSGA-II on whole populations (theory.md 6), gradients again.
+
+Gradients from the designs of the convex relaxation find most of the front in a few seconds. The genetic search, from
+designs at random, finds the valleys that they missed. What both found is then refined together.
+"""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -14,7 +18,7 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point, spread
 from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
 from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.polish import polish
+from expdesign.design.optimality.polish import coarse_rounds, fine_rounds
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
@@ -23,11 +27,19 @@ from expdesign.errors import InfeasibleError
 
 @dataclass(frozen=True)
 class Progress:
-    """State of the search after a generation; `note` says what is done after the last one."""
+    """State of the search.
+
+    Attributes:
+        generation: of the genetic search; 0 before it.
+        generations: how many there will be.
+        front: objectives (d, k), minimised, of the best designs so far.
+        hypervolume: of that front.
+        note: what is done before and after the genetic search.
+    """
 
     generation: int
     generations: int
-    front_size: int
+    front: FloatArray
     hypervolume: float
     note: str = ""
 
@@ -52,6 +64,14 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         return _front(problem, only, values, violations, reference_point(values), 1)
     start = starting_designs(problem, settings.population, generator)
     require_identifiable(problem, population.genes(start))
+    # Exact gradients are of estimators without redundant parameters.
+    polished = settings.polish and not problem.loaded.regressor.redundant
+    known = _Known(settings.generations, report)
+    first = early = population.genes(start)
+    known.add(*population.objectives(first))
+    if polished:
+        for number, early in enumerate(coarse_rounds(problem, first), start=1):
+            known.add(*population.objectives(early), note=f"gradients, round {number}")
     algorithm = NSGA2(
         pop_size=settings.population,
         sampling=Population.new(X=np.unique(start, axis=0)),
@@ -61,27 +81,40 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         evaluator=Evaluator(),
     )
     algorithm.setup(population, termination=("n_gen", settings.generations), seed=settings.seed)
-    point: FloatArray | None = None
-    generation = 0
     while algorithm.has_next():
         algorithm.next()
-        generation += 1
-        values, violations = algorithm.pop.get("F"), algorithm.pop.get("G")
-        feasible = (violations <= 0.0).all(axis=1)
-        if feasible.any():
-            if point is None:
-                point = reference_point(values[feasible])
-            best = values[feasible][non_dominated(values[feasible])]
-            state = Progress(generation, settings.generations, len(best), hypervolume(best, point))
-            report(state)
+        known.generation += 1
+        known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
     genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
+    if polished:
+        refined = early
+        for number, refined in enumerate(fine_rounds(problem, early, genes), start=1):
+            known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
+        genes = np.concatenate([genes, early, refined])
     values, violations = population.objectives(genes)
-    feasible = (violations <= 0.0).all(axis=1)
-    if settings.polish and feasible.any() and not problem.loaded.regressor.redundant:
-        chosen = genes[feasible][non_dominated(values[feasible])]
-        genes = np.concatenate([genes, polish(problem, chosen, lambda text: report(replace(state, note=text)))])
-        values, violations = population.objectives(genes)
-    return _front(problem, genes, values, violations, point, population.evaluations)
+    return _front(problem, genes, values, violations, known.point, population.evaluations)
+
+
+class _Known:
+    """The best front met so far, for reports, and the reference point of its hypervolume."""
+
+    def __init__(self, generations: int, report: Callable[[Progress], None]) -> None:
+        self.generation = 0
+        self.point: FloatArray | None = None
+        self._generations, self._report = generations, report
+        self._best: FloatArray | None = None
+
+    def add(self, values: FloatArray, violations: FloatArray, note: str = "") -> None:
+        """Take designs into account, objectives (d, k) and constraints (d, c), and report."""
+        values = values[(violations <= 0.0).all(axis=1)]
+        if len(values) == 0:
+            return
+        if self.point is None:
+            self.point = reference_point(values)
+        values = values if self._best is None else np.concatenate([self._best, values])
+        self._best = values[non_dominated(values)]
+        volume = hypervolume(self._best, self.point)
+        self._report(Progress(self.generation, self._generations, self._best, volume, note))
 
 
 def _front(

@@ -93,6 +93,7 @@ class Certificate:
         samples: number of random measurements among the first candidates.
         starts: number of gradient ascents of a round.
         steps: largest number of steps of an ascent.
+        passes: largest number of ascents one after the other, each from the best load at the end of the one before.
         tolerance: of the relaxation over the present candidates, relative to the criterion squared.
         candidates: the only measurements that may be chosen, genes (j, g); the whole design space where left out.
     """
@@ -104,11 +105,12 @@ class Certificate:
         samples: int = 6000,
         starts: int = 64,
         steps: int = 60,
+        passes: int = 3,
         tolerance: float = 1e-7,
         candidates: FloatArray | None = None,
     ) -> None:
         self._problem = problem
-        self._steps, self._tolerance = steps, tolerance
+        self._steps, self._passes, self._tolerance = steps, passes, tolerance
         self._samples, self._starts = samples, starts
         self._information = MeasurementInformation(problem, load_errors)
         self._relaxation: Relaxation = self._information.relaxation()
@@ -262,12 +264,12 @@ class Certificate:
 
         search = MinimaxSearch(self._problem, pieces)
         genes = self._at_best_load(dual, starts)
-        for _ in range(3):
+        for _ in range(self._passes):
             ends = search.minimise(genes[:, None], iterations=self._steps, tolerance=1e-8)[:, 0]
             genes = self._at_best_load(dual, ends)
             if np.array_equal(genes[:, self._loads.index], ends[:, self._loads.index]):
                 break
-        ends = self._usable(ends)
+        ends = self._usable(genes)
         if len(ends) == 0:
             return _Search(starts, known, "no ascent of its sensitivity ended within the robot's limits")
         values = information.sensitivity(dual, ends)[0]

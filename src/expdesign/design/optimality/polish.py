@@ -3,7 +3,8 @@
 The designs given are joined by roundings of the convex relaxation (`seeds.py`). Points are laid out evenly along the
 front, its ends among them. Each point is pursued along a fixed direction in the space of the objectives,
 min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches convex and concave parts alike, from the best
-design known for it; then again from what its neighbours found.
+design known for it; then again from what its neighbours found. A few points are enough until the front is where it
+belongs; only the last round pursues them all.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,8 +22,12 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 Report = Callable[[str], None]
-_SCHEDULE = ((False, 12), (True, 12), (False, 8), (True, 12), (False, 60))
-"""Of each round: whether measurements are exchanged between designs first, and the largest number of steps."""
+Round = tuple[bool, int, float]
+"""Whether measurements are exchanged between designs first, the largest number of steps, and the part of the points
+along the front that is pursued."""
+_COARSE: tuple[Round, ...] = ((False, 5, 0.3), (True, 12, 0.3), (False, 12, 0.3))
+_DESCENT: tuple[Round, ...] = ((False, 20, 0.3),)
+_FINE: tuple[Round, ...] = ((True, 12, 0.5), (True, 20, 0.5), (False, 60, 1.0))
 TARGET = 1e-4
 """KKT proximity at which a design counts as finished."""
 _CHILDREN, _RESTARTS, _CAPACITY = 24, 6, 1_200_000_000
@@ -45,23 +50,51 @@ def polish(
     """
     last = genes
     for number, last in enumerate(polish_rounds(problem, genes, points=points), start=1):
-        report(f"polish, round {number} of {len(_SCHEDULE) + 1}: {len(last)} designs")
+        report(f"polish, round {number}: {len(last)} designs")
     return last
 
 
 def polish_rounds(problem: DesignProblem, genes: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
     """What `polish` has reached after each of its rounds; the arguments are the same."""
+    last = genes
+    for last in coarse_rounds(problem, genes, points=points):
+        yield last
+    yield from fine_rounds(problem, last, points=points)
+
+
+def coarse_rounds(problem: DesignProblem, genes: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
+    """The rounds that find where the front lies, with the designs of the relaxation; see `polish`."""
     designs = np.concatenate([genes, relaxed_designs(problem)])
-    if not (~problem.space.discrete).any():
-        yield designs
-        return
-    yield from _Polish(problem, points or problem.optimiser.population).run(designs)
+    yield designs
+    if (~problem.space.discrete).any():
+        yield from _Polish(problem, points or problem.optimiser.population, 0).run(designs, _COARSE)
+
+
+def fine_rounds(
+    problem: DesignProblem, genes: FloatArray, others: FloatArray | None = None, *, points: int | None = None
+) -> Iterator[FloatArray]:
+    """The rounds that make every point of the front satisfy the optimality conditions; see `polish`.
+
+    `others` are designs (d, m, g) from another search. They descend by themselves before the two compete, because
+    designs of a better valley may still be worse than refined ones of another.
+    """
+    if (~problem.space.discrete).any():
+        polishing = _Polish(problem, points or problem.optimiser.population, 1)
+        pool = genes
+        if others is not None:
+            descended = list(polishing.run(others, _DESCENT))[-1]
+            pool = np.concatenate([genes, descended])
+            yield pool
+        last = pool
+        for last in polishing.run(pool, _FINE):
+            yield last
+        yield polishing.finished(last)
 
 
 class _Polish:
-    """The rounds of one refinement."""
+    """The rounds of one refinement; `stream` tells its random numbers from those of others."""
 
-    def __init__(self, problem: DesignProblem, points: int) -> None:
+    def __init__(self, problem: DesignProblem, points: int, stream: int) -> None:
         known = known_criteria()
         further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
         self._problem = problem
@@ -73,16 +106,16 @@ class _Polish:
         self._objectives = Objectives(problem, further)
         self._count = self._objectives.count
         self._robot = problem.loaded.robot
-        self._generator = np.random.default_rng(problem.optimiser.seed)
+        self._generator = np.random.default_rng([problem.optimiser.seed, stream])
 
-    def run(self, genes: FloatArray) -> Iterator[FloatArray]:
+    def run(self, genes: FloatArray, rounds: tuple[Round, ...]) -> Iterator[FloatArray]:
         """The designs kept after each round."""
         pool, values = self._usable(genes)
         if len(pool) == 0:
             yield genes
             return
-        for mixed, iterations in _SCHEDULE:
-            centres, weights = self._aims(values)
+        for mixed, iterations, part in rounds:
+            centres, weights = self._aims(values, max(1, round(part * self._points)))
             starts = pool[self._starts(values, centres, weights)]
             if mixed:
                 starts = self._mixed(starts, pool, centres, weights)
@@ -91,17 +124,19 @@ class _Polish:
             kept = self._kept(values)
             pool, values = pool[kept], values[kept]
             yield pool
-        yield self._finished(pool, values)
 
-    def _finished(self, pool: FloatArray, values: FloatArray) -> FloatArray:
+    def finished(self, pool: FloatArray) -> FloatArray:
         """The pool with what is still rough finished or, where the front can do without it, left out."""
+        pool, values = self._usable(pool)
+        if len(pool) == 0:
+            return pool
         measure = kktpm(self._problem, pool)
         rough = np.flatnonzero(~(measure <= TARGET))
         if rough.size == 0:
             return pool
         weights = np.zeros_like(values[rough])
         weights[:, : self._count] = 1.0 / Objectives.spans(values)[: self._count]
-        found = self._minimise(pool[rough], values[rough], weights, _SCHEDULE[-1][1])
+        found = self._minimise(pool[rough], values[rough], weights, _FINE[-1][1])
         pool, values = self._usable(np.concatenate([np.delete(pool, rough, axis=0), found, pool[rough]]))
         kept = self._kept(values)
         pool, values = pool[kept], values[kept]
@@ -121,7 +156,7 @@ class _Polish:
         best = np.argmin(values, axis=0)
         return np.unique(np.concatenate([non_dominated(values[:, : self._count]), best]))
 
-    def _aims(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _aims(self, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
         """Centres z and weights (b, k) of the achievement functions: the ends and `total`, then along the front.
 
         What everything else hangs on, the ends and `total`, is aimed at from several starts.
@@ -131,7 +166,7 @@ class _Polish:
         span = Objectives.spans(values)
         single = np.repeat(np.eye(total) / span, self._restarts, axis=0)
         centres = np.tile(values.min(axis=0), (len(single), 1))
-        along = _spread(front[:, : self._count] / span[: self._count], self._points) * span[: self._count]
+        along = _spread(front[:, : self._count] / span[: self._count], points) * span[: self._count]
         inner = np.zeros((len(along), total))
         inner[:, : self._count] = along
         weights = np.zeros_like(inner)

@@ -6,15 +6,16 @@ measurements (Nocedal & Wright 2006, chapters 16 and 18.5, for the method and th
 scaled so that steps, and changes of φ, are of the order of 1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 
 _ITERATIONS = 40
 _TOLERANCE = 1e-9
 _BACK = 0.995
+_WORTHWHILE = 0.8
 
 
 @dataclass(frozen=True)
@@ -50,19 +51,31 @@ class Solutions:
     pieces: FloatArray
     limits: FloatArray
 
+    def put(self, index: IntArray, iterate: "_Iterate") -> None:
+        """Write where the programs with these indices stand."""
+        self.step[index], self.pieces[index], self.limits[index] = iterate.d, iterate.lam, iterate.mu
+
 
 def solve(programs: Programs) -> Solutions:
     """Solve all programs to a relative duality gap of 1e-9 (fewer digits where rounding does not permit more)."""
     iterate = _Iterate(programs)
-    for _ in range(_ITERATIONS):
+    solutions = Solutions(iterate.d.copy(), iterate.lam.copy(), iterate.mu.copy())
+    left = np.arange(len(iterate.d))
+    for step in range(_ITERATIONS + 1):
         gap, residuals = iterate.residuals()
         unfinished = np.maximum(gap, residuals.worst) > _TOLERANCE
-        if not unfinished.any():
-            break
+        # What is finished costs nothing any more once it is a good part of all.
+        if unfinished.mean() < _WORTHWHILE or step == _ITERATIONS:
+            solutions.put(left, iterate)
+            keep = np.flatnonzero(unfinished)
+            if keep.size == 0 or step == _ITERATIONS:
+                break
+            left, gap, residuals, unfinished = left[keep], gap[keep], residuals.take(keep), unfinished[keep]
+            iterate.take(keep)
         # Where the last step could be taken in full the next one may aim far; else it centres first.
         aim = np.where(iterate.last > 0.9, 0.01, np.where(iterate.last > 0.5, 0.1, 0.3))
         iterate.advance(aim * gap, residuals, unfinished)
-    return Solutions(iterate.d, iterate.lam, iterate.mu)
+    return solutions
 
 
 @dataclass(frozen=True)
@@ -73,6 +86,9 @@ class _Residuals:
     by_t: FloatArray
     pieces: FloatArray
     limits: FloatArray
+
+    def take(self, index: IntArray) -> "_Residuals":
+        return _Residuals(*(getattr(self, field.name)[index] for field in fields(self)))
 
     @property
     def worst(self) -> FloatArray:
@@ -105,6 +121,14 @@ class _Iterate:
         # Multipliers on the central path for a product of 0.1, as far as their bounds permit.
         self.mu = np.minimum(0.1 / self.room, 0.5 * q.penalty[:, None, None])
         self.rest = q.penalty[:, None, None] - self.mu
+
+    def take(self, index: IntArray) -> None:
+        """Go on with the programs with these indices only."""
+        self.q = Programs(*(getattr(self.q, field.name)[index] for field in fields(self.q)))
+        self.shape = self.q.limit_gradients.shape
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                setattr(self, name, value[index])
 
     def residuals(self) -> tuple[FloatArray, _Residuals]:
         """Mean complementarity product (b,) and residuals."""

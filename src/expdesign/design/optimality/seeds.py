@@ -11,7 +11,7 @@ from expdesign.design.optimality.certificate import Certificate
 from expdesign.design.optimality.exchange import Exchange, rounded
 from expdesign.design.problem import DesignProblem
 
-LADDER = (0.0, 0.3, 1.0, 3.0, 10.0)
+LADDER = (0.0, 1.0, 10.0)
 _ROUNDS, _DRAWS, _KEPT = 2, 400, 8
 
 
@@ -23,7 +23,7 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
     # Where genes can be refined afterwards a short list will do.
     listed = 100 if (~space.discrete).any() else 2000
     for factor in LADDER if problem.loaded.sources else LADDER[:1]:
-        certificate = Certificate(problem, factor, samples=1000, starts=16, steps=15, tolerance=1e-3)
+        certificate = Certificate(problem, factor, samples=1000, starts=16, steps=15, passes=1, tolerance=1e-3)
         rounds = list(certificate.refine(known, _ROUNDS))
         if not rounds:
             break
