@@ -17,7 +17,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -33,12 +35,13 @@ from expdesign.design.start import reachable_measurements
 
 from .tables import write
 
-NUMBERS = ("seconds", "det(M/m)^(1/p)", "DUIR")
+Result = TypeVar("Result")
+NUMBERS = ("seconds", "wall (s)", "det(M/m)^(1/p)", "DUIR")
 WORKER = Path(__file__).with_name("figaroh_worker.py")
 
 
-def figaroh(python: str, rows: FloatArray, count: int, *options: str) -> tuple[list[int], float]:
-    """Indices that FIGAROH chooses, and its processor seconds."""
+def figaroh(python: str, rows: FloatArray, count: int, *options: str) -> tuple[list[int], tuple[float, float]]:
+    """Indices that FIGAROH chooses, and its processor and wall seconds."""
     with tempfile.TemporaryDirectory() as folder:
         pool, result = Path(folder) / "pool.npz", Path(folder) / "result.json"
         np.savez(pool, information=rows.swapaxes(1, 2) @ rows)
@@ -47,7 +50,7 @@ def figaroh(python: str, rows: FloatArray, count: int, *options: str) -> tuple[l
         if done.returncode != 0:
             raise RuntimeError(done.stderr.strip().splitlines()[-1])
         found = json.loads(result.read_text(encoding="utf-8"))
-    return found["chosen"], found["seconds"]
+    return found["chosen"], (found["seconds"], found["wall"])
 
 
 def row(
@@ -57,7 +60,7 @@ def row(
     genes: FloatArray,
     rows: FloatArray,
     chosen: list[int],
-    seconds: float,
+    seconds: tuple[float, float],
 ) -> dict[str, str | float]:
     """One line of the table: what a selection is worth."""
     information = rows[chosen].reshape(-1, rows.shape[-1])
@@ -66,10 +69,18 @@ def row(
     return {
         "pool": pool,
         "method": method,
-        "seconds": seconds,
+        "seconds": seconds[0],
+        "wall (s)": seconds[1],
         "det(M/m)^(1/p)": float(determinant),
         "DUIR": float(known_criteria()["duir"].values(assessment)[0]),
     }
+
+
+def timed(call: Callable[[], Result]) -> tuple[Result, tuple[float, float]]:
+    """What a call returns, and its processor and wall seconds; once, as FIGAROH's."""
+    start, wall = time.process_time(), time.perf_counter()
+    result = call()
+    return result, (time.process_time() - start, time.perf_counter() - wall)
 
 
 def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
@@ -77,7 +88,9 @@ def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
     count = problem.space.measurements
     generator = np.random.default_rng(seed)
     table: list[dict[str, str | float]] = []
-    notes = [f"Configuration {path}: {count} of the pool's measurements; seconds are processor seconds."]
+    notes = [
+        f"Configuration {path}: {count} of the pool's measurements; `seconds` are processor seconds of one thread."
+    ]
     for size in pools:
         genes = reachable_measurements(problem, size, generator)
         rows = MeasurementInformation(problem, 0.0).rows(genes)
@@ -88,14 +101,10 @@ def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
         except (RuntimeError, FileNotFoundError) as error:
             print(f"FIGAROH does not run with {python} (see `--python`): {error}", file=sys.stderr)
             return
-        start = time.process_time()
-        plan = choose_d_optimal(rows, count, np.random.default_rng(seed))
-        seconds = time.process_time() - start
+        plan, seconds = timed(lambda r=rows: choose_d_optimal(r, count, np.random.default_rng(seed)))
         table.append(row(problem, size, "this program, O1", genes, rows, list(plan.chosen), seconds))
         bound = plan.bound
-        start = time.process_time()
-        selection = choose_measurements(problem, genes)
-        seconds = time.process_time() - start
+        selection, seconds = timed(lambda g=genes: choose_measurements(problem, g))
         index = [int(np.flatnonzero((genes == one).all(axis=1))[0]) for one in selection.genes]
         table.append(row(problem, size, "this program, DUIR", genes, rows, index, seconds))
         socp, detmax, ours, best = ({key: float(entry[key]) for key in NUMBERS} for entry in table[-4:])

@@ -14,7 +14,8 @@ def main() -> None:
     parser.add_argument("--figaroh", default=sys.executable, help="Python interpreter with FIGAROH installed")
     arguments = parser.parse_args()
     for module, options in (
-        ("benchmarks.optimality.hypervolume", []),
+        ("benchmarks.optimality.hypervolume", ["plain"]),
+        ("benchmarks.optimality.hypervolume", ["script"]),
         ("benchmarks.optimality.against_figaroh", ["--python", arguments.figaroh]),
         ("benchmarks.optimality.differential_evolution", []),
         ("benchmarks.optimality.scale", []),

@@ -16,7 +16,11 @@ from scipy.optimize import nnls
 from expdesign.arrays import FloatArray
 from expdesign.design.optimality.limits import MARGIN, Limits
 from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.partials import ROOT_MEANS
 from expdesign.design.problem import DesignProblem
+
+
+_VANISHING = 1e-8
 
 
 def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
@@ -39,6 +43,9 @@ def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
             gradient = piece.gradient(state) * width
             if tie is not None:
                 gradient = tie(gradient, np.arange(len(genes)))
+            # A root mean square that vanishes is as small as it can be: zero is among its subgradients.
+            vanishing = problem.objectives[k].name in ROOT_MEANS and np.abs(piece.value) <= _VANISHING * span[k]
+            gradient = np.where(np.reshape(vanishing, (-1, 1, 1)), 0.0, gradient)
             columns.append(gradient[:, :, free] / span[k])
             slack.append((piece.value - values[:, k]) / span[k])
     limits, limit_gradients = Limits(problem).rows(genes)

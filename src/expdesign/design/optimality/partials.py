@@ -139,8 +139,11 @@ def _tested(kind: str) -> Callable[[DesignState], list[Piece]]:
     return formula
 
 
+ROOT_MEANS = ("duir", "feir", "total")
+"""Criteria that are root mean squares: not differentiable where they vanish."""
+
 _FORMULAS: dict[str, Callable[[DesignState], list[Piece]]] = {
-    **{name: _root_mean(name) for name in ("duir", "feir", "total")},
+    **{name: _root_mean(name) for name in ROOT_MEANS},
     **{name: _tested(name) for name in ("o_tp", "o_mv", "o_mv_max")},
     "o1": _o1,
     "o2": _o2,
