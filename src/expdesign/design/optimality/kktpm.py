@@ -19,7 +19,6 @@ from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.partials import ROOT_MEANS
 from expdesign.design.problem import DesignProblem
 
-
 _VANISHING = 1e-8
 
 
