@@ -21,6 +21,7 @@ class Case:
     wall_s: float
     problem: str = ""
     later: HeldOut | None = None
+    cpu_s: float = float("nan")
 
     @property
     def name(self) -> str:

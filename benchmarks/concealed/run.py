@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import os
 import shlex
 import shutil
 import subprocess
@@ -31,6 +32,15 @@ MOST_SECONDS = 600.0
 
 
 @dataclass(frozen=True)
+class Outcome:
+    """Wall and processor time of a diagnosis (s), and what went wrong, if anything did."""
+
+    wall_s: float
+    cpu_s: float
+    problem: str
+
+
+@dataclass(frozen=True)
 class Examination:
     """How diagnoses are run: the program's command line, where cases and answers lie, how many at a time."""
 
@@ -44,40 +54,33 @@ class Examination:
     def answers(self, name: str) -> Path:
         return self.folder / "answers" / name
 
-    def diagnose(self, name: str) -> tuple[float, str]:
-        """Wall time (s), and what went wrong, if anything did."""
+    def diagnose(self, name: str) -> Outcome:
+        """How long it took, and what went wrong, if anything did."""
         out = self.answers(name)
         out.mkdir(parents=True, exist_ok=True)
         call = [*self.command, "diagnose", "robot.yaml", "recordings.csv", "--out", str(out / "result")]
         with tempfile.TemporaryDirectory() as elsewhere:
             for file in self.questions(name).iterdir():
                 shutil.copy(file, elsewhere)
-            started = time.monotonic()
-            try:
-                done = subprocess.run(
-                    call, cwd=elsewhere, capture_output=True, text=True, timeout=MOST_SECONDS, check=False
-                )
-                problem = "" if done.returncode == 0 else f"exit {done.returncode}: {_last_line(done.stderr)}"
-            except subprocess.TimeoutExpired:
-                problem = f"no answer within {MOST_SECONDS:.0f} s"
-            wall = time.monotonic() - started
+            outcome = _timed(call, elsewhere)
         if (out / "result").is_dir():
             for file in (out / "result").iterdir():
                 shutil.move(file, out / file.name)
             (out / "result").rmdir()
-        (out / "wall_s.txt").write_text(f"{wall:.2f}\n", encoding="utf-8")
-        return wall, problem
+        (out / "wall_s.txt").write_text(f"{outcome.wall_s:.2f}\n", encoding="utf-8")
+        (out / "cpu_s.txt").write_text(f"{outcome.cpu_s:.2f}\n", encoding="utf-8")
+        return outcome
 
-    def judge(self, case: concealed.Case, outcome: tuple[float, str]) -> Case:
-        wall, problem = outcome
+    def judge(self, case: concealed.Case, outcome: Outcome) -> Case:
+        times = {"wall_s": outcome.wall_s, "cpu_s": outcome.cpu_s}
         folder = self.answers(case.truth["case"])
-        if problem:
-            return Case(case.truth, None, wall, problem)
+        if outcome.problem:
+            return Case(case.truth, None, problem=outcome.problem, **times)
         try:
             answer = read_answer(folder / "diagnosis.json", len(case.truth["true_stiffness"]))
         except NoAnswerError as error:
-            return Case(case.truth, None, wall, str(error))
-        return Case(case.truth, answer, wall, "", self._held_out(case, folder))
+            return Case(case.truth, None, problem=str(error), **times)
+        return Case(case.truth, answer, later=self._held_out(case, folder), **times)
 
     def _held_out(self, case: concealed.Case, folder: Path) -> HeldOut | None:
         model = folder / "model.yaml"
@@ -97,6 +100,26 @@ class Examination:
             after = again.answers(name) / "diagnosis.json"
             same += before.exists() and after.exists() and before.read_bytes() == after.read_bytes()
         return same
+
+
+def _timed(call: Sequence[str], folder: str) -> Outcome:
+    """Run one program in a folder. Its processor time counts it alone, whatever else the machine is doing."""
+    started = time.monotonic()
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
+        running = subprocess.Popen(call, cwd=folder, stdout=subprocess.DEVNULL, stderr=said)
+        while True:
+            pid, status, used = os.wait4(running.pid, os.WNOHANG)
+            if pid:
+                break
+            if time.monotonic() - started > MOST_SECONDS:
+                running.kill()
+                os.wait4(running.pid, 0)
+                return Outcome(time.monotonic() - started, float("nan"), f"no answer within {MOST_SECONDS:.0f} s")
+            time.sleep(0.05)
+        running.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        problem = "" if running.returncode == 0 else f"exit {running.returncode}: {_last_line(said.read())}"
+    return Outcome(time.monotonic() - started, used.ru_utime + used.ru_stime, problem)
 
 
 def _last_line(text: str) -> str:

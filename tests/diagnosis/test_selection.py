@@ -9,7 +9,7 @@ from expdesign.chain.effect import Effect
 from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.probability import standing
+from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
 from expdesign.diagnosis.selection import ACCEPTANCE, Search
 from expdesign.diagnosis.smooth import smooth_correction
 from expdesign.identification.fit import Fit
@@ -78,7 +78,9 @@ def test_the_standing_of_an_effect() -> None:
     assert stands.probability > 0.95
     assert "leg_backlash" not in stands.indistinguishable
     alone = standing(model, 0, without, [])
-    assert alone.probability == pytest.approx(1.0 / (1.0 + np.exp(-0.25 * (without.misfit - model.misfit))))
+    assert alone.probability == pytest.approx(
+        MOST / (1.0 + np.exp(-0.5 / TEMPERATURE * (without.misfit - model.misfit)))
+    )
     assert alone.probability >= stands.probability
 
 
@@ -90,7 +92,7 @@ def test_two_names_for_one_thing_share_the_probability() -> None:
     search = search_of(recordings, effects=[base, mount])
     model = search.run()
     (finding,) = findings(search, model)
-    assert finding.probability == pytest.approx(0.5, abs=0.01)
+    assert finding.probability == pytest.approx(0.5 * MOST, abs=0.01)
     assert len(finding.indistinguishable) == 1
     assert {finding.physics, *finding.indistinguishable} == {"base_compliance", "platform_compliance"}
     assert finding.rival is not None
@@ -122,7 +124,14 @@ def test_a_parameter_that_the_recordings_do_not_determine_has_no_interval() -> N
     covariance = np.array([[1e-4, np.inf], [np.inf, np.inf]])
     found = reported(scale, fitted([0.1, 0.2], covariance), slice(0, 2), 1.0)
     assert found["scale_x"][2] == pytest.approx(0.1 + 1.96 * 0.01, rel=1e-3)
-    assert found["scale_y"][2] - found["scale_y"][1] > 1e290
+    # All that is possible: a reading between a tenth and ten times the truth.
+    assert found["scale_y"] == (pytest.approx(0.2), -0.9, 9.0)
+
+
+def test_an_interval_ends_where_the_parameter_does() -> None:
+    """An estimate at its bound: 0 to x, not -x to x."""
+    found = reported(PLAY, fitted([0.0], np.array([[1e-12]])), slice(0, 1), 1.0)
+    assert found["gap_m"] == (0.0, 0.0, pytest.approx(1.96e-6, rel=1e-3))
 
 
 @pytest.mark.parametrize("marked", [False, True])

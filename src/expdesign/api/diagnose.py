@@ -109,5 +109,5 @@ def diagnose(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     result = diagnose_recordings(machine.robot, measured, shared_reference=shared_reference, report=report)
-    model = Model.from_fit(result.model.fit, machine.document, measured.source)
+    model = Model.from_fit(result.handed.fit, machine.document, measured.source)
     return Diagnosed(machine, result, model, series)

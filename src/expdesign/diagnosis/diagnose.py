@@ -14,9 +14,11 @@ from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
+from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
+from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_without
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
 from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
@@ -25,17 +27,6 @@ from expdesign.identification.suspicions import require_positive
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
-
-CONSISTENT = 1e-3
-"""Probability below which χ² speaks against a model."""
-RESIDUAL_SHARE = 0.05
-"""Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
-
-PREDICTS = 1.3
-"""RMS of held-out residuals above which a model describes the recordings but does not predict."""
-
-TENTATIVE = 0.5
-"""Factor on the probabilities of effects beside which something unexplained remains, part of which they may imitate."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +38,13 @@ class Diagnosis:
         noise: standard deviations of the readings.
         base: fit of the base model.
         model: the chosen model, which is the base model where nothing was found.
+        handed: what predictions shall be made with: the chosen model, or the base model where the chosen one explains
+            too little of what was not fitted.
         verdict: `consistent`, `explained` or `unexplained`.
         p_before, p_after: of χ² of the base model and of the chosen one; NaN where the noise level is estimated.
         location: of the mismatch.
         findings: effects that are present together.
-        errors: on fitted and held-out rows.
+        errors: of the model handed on, on fitted and held-out rows.
         search: everything that was considered.
         correction: of an unexplained mismatch, as far as it is smooth; None in other cases.
     """
@@ -61,6 +54,7 @@ class Diagnosis:
     noise: NoiseLevel
     base: Fit
     model: Model
+    handed: Model
     verdict: str
     p_before: float
     p_after: float
@@ -111,11 +105,7 @@ def diagnose(
     report("preparing the library")
     entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    model = search.run()
-    common = _in_common(sample, model, robot)
-    if common:
-        search.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
-        model = search.including(model)
+    model = _sought(search, sample, robot)
     report("checking on held-out recordings")
     errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
     if model is not search.base and errors.test_after > errors.test_before:
@@ -126,25 +116,53 @@ def diagnose(
     found = findings(search, model)
     variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
     location = locate(base, sample, robot, entries, variance)
-    dof_before, dof_after = _dof(base, sample), _dof(model.fit, sample.restricted(~model.outliers))
-    p_before = float(chi2_distribution.sf(base.chi2, dof_before)) if noise.known else float("nan")
-    p_after = float(chi2_distribution.sf(model.fit.chi2, dof_after)) if noise.known else float("nan")
-    verdict = _verdict(found, noise, (base.chi2 / dof_before, p_before), (model.fit.chi2 / dof_after, p_after))
-    # As many effects as the search allows are a sign that they imitate something else.
-    few = len(model.candidates) < search.most_effects or (len(robot.stiffness) == 0 and p_after >= CONSISTENT)
-    sound = few and errors.test_after <= PREDICTS
-    if found and not (sound and not common):
-        verdict = "unexplained"
+    before = (base.chi2, _dof(base, sample))
+    after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
+    p_before, p_after = (
+        float(chi2_distribution.sf(*each)) if noise.known else float("nan") for each in (before, after)
+    )
+    verdict = verdict_without(p_before, known_noise=noise.known)
+    if found:
+        reason = doubt(model, before, after, errors, most=search.most_effects, known_noise=noise.known)
+        verdict = "unexplained" if reason else "explained"
+        search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent":
         require_positive(base, recordings, robot)
-    correction = None
+    correction, handed = None, model
     if verdict == "unexplained":
+        if errors.test_after > HALVED * errors.test_before:
+            handed = search.base
+            errors = held_out(base, handed.fit, sample, recordings.test, handed.outliers)
         report("fitting a smooth correction")
-        correction = smooth_correction(model.fit, sample.restricted(~model.outliers), recordings.test)
-        found = tuple(replace(finding, probability=finding.probability * TENTATIVE) for finding in found)
+        correction = smooth_correction(handed.fit, sample.restricted(~handed.outliers), recordings.test)
+        factor = FITTING if fits(before, after) else TENTATIVE
+        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
     return Diagnosis(
-        robot, recordings, noise, base, model, verdict, p_before, p_after, location, found, errors, search, correction
+        robot=robot,
+        recordings=recordings,
+        noise=noise,
+        base=base,
+        model=model,
+        handed=handed,
+        verdict=verdict,
+        p_before=p_before,
+        p_after=p_after,
+        location=location,
+        findings=found,
+        errors=errors,
+        search=search,
+        correction=correction,
     )
+
+
+def _sought(search: Search, sample: Sample, robot: Robot) -> Model:
+    """The best model; rows are set aside only where they are single mistakes."""
+    model = search.run()
+    common = _in_common(sample, model, robot)
+    if not common:
+        return model
+    search.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
+    return search.run(outliers=False)
 
 
 def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
@@ -184,16 +202,3 @@ def _noise(
     if replicated is not None:
         return replicated
     return noise_from_residuals(recordings, translations, lambda deviations: fit(Chain(robot), sample_with(deviations)))
-
-
-def _verdict(
-    found: tuple[Finding, ...], noise: NoiseLevel, before: tuple[float, float], after: tuple[float, float]
-) -> str:
-    """Before and after: χ²/dof and its p-value."""
-    if not noise.known:
-        return "explained" if found else "consistent"
-    if not found:
-        return "consistent" if before[1] >= CONSISTENT else "unexplained"
-    if after[1] >= CONSISTENT or after[0] - 1.0 <= RESIDUAL_SHARE * (before[0] - 1.0):
-        return "explained"
-    return "unexplained"

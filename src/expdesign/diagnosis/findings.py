@@ -7,11 +7,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.probability import TEMPERATURE, standing
+from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.identification.fit import Fit
 
 _NORMAL_95 = 1.959963984540054
+_UNBOUNDED = 1e300
 
 
 @dataclass(frozen=True)
@@ -69,14 +70,17 @@ def findings(search: Search, model: Model) -> tuple[Finding, ...]:
         count = float(len(lines))
         sentence = f"Row{'s' if count > 1 else ''} {', '.join(map(str, lines))} of the file belong to no physics."
         gain = search.including(model).misfit - model.misfit
-        probability = float(1.0 / (1.0 + np.exp(-0.5 * gain / TEMPERATURE)))
+        probability = MOST / (1.0 + float(np.exp(-0.5 * gain / TEMPERATURE)))
         parameters = {"rows": (count, count, count)}
         result.append(Finding("outlier", "instrument", "", parameters, probability, (), sentence, lines))
     return tuple(result)
 
 
 def reported(effect: Effect, fitted: Fit, part: slice, scale: float) -> dict[str, tuple[float, float, float]]:
-    """Reported parameters of an effect with 95 % intervals by the delta method; `scale` multiplies the covariance."""
+    """Reported parameters of an effect with 95 % intervals by the delta method; `scale` multiplies the covariance.
+
+    An interval ends at the parameter's bounds, and is all between them where the data do not determine it.
+    """
     theta = ca.SX.sym("theta", len(effect.parameters))
     expressions = effect.reported(theta)
     stacked = ca.vertcat(*expressions.values())
@@ -85,14 +89,16 @@ def reported(effect: Effect, fitted: Fit, part: slice, scale: float) -> dict[str
     covariance: FloatArray = fitted.covariance[part, part] * scale
     result: dict[str, tuple[float, float, float]] = {}
     known = np.isfinite(covariance.diagonal())
+    bounds = {parameter.name: (parameter.low, parameter.high) for parameter in effect.parameters}
     for row, name in enumerate(expressions):
+        lowest, highest = bounds.get(name, (-_UNBOUNDED, _UNBOUNDED))
         slope = jacobian[row]
         estimate = float(values[row, 0])
         if np.any(slope[~known] != 0.0):
-            result[name] = (estimate, -1e300, 1e300)
+            result[name] = (estimate, max(lowest, -_UNBOUNDED), min(highest, _UNBOUNDED))
             continue
         used = np.where(known, slope, 0.0)
         variance = float(used[known] @ covariance[np.ix_(known, known)] @ used[known])
         half = _NORMAL_95 * float(np.sqrt(max(variance, 0.0)))
-        result[name] = (estimate, estimate - half, estimate + half)
+        result[name] = (estimate, max(estimate - half, lowest), min(estimate + half, highest))
     return result

@@ -34,7 +34,6 @@ class Candidate:
             parameters, shape (G, M, d) with M readings; from a start away from neutral the mean derivative up to it.
         one_sided: which of these parameters cannot be negative, shape (d,).
         places: number of places at which the library looks for the same physics.
-        seen: number of parameters that the readings can show; a parameter that moves nothing measured costs nothing.
     """
 
     effect: Effect
@@ -42,7 +41,6 @@ class Candidate:
     directions: FloatArray
     one_sided: BoolArray
     places: int
-    seen: int
 
     @property
     def idle(self) -> bool:
@@ -67,8 +65,7 @@ def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances:
             # A search over pitches or time constants looks at as many places as it has starts.
             shapes = np.unique(starts[usable][:, [p.shape for p in effect.parameters]], axis=0)
             places = counts[effect.physics] * len(shapes)
-            seen = _rank(directions[usable]) + len(effect.parameters) - len(free)
-            found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places, seen))
+            found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places))
     return found
 
 
@@ -76,16 +73,7 @@ def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> 
     """A candidate that is idle beside the base model, with its directions beside the effects of a fitted model."""
     effect = candidate.effect
     directions = _directions(effect, candidate.starts, sample, robot, present.values, present.chain.effects)
-    shapes = sum(p.shape for p in effect.parameters)
-    return replace(candidate, directions=directions, seen=_rank(directions) + shapes)
-
-
-def _rank(directions: FloatArray) -> int:
-    """Largest number of independent directions of any start (G, M, d)."""
-    norms = np.linalg.norm(directions, axis=1, keepdims=True)
-    scaled = directions / np.where(norms > 0.0, norms, 1.0)
-    values = np.linalg.eigvalsh(np.einsum("gmd,gme->gde", scaled, scaled))
-    return int((values > 1e-7 * np.maximum(values[:, -1:], 1e-300)).sum(axis=1).max())
+    return replace(candidate, directions=directions)
 
 
 def _directions(

@@ -1,9 +1,10 @@
 """Selection of the physics that explains a mismatch: score tests, full fits, forwards, backwards and by exchange.
 
-Models are compared by a penalised misfit, χ² + Σ over effects of (k·ln M + 2·ln(places) + 2·ln(kinds)): the Bayesian
-information criterion for M readings, with the prior probability of an effect shared evenly among the kinds of physics,
-and within a kind among the places at which the library looks for it. The second part is what controls false discoveries
-over the whole library: the more places are searched, the more a find must explain.
+Models are compared by a penalised misfit, χ² + k·ln M + Σ over effects of (2·ln(places) + 2·ln(kinds)): the Bayesian
+information criterion for M readings and k parameters beyond the compliances that the recordings determine, with the
+prior probability of an effect shared evenly among the kinds of physics, and within a kind among the places at which the
+library looks for it. The second part is what controls false discoveries over the whole library: the more places are
+searched, the more a find must explain.
 """
 
 from collections.abc import Callable, Sequence
@@ -111,12 +112,16 @@ class Search:
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
         self.base = self._fitted((), np.zeros(len(sample.counts), dtype=bool), [np.zeros(0)])
 
-    def run(self) -> Model:
-        """The best model found; with no effects where none is worth its parameters."""
+    def run(self, *, outliers: bool = True) -> Model:
+        """The best model found; with no effects where none is worth its parameters.
+
+        Args:
+            outliers: whether rows may be set aside.
+        """
         current = self.base
         while len(current.candidates) < self.most_effects:
             self.report(f"looking for effect {len(current.candidates) + 1}")
-            grown = self._grow(current)
+            grown = self._grow(current, outliers=outliers)
             if grown is None or current.misfit - grown.misfit < ACCEPTANCE:
                 break
             self.log.add("forward", grown, True, f"misfit falls by {current.misfit - grown.misfit:.1f}")
@@ -134,10 +139,10 @@ class Search:
         """For each effect of a model, the models in which another place or physics stands in for it."""
         return [self._replacements(model, index) for index in range(len(model.candidates))]
 
-    def _grow(self, current: Model) -> Model | None:
+    def _grow(self, current: Model, *, outliers: bool) -> Model | None:
         """The best model with one more effect, or with rows set aside."""
         options = [self._extended(current, candidate) for candidate in self._promising(current)]
-        aside = self._without_outliers(current)
+        aside = self._without_outliers(current) if outliers else None
         if aside is not None:
             options.append(aside)
         best = min(options, key=lambda model: model.misfit, default=None)
@@ -220,8 +225,8 @@ class Search:
             unseen = entry.idle and len(self.robot.stiffness) == 0
             candidate = self._beside(entry, current) if unseen else entry
             result = score(residuals, basis, candidate.directions, candidate.one_sided)
-            gain = result.statistic - self._penalty(candidate)
             free = np.array([not p.shape for p in candidate.effect.parameters])
+            gain = result.statistic - self._price(result.dimension + int((~free).sum())) - self._prior(candidate)
             start = candidate.starts[result.start].copy()
             # A start away from neutral is one already; others are where the linear effect is largest.
             if np.array_equal(start[free], candidate.effect.neutral()[free]):
@@ -294,7 +299,10 @@ class Search:
         compliances = smaller.fit.values[: chain.compliances] if smaller is not None else np.ones(chain.compliances)
         result = fit(chain, sample, np.concatenate([compliances, *parts]) if chosen else None, enough=_ENOUGH)
         misfit = self.log_misfit(result.chi2, sample.readings)
-        misfit += sum(self._penalty(candidate) for candidate in chosen)
+        if chosen:
+            misfit += self._price(result.rank - self.base.fit.rank) + sum(
+                self._prior(candidate) for candidate in chosen
+            )
         misfit += self._outlier_penalty() * int(outliers.sum())
         return Model(chosen, outliers, result, misfit)
 
@@ -306,10 +314,13 @@ class Search:
         del readings
         return self.sample.readings * float(np.log(max(chi2, 1e-300) / self.sample.readings))
 
-    def _penalty(self, candidate: Candidate) -> float:
-        count = candidate.seen
-        bic = count * np.log(max(self.sample.readings, 2))
-        return float(bic + 2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
+    def _price(self, parameters: int) -> float:
+        """Of parameters that the recordings determine."""
+        return float(parameters * np.log(max(self.sample.readings, 2)))
+
+    def _prior(self, candidate: Candidate) -> float:
+        """−2·log of the share of the prior probability that one place of one kind of physics has."""
+        return float(2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
 
     def _outlier_penalty(self) -> float:
         """Of one row set aside: one parameter per reading of it, anywhere among the rows."""

@@ -16,6 +16,8 @@ from expdesign.diagnosis.held_out import folds_of
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.identification.fit import Fit
 
+_EXTREME = 20.0
+"""Logarithms of settings beyond which a search has gone astray."""
 MOST_ROWS = 1500
 """Rows from which the regression learns; more would cost time, not add accuracy."""
 
@@ -83,7 +85,7 @@ def _settings(inputs: FloatArray, residuals: FloatArray, known: IntArray) -> tup
     values = residuals[known]
 
     def misfit(logs: FloatArray) -> float:
-        length, amplitude, noise = np.exp(logs)
+        length, amplitude, noise = np.exp(np.clip(logs, -_EXTREME, _EXTREME))
         matrix = amplitude**2 * np.exp(-0.5 * distances / length**2) + noise**2 * np.eye(len(known))
         try:
             factor = cho_factor(matrix, lower=True)
@@ -94,7 +96,7 @@ def _settings(inputs: FloatArray, residuals: FloatArray, known: IntArray) -> tup
 
     start = np.log([np.sqrt(inputs.shape[1]), max(float(values.std()), 1e-3), 1.0])
     result = minimize(misfit, start, method="Nelder-Mead", options={"maxiter": 60, "xatol": 0.05, "fatol": 0.1})
-    length, amplitude, noise = np.exp(result.x)
+    length, amplitude, noise = np.exp(np.clip(result.x, -_EXTREME, _EXTREME))
     return float(length), float(amplitude), float(noise)
 
 

@@ -2,7 +2,8 @@
 
 A spring k_t that slips at the friction F acts beside the leg's spring k (a Jenkins element). While it sticks the leg is
 stiffer, and what it carries when the load returns is the hysteresis. With a rigid slider the leg follows its force only
-when that has moved by more than F (the play operator).
+when that has moved by more than F (the play operator). Where friction is known by its loop alone, the leg lags behind
+its force by F against the sense of the last change, however small that was.
 """
 
 import casadi as ca
@@ -15,29 +16,35 @@ from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
+_SLACK = 1e-6
+"""N; a force that changes by less has not changed."""
 _SHARES = (0.05, 0.1, 0.2, 0.4)
 """Of the largest force: friction that holds some legs altogether looks unlike a little of it."""
 
 
 class FrictionHysteresis(Effect):
-    """One state per leg. Variants: `rigid` (state: the force that the spring carries) and `elastic` (state: the place
-    of the slider, in force of the leg's spring).
+    """Variants: `rigid` (state: the force that the spring carries), `elastic` (state: the place of the slider, in force
+    of the leg's spring) and `lag` (states: the force of the row before, and the sense of its last change).
     """
 
     physics = "friction_hysteresis"
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(component, variant) for component in actuators_and_all(robot) for variant in ("rigid", "elastic")]
+        return [
+            (component, variant) for component in actuators_and_all(robot) for variant in ("rigid", "elastic", "lag")
+        ]
 
     def describe(self) -> tuple[Parameter, ...]:
-        self.states = len(self.legs)
+        self.states = len(self.legs) * (2 if self.variant == "lag" else 1)
         friction = Parameter("friction_Nm" if turning(self.robot, self.legs) else "friction_N", 1.0, low=0.0, high=1e5)
-        if self.variant == "rigid":
+        if self.variant != "elastic":
             return (friction,)
         return (friction, Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True))
 
     def large_starts(self, points: LoadedPoints) -> list[FloatArray]:
+        if self.variant == "lag":
+            return []  # linear in the friction
         forward = self.robot.jacobians(points.configurations).forward
         forces = np.einsum("nij,ni->nj", forward, points.wrenches)[:, self.legs]
         sizes = [share * float(np.abs(forces).max(initial=0.0)) for share in _SHARES]
@@ -51,6 +58,13 @@ class FrictionHysteresis(Effect):
         following = ca.SX.zeros(state.shape[0])
         for index, leg in enumerate(self.legs):
             applied, before = force[leg], state[index]
+            if self.variant == "lag":
+                sense = state[len(self.legs) + index]
+                changed = applied - before
+                sense = ca.if_else(ca.fabs(changed) > _SLACK, ca.sign(changed), sense)
+                following[index], following[len(self.legs) + index] = applied, sense
+                gained[leg] = -compliance[leg] * friction * sense
+                continue
             if self.variant == "rigid":
                 carried = ca.fmin(ca.fmax(before, applied - friction), applied + friction)
                 following[index] = carried

@@ -3,6 +3,9 @@
 An instrument that measures poses reads the position Qᵀ·p and the orientation Qᵀ·R·Q in its own axes, and a deflection
 is the difference of two such readings. Some software turns the differences themselves instead; at poses away from zero
 the two differ.
+
+Q is given by the angles of `fixed-xyz`, Q = Rz(rot_z)·Ry(rot_y)·Rx(rot_x), whatever the robot's own convention; the
+columns of Q are the instrument's axes in the base frame.
 """
 
 import casadi as ca

@@ -20,6 +20,7 @@ _NEWTON_STEPS = 6
 _SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
     "quadratic": lambda f: f * ca.fabs(f),
     "square": lambda f: f**2,
+    "cube": lambda f: f**3,
     "asymmetric": ca.fabs,
     "hertz": lambda f: ca.sign(f) * ca.exp(2.0 / 3.0 * ca.log(ca.fmax(ca.fabs(f), 1e-9))),
 }
@@ -28,8 +29,9 @@ _SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
 class LegNonlinearStiffness(Effect):
     """Something non-linear in series with the spring, or a spring that hardens.
 
-    `quadratic`, `square`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², |τ| or sign(τ)·|τ|^⅔. `cubic`:
-    the spring obeys τ = k·(x + b·x³), b > 0 hardening. Forces count from zero load, not from the reference state.
+    `quadratic`, `square`, `cube`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², τ³, |τ| or
+    sign(τ)·|τ|^⅔. `cubic`: the spring obeys τ = k·(x + b·x³), b > 0 hardening. Forces count from zero load, not from
+    the reference state.
     """
 
     physics = "leg_nonlinear_stiffness"

@@ -23,15 +23,15 @@ from expdesign.robots.robot import Robot
 class PassiveJointStiffness(Effect):
     """`joint_Nm_per_rad` at both ends of the legs.
 
-    Variants: empty (joints without preload), `bending` (likewise, free to turn about the leg) and `flexures` (relaxed
-    at the zero pose).
+    Variants: empty (joints without preload), `bending` (likewise, free to turn about the leg), `base` and `platform`
+    (bending at that end alone) and `flexures` (relaxed at the zero pose).
     """
 
     physics = "passive_joint_stiffness"
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        variants = ("", "bending", "flexures") if isinstance(robot, Hexapod) else ("",)
+        variants = ("", "bending", "base", "platform", "flexures") if isinstance(robot, Hexapod) else ("",)
         return [(component, variant) for component in legs_and_all(robot) for variant in variants]
 
     def describe(self) -> tuple[Parameter, ...]:
@@ -69,8 +69,11 @@ class PassiveJointStiffness(Effect):
             leg_turn = ca.skew(u) @ velocity / length
             spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
             across = (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn
-            total += leg_turn.T @ leg_turn + across.T @ across
-            if self.variant != "bending":
+            if self.variant != "platform":
+                total += leg_turn.T @ leg_turn
+            if self.variant != "base":
+                total += across.T @ across
+            if not self.variant:
                 about = u.T @ spin
                 total += 0.5 * about.T @ about
         return total

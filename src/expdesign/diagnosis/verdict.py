@@ -1,0 +1,87 @@
+"""When a model counts as an explanation, and when it only imitates something that the library lacks.
+
+Whatever is in no library is imitated by what is, the better the more effects may stand together. Four things betray an
+imitation: it leaves a misfit over; it predicts badly what was not fitted; it needs values that no machine has; it needs
+many effects. On development sets of mechanisms outside the library, imitations left between 10 and 100 % of the excess
+of χ² over (`benchmarks/concealed`); so an excess of which `RESIDUAL_SHARE` would show above the noise is needed before
+as many effects are believed as the search allows, since a single unknown cause is more likely beforehand than that
+number of known ones at once.
+"""
+
+import numpy as np
+from scipy.stats import chi2 as chi2_distribution
+
+from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.selection import Model
+
+CONSISTENT = 1e-3
+"""Probability below which χ² speaks against a model."""
+RESIDUAL_SHARE = 0.05
+"""Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
+PREDICTS = 1.3
+"""RMS of held-out residuals above which a model describes the recordings but does not predict."""
+HALVED = 0.7
+"""Factor on held-out RMS that halves its square: what an imitation has to reach to be handed on as a model."""
+_SHOWS = 3.0
+"""Standard deviations of χ² that count as visible."""
+
+
+def verdict_without(p_value: float, *, known_noise: bool) -> str:
+    """Verdict where nothing was found."""
+    return "consistent" if not known_noise or p_value >= CONSISTENT else "unexplained"
+
+
+def doubt(
+    model: Model,
+    before: tuple[float, int],
+    after: tuple[float, int],
+    errors: HeldOut,
+    *,
+    most: int,
+    known_noise: bool,
+) -> str:
+    """Why a model with effects is no explanation; empty where it is one.
+
+    Args:
+        model: the model.
+        before: χ² and degrees of freedom of the base model.
+        after: the same of this model.
+        errors: on rows that were not fitted.
+        most: effects that the search allows.
+        known_noise: whether χ² is a test.
+    """
+    at_limit = beyond_limits(model)
+    if at_limit:
+        return f"{at_limit} is at the limit of what is physically possible"
+    if errors.test_after > PREDICTS:
+        return "recordings that were not fitted are not predicted"
+    many = len(model.candidates) >= most
+    if not known_noise:
+        return "so many effects at once imitate something else" if many else ""
+    if not fits(before, after):
+        return "a mismatch remains"
+    visible = RESIDUAL_SHARE * (before[0] / before[1] - 1.0) * after[1] > _SHOWS * np.sqrt(2.0 * after[1])
+    if many and not (visible and within_noise(after)):
+        return "so many effects at once may imitate something else"
+    return ""
+
+
+def within_noise(after: tuple[float, int]) -> bool:
+    """Whether χ² (with its degrees of freedom) is that of noise."""
+    return float(chi2_distribution.sf(*after)) >= CONSISTENT
+
+
+def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:
+    """Whether what remains of a mismatch is within the noise, or a small share of it."""
+    remaining, excess = after[0] / after[1] - 1.0, before[0] / before[1] - 1.0
+    return within_noise(after) or remaining <= RESIDUAL_SHARE * excess
+
+
+def beyond_limits(model: Model) -> str:
+    """The first parameter that a fit has driven to a limit at which its effect does not vanish, or nothing."""
+    for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
+        for parameter, value in zip(candidate.effect.parameters, model.fit.values[part], strict=True):
+            limits = {parameter.low, parameter.high} - {parameter.neutral}
+            if not parameter.shape and any(np.isclose(value, limit, rtol=1e-9, atol=0.0) for limit in limits):
+                return f"{parameter.name} of {candidate.effect.component}"
+    return ""

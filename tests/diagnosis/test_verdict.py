@@ -1,0 +1,76 @@
+"""When a model is believed to explain, and when to imitate."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.diagnosis.samples import effect, simulated
+from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
+
+from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.selection import MOST_EFFECTS, Model
+from expdesign.diagnosis.verdict import beyond_limits, doubt, verdict_without
+
+GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, "")
+
+
+@pytest.fixture(scope="module")
+def one() -> Model:
+    """Play of one leg."""
+    return search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=[PLAY]).run()
+
+
+@pytest.fixture(scope="module")
+def many() -> Model:
+    """As many effects as the search allows."""
+    effects = [PLAY, FRICTION, effect(NAME, "load_direction_tilt", "payload")]
+    assert len(effects) == MOST_EFFECTS
+    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=effects)
+    parts = [each.effect.neutral() + 1e-7 for each in search.library]
+    return search._model(tuple(search.library), np.zeros(len(search.sample.counts), dtype=bool), parts)
+
+
+def test_without_effects_chi_squared_decides() -> None:
+    assert verdict_without(0.5, known_noise=True) == "consistent"
+    assert verdict_without(1e-5, known_noise=True) == "unexplained"
+    assert verdict_without(float("nan"), known_noise=False) == "consistent"
+
+
+def test_one_effect_that_fits_explains(one: Model) -> None:
+    assert doubt(one, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
+    assert doubt(one, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=False) == ""
+
+
+def test_a_mismatch_that_remains_is_no_explanation(one: Model) -> None:
+    assert "remains" in doubt(one, (800.0, 200), (300.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
+    # 4 % of a large mismatch: no library is exact.
+    assert doubt(one, (8000.0, 200), (500.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
+
+
+def test_what_does_not_predict_is_no_explanation(one: Model) -> None:
+    bad = replace(GOOD, test_after=1.5)
+    assert "not predicted" in doubt(one, (800.0, 200), (200.0, 199), bad, most=MOST_EFFECTS, known_noise=True)
+
+
+def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_something(many: Model) -> None:
+    """5 % of the excess against three standard deviations of χ²: 60 for 200 degrees of freedom, i.e. an excess of 6."""
+    assert "imitate" in doubt(many, (7.0 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True)
+    assert doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
+    assert "imitate" in doubt(many, (100.0 * 200, 200), (300.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True)
+    assert "imitate" in doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=False)
+
+
+def test_a_value_that_no_machine_has_is_no_explanation(one: Model) -> None:
+    assert beyond_limits(one) == ""
+    values = one.fit.values.copy()
+    values[-1] = PLAY.parameters[0].high
+    absurd = replace(one, fit=replace(one.fit, values=values))
+    assert "gap_m of leg 1" in doubt(absurd, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
+    values[-1] = 0.0  # vanishing is possible
+    assert beyond_limits(replace(one, fit=replace(one.fit, values=values))) == ""
+
+
+def test_every_parameter_has_limits() -> None:
+    for variant in ("diagonal", "full"):
+        for parameter in effect(NAME, "platform_compliance", "platform", variant).parameters:
+            assert np.isfinite([parameter.low, parameter.high]).all()
