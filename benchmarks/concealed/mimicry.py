@@ -1,7 +1,8 @@
 """How much of an effect outside the library known physics would explain, so that every question can be answered.
 
-A misfit that vanishes in the noise beside one or two known effects cannot be told from them by anybody. What known
-effects change is taken to first order, by the linear mechanics of `linear_model` and the true compliances.
+A misfit that vanishes in the noise beside one or two known effects, or with a few rows, cannot be told from them or
+from wrong recordings by anybody. What known effects change is taken to first order, by the linear mechanics of
+`linear_model` and the true compliances.
 """
 
 from __future__ import annotations
@@ -18,11 +19,13 @@ from .hidden import Sized
 from .linear_model import Array, BaseFit, Maps, maps_of, pose_columns, wrenches
 
 _BESIDE = 2  # known effects that may stand together
+_WRONG = 0.03  # share of rows that may be wrong recordings, as where these are what is hidden
 
 
 def remaining_misfit(experiment: Experiment, fit: BaseFit, noise_free: Callable[[Sized], Array], sized: Sized) -> float:
-    """Least sum of squared whitened residuals beside the two known effects that explain most, chosen one by one."""
+    """Least sum of squared whitened residuals beside the two known effects, or without the rows, that explain most."""
     left = fit.residual(noise_free(sized))
+    rows_aside = _without_rows(left, experiment, fit)
     changes = Linear.of(experiment).known_effects()
     blocks = [np.column_stack([fit.residual(each) for each in block]) for block in changes]
     for _ in range(_BESIDE):
@@ -31,6 +34,20 @@ def remaining_misfit(experiment: Experiment, fit: BaseFit, noise_free: Callable[
         chosen = blocks.pop(best)
         left = remainders[best]
         blocks = [_beside(block, chosen) for block in blocks]
+    return min(float(left @ left), rows_aside)
+
+
+def _without_rows(left: Array, experiment: Experiment, fit: BaseFit) -> float:
+    """Sum of squared whitened residuals when as many rows are set aside as wrong recordings may be."""
+    fitted = np.flatnonzero(experiment.fitted)
+    for _ in range(max(2, round(_WRONG * len(experiment.rows)))):
+        worst = fitted[int(np.argmax((left.reshape(len(fitted), -1) ** 2).sum(axis=1)))]
+        each = []
+        for axis in experiment.measured:
+            alone = np.zeros((len(experiment.rows), len(experiment.std)))
+            alone[worst, axis] = experiment.std[axis]
+            each.append(fit.residual(alone))
+        left = _beside(left, np.column_stack(each))
     return float(left @ left)
 
 
