@@ -3,6 +3,7 @@
 import io
 import json
 import re
+import time
 from pathlib import Path
 from typing import Any
 
@@ -47,3 +48,14 @@ def test_every_figure_and_table_can_be_saved(page: dict[str, Any]) -> None:
     assert set(buttons) == set(page["csv"])
     for file in page["csv"].values():
         assert len(pd.read_csv(io.StringIO(file["text"]))) > 0
+
+
+def test_it_opens_in_a_browser_without_an_error(browser: Any, folder: Path) -> None:
+    browser.get_log("browser")
+    browser.get((folder / "report.html").as_uri())
+    drawn = "return [...document.querySelectorAll('.plot')].map(plot => plot.querySelectorAll('.main-svg').length > 0)"
+    end = time.monotonic() + 30.0
+    while not all(browser.execute_script(drawn)):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []

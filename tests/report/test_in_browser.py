@@ -380,3 +380,86 @@ def test_the_printed_page_leaves_out_what_only_a_screen_can_use(browser: Any, he
             assert screen.run(shown, selector), selector
     finally:
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_without_webgl_the_robot_is_drawn_in_the_plane(browser: Any, hexapod: Any) -> None:
+    """Old computers and remote desktops have no WebGL: legs, platform and force are drawn as a parallel projection."""
+    without = """
+        const original = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+            return /webgl/.test(kind) ? null : original.call(this, kind, ...rest);
+        };
+    """
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": without})
+    try:
+        screen = Screen(browser, hexapod)
+        types = screen.run("return document.getElementById('robot').data.map(trace => trace.type)")
+        assert set(types) == {"scatter"}
+        legs = screen.run("return document.getElementById('robot').data.find(trace => trace.name === 'legs')")
+        assert len([value for value in legs["x"] if value is not None]) == 12
+        spans = [max(filter(None, legs[axis])) - min(filter(None, legs[axis])) for axis in "xy"]
+        assert min(spans) > 0.1  # neither squeezed to a line nor to a point
+        screen.click("button[data-of=state][data-step='1']")
+        moved = screen.run("return document.getElementById('robot').data.find(trace => trace.name === 'legs').x")
+        assert moved != legs["x"]
+        assert screen.download("button[data-picture=svg][data-of=robot]", "robot.svg").startswith(b"<svg")
+        assert_quiet(browser)
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+
+
+def test_everything_is_reached_with_the_keyboard_and_has_a_name(hexapod_screen: Screen) -> None:
+    """Every control can be focused and says what it is; headings do not skip a level; one main region."""
+    nameless = hexapod_screen.run(
+        """
+        const controls = document.querySelectorAll('button, select, input, a, [role=region], [role=img]');
+        return [...controls].filter((element) => {
+            const label = element.labels && element.labels[0];
+            const ids = (element.getAttribute('aria-labelledby') || '').split(' ');
+            const by = ids.map((id) => document.getElementById(id));
+            const name = element.getAttribute('aria-label') || element.textContent.trim() || element.dataset.title
+                || (label && label.textContent.trim()) || by.map((node) => node && node.textContent).join('');
+            return !name && !element.closest('.modebar');
+        }).map((element) => element.outerHTML.slice(0, 120));
+        """
+    )
+    assert nameless == []
+    levels = hexapod_screen.run("return [...document.querySelectorAll('h1, h2, h3')].map(h => Number(h.tagName[1]))")
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(following - level <= 1 for level, following in itertools.pairwise(levels))
+    assert hexapod_screen.run("return document.querySelectorAll('main').length") == 1
+    ids = hexapod_screen.run("return [...document.querySelectorAll('[id]')].map(element => element.id)")
+    named = [id for id in ids if not id.startswith(("topdefs", "clip", "legend", "defs", "g"))]
+    assert len(named) == len(set(named))
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_texts_stand_out_from_their_background(hexapod_screen: Screen, theme: str) -> None:
+    """Contrast of at least 4.5 to 1 (WCAG 2.1 AA) for text, and of 3 to 1 for what is drawn."""
+    colours = """
+        document.documentElement.dataset.theme = arguments[0];
+        const style = getComputedStyle(document.documentElement);
+        return Object.fromEntries(arguments[1].map((name) => [name, style.getPropertyValue(name).trim()]));
+    """
+    text = ("--ink", "--muted", "--accent", "--accent-ink")
+    drawn = ("--noise", "--load", "--total", "--recommended", "--knee", "--design", "--platform", "--force")
+    series = tuple(f"--series-{number}" for number in range(1, 7))
+    names = [*text, *drawn, *series, "--card", "--paper", "--accent-soft"]
+    found = hexapod_screen.run(colours, theme, names)
+
+    def luminance(colour: str) -> float:
+        parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722])
+
+    def contrast(one: str, other: str) -> float:
+        high, low = sorted((luminance(found[one]), luminance(found[other])), reverse=True)
+        return (high + 0.05) / (low + 0.05)
+
+    for background in ("--card", "--paper"):
+        for name in text[:3]:
+            assert contrast(name, background) >= 4.5, (name, background)
+    assert contrast("--ink", "--accent-soft") >= 4.5
+    for name in (*drawn, *series):
+        assert contrast(name, "--card") >= 3.0, name
