@@ -110,14 +110,14 @@ def compared() -> Comparison:
     return xd.compare(*problems, plans={"mine": mine}, samples=400, random=6, generations=3)
 
 
-def test_every_criterion_s_design_is_the_best_by_its_own_criterion(compared: Comparison) -> None:
+def test_every_criterion_s_design_beats_random_ones_by_it(compared: Comparison) -> None:
     frame = compared.frame
     assert set(frame["configuration"]) == {"config0", "config1"}
     assert set(frame["origin"]) == {"optimised", "random", "given"}
     assert len(frame) == 2 * (len(known_criteria()) + 6 + 1)
     for name in known_criteria():
-        own = frame[(frame["design"] == name) & (frame["configuration"] == "config1")]
-        assert own[f"{name}_ratio"].item() < 1.1  # a search of three generations, beside those by other criteria
+        here = frame[frame["configuration"] == "config1"].set_index("design")[f"{name}_ratio"]
+        assert here[name] <= min(here[f"random {number}"] for number in range(1, 7))
     assert len(compared.plan("config1", "total")) == 3
     page = compared.page()
     assert [section.id for section in page.sections][:2] == ["summary", "several"]

@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+import expdesign
 from expdesign.commands.console import note, note_unknown_columns
 from expdesign.design.optimality.gradient_check import ACCEPTED, gradient_table
 from expdesign.design.problem import DesignProblem
@@ -13,17 +14,18 @@ from expdesign.design.problem_file import problem_from_document, require_regular
 from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import InputError
 from expdesign.files.table import read_table
-from expdesign.files.yaml_reader import read_yaml
+from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import identify
 from expdesign.identification.model_file import model_from_document
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import read_robot, robot_from_document
+from expdesign.sweeps.runs import sweep_runs
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="A robot or a configuration (YAML), or recordings (CSV).")],
+    file: Annotated[Path, typer.Argument(help="A robot, a configuration or a sweep (YAML), or recordings (CSV).")],
     robot: Annotated[Path | None, typer.Option(help="Robot (YAML) that recordings are of.")] = None,
     shared_reference: Annotated[
         bool, typer.Option("--shared-reference", help="Half of each row's variance is common to its series.")
@@ -32,7 +34,7 @@ def command(
         bool, typer.Option("--gradients", help="Compare every criterion's exact gradient with central differences.")
     ] = False,
 ) -> None:
-    """Read a robot, a configuration or recordings, and say what is wrong or not identifiable.
+    """Read a robot, a configuration, a sweep or recordings, and say what is wrong or not identifiable.
 
     Example: expdesign check configs/hexapod-h1.yaml --gradients
     """
@@ -45,6 +47,8 @@ def command(
         model = model_from_document(document)
         robot_of = check_robot(model.chain.robot, str(file))
         print(f"{file}: identified model with {len(model.chain.effects)} effect(s) of a {robot_of}")
+    elif "vary" in content or "cases" in content:
+        print(f"{file}: {check_sweep(document)}")
     elif "experiment" in content or "schema_version" in content or "targets" in content:
         problem = problem_from_document(document)
         print(f"{file}: {check_problem(problem)}")
@@ -53,7 +57,7 @@ def command(
     elif "kind" in content or "base_joints" in content:
         print(f"{file}: {check_robot(robot_from_document(document), str(file))}")
     else:
-        remedy = "A robot file has the key `kind`, a run configuration `schema_version`."
+        remedy = "A robot file has the key `kind`, a run configuration `experiment`, a sweep `vary`."
         raise InputError("neither a robot nor a run configuration", where=str(file), remedy=remedy)
 
 
@@ -90,6 +94,13 @@ def check_robot(robot: Robot, source: str) -> str:
         f"{robot.kind} `{robot.name}` with {len(robot.stiffness)} actuators is usable "
         f"(scaled condition number {condition:.3g} at its reference pose)."
     )
+
+
+def check_sweep(document: YamlDocument) -> str:
+    """Raise what is wrong with a sweep, or say in words what it asks for."""
+    runs = sweep_runs(document, expdesign.__version__)
+    keys = list(dict.fromkeys(key for run in runs for key in run.values))
+    return f"sweep of {len(runs)} runs over {', '.join(keys)}"
 
 
 def check_problem(problem: DesignProblem) -> str:

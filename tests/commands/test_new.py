@@ -1,0 +1,51 @@
+"""`new` writes files that run as they are, and overwrites nothing."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+from tests.commands.calls import call
+
+from expdesign.templates import kinds
+
+CONFIGURATIONS = [kind for kind, files in kinds().items() if "config.yaml" in {file.name for file in files}]
+
+
+@pytest.mark.parametrize("kind", CONFIGURATIONS)
+def test_what_is_written_runs_as_it_is(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "mine"
+    assert call("new", kind, "--out", folder) == 0
+    assert capsys.readouterr().out.split() == [str(folder / file.name) for file in kinds()[kind]]
+    config = folder / "config.yaml"
+    assert sum(line.count("#") for line in config.read_text().splitlines()) > 8  # commented
+    assert call("check", config) == 0
+    content = yaml.safe_load(config.read_text())
+    content["optimiser"] = {"population": 8, "generations": 1, "polish": False}  # as it is, but shorter
+    if kind == "hexapod":
+        content["experiment"]["poses"] = {"grid": {"x_m": [-0.03, 0.03, 3], "rx_rad": [-0.1, 0.1, 3]}}
+        content["experiment"]["load"] |= {"com_x_m": {"choices": [-0.1, 0.1]}, "com_y_m": {"choices": [-0.1, 0.1]}}
+    config.write_text(yaml.safe_dump(content))
+    assert call("run", config, "--out", folder / "results") == 0
+    assert len(pd.read_csv(folder / "results" / "plan.csv")) == content["experiment"]["measurements"]
+
+
+def test_a_sweep_of_what_was_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("new", "bipod", "--out", tmp_path) == 0
+    assert call("new", "sweep", "--out", tmp_path) == 0
+    capsys.readouterr()
+    assert call("check", tmp_path / "sweep.yaml") == 0
+    assert "sweep of 9 runs over targets[0].weight" in capsys.readouterr().out
+
+
+def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "robot.yaml").write_text("mine")
+    assert call("new", "bipod", "--out", tmp_path) == 2
+    assert "robot.yaml: this file is there already" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.yaml"]
+    assert (tmp_path / "robot.yaml").read_text() == "mine"
+
+
+def test_a_name_that_is_nearly_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("new", "hexpod", "--out", tmp_path) == 2
+    assert "Did you mean `hexapod`?" in capsys.readouterr().err

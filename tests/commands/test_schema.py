@@ -1,0 +1,60 @@
+"""The schema for editors accepts every file that the program accepts, and what is kept in docs is current."""
+
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from tests.commands.calls import call
+
+from expdesign.commands.schema import SCHEMAS
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.templates import kinds
+
+ROOT = Path(__file__).parents[2]
+FILES = [file for file in sorted((ROOT / "configs").glob("*.yaml")) if not file.name.startswith("study")]
+FILES += [file for files in kinds().values() for file in files if file.name in ("config.yaml", "sweep.yaml")]
+
+
+def schema(kind: str) -> Any:
+    return SCHEMAS[kind].model_json_schema()
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}-{file.stem}")
+def test_it_accepts_the_files_that_come_with_the_program(file: Path) -> None:
+    content = read_yaml(file).content
+    jsonschema.validate(content, schema("sweep" if "vary" in content else "configuration"))
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("experiment", "measurments"), 3),
+        (("experiment", "measurements"), 0),
+        (("experiment", "load", "mass_kg"), [1, 2, 3]),
+        (("experiment", "load", "mass_kg"), {"choices": []}),
+        (("optimiser", "seed"), "one"),
+        (("aggregate",), "median"),
+        (("targets",), []),
+    ],
+)
+def test_it_marks_mistakes(place: tuple[str, ...], value: object) -> None:
+    content = read_yaml(ROOT / "configs/hexapod-h1.yaml").content
+    part = content
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(content, schema("configuration"))
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_what_is_kept_is_current(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Make it again with `expdesign schema KIND > docs/schema/KIND.schema.json`."""
+    assert call("schema", kind) == 0
+    assert capsys.readouterr().out == (ROOT / "docs/schema" / f"{kind}.schema.json").read_text(encoding="utf-8")
+
+
+def test_a_name_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("schema", "config") == 2
+    assert "Did you mean `configuration`?" in capsys.readouterr().err
