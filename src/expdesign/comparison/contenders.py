@@ -34,20 +34,32 @@ def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> Plan:
 
 
 def optimised(
-    problem: DesignProblem, seed: int, generations: int | None, report: Callable[[str], None] = lambda text: None
+    problem: DesignProblem,
+    seed: int,
+    generations: int | None,
+    report: Callable[[str], None] = lambda text: None,
 ) -> list[Contender]:
-    """The best design that is found by each known criterion alone, as its own author would have chosen it.
+    """The best design by each known criterion alone, as its own author would have chosen it.
+
+    Every criterion is searched by itself. A search can end at a local optimum, and what another one found can be better
+    by its own criterion: of all designs that were found, each criterion has the best.
 
     Raises:
         InfeasibleError: no design within the limits was found.
         NotIdentifiableError: no design identifies what the targets need.
     """
-    found = []
+    genes = []
     for name, criterion in known_criteria().items():
-        best = search_single(problem, criterion, seed=seed, generations=generations)
-        found.append(Contender(name, "optimised", plan_of_genes(problem, best.genes)))
+        found = search_single(problem, criterion, seed=seed, generations=generations)
+        genes.append(found.genes)
         report(name)
-    return found
+    plans = [plan_of_genes(problem, one) for one in genes]
+    assessment = problem.assess(*problem.space.decode(np.array(genes)), np.array([plan.series for plan in plans]))
+    best = []
+    for name, criterion in known_criteria().items():
+        values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
+        best.append(Contender(name, "optimised", plans[int(np.nanargmin(values))]))
+    return best
 
 
 def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:

@@ -140,7 +140,7 @@ def _several(
     layout = {"barmode": "group", "yaxis": {"title": {"text": unit}, "rangemode": "tozero"}, "showlegend": True}
     blocks.append(
         Figure(
-            "several", "The design of each criterion in every configuration", {"data": data, "layout": layout},
+            "per-criterion", "The design of each criterion in every configuration", {"data": data, "layout": layout},
             f"{what} Whiskers are standard errors.",
             f"Bars of the {unit} per criterion and configuration; the tables below hold the numbers.",
             filename="configurations",
@@ -329,7 +329,10 @@ def _signed(value: float) -> str:
 
 
 _WORDS = [
-    ("Design by X", "The best plan that is found when criterion X alone is optimised, as its own author would."),
+    (
+        "Design by X",
+        "The plan that is best by criterion X alone, as its own author would choose it, of all that were found.",
+    ),
     (
         "Attained",
         "What is left at the targets after experiment, identification and exact compensation, repeated with noise and "
