@@ -123,7 +123,7 @@ class LumpedStiffness(Study):
                 ],
             ),
             Text("## All legs"),
-            Text("The same robot, six measurements on all axes (columns as in the thesis' table of stiffnesses):"),
+            Text("The same robot, six measurements on all axes:"),
             Shown(
                 ["leg", "true (N/µm)", "identified (N/µm)", "95 % interval"],
                 [
@@ -134,8 +134,7 @@ class LumpedStiffness(Study):
             Text("## Deflections along X and Y"),
             Text(
                 "Predicted with these stiffnesses and measured (full equilibrium, with noise) at poses that were not "
-                f"fitted; the prediction leaves {100.0 - explained:.1f} % of the translations, 1 − ‖residual‖/‖deflection‖ = "
-                f"{explained:.1f} %."
+                f"fitted; of the translations, 1 − ‖residual‖/‖deflection‖ = {explained:.1f} % is explained."
             ),
             Picture(
                 "deflections", "Left: the vertical series. Others: measured (dots) and predicted deflections (lines)."
