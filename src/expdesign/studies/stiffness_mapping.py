@@ -89,7 +89,7 @@ class StiffnessMapping(Study):
             axis.text(column(table, "mass_kg").min(), 1.1e6 * repeatability, "repeatability", fontsize=7)
             axis.set_xlabel("mass of the payload (kg)")
             axis.set_ylabel(f"difference, {kind.split('_')[0]} ({unit})")
-        axes[0].legend(fontsize=7)
+        axes[1].legend(fontsize=7, loc="lower right")
         return {"differences": figure}
 
     def page(self, settings: Settings, tables: Tables) -> list[Piece]:
