@@ -115,9 +115,9 @@ class ScaledErrors(Study):
             Text(
                 f"Of {len(correlations) // 2} pairs of components the largest correlation is {largest['G_U']:.3f} "
                 f"with G_U, and 0 with G_C (predicted; in {settings.samples} draws no pair exceeds "
-                f"{seen['G_C']:.4f}). The {len(score)} correlations lie within {np.abs(score).max():.2f} standard errors "
-                f"of the prediction; for the largest of so many, {corrected_limit(len(score)):.2f} has the same chance as "
-                "three has for one."
+                f"{seen['G_C']:.4f}). The {len(score)} correlations lie within {np.abs(score).max():.2f} standard "
+                "errors of the prediction; for the largest of so many, "
+                f"{corrected_limit(len(score)):.2f} has the same chance as three has for one."
             ),
             Shown(
                 ["component, measurement", "std with G_C", "predicted", "z", "share within ±1", "predicted", "z"],
