@@ -11,7 +11,7 @@ from expdesign.identification.identify import identify
 # Class, component, variant and parameters; sizes as of worn or light arms, each well above the noise.
 CONCEALED = {
     "tilting bearing": ("JointCompliance", "joint 2", "", [8e-6]),
-    "tilting bearing, two directions": ("JointCompliance", "joint 1", "two directions", [8e-6, 3e-6]),
+    "tilting bearing, two directions": ("JointCompliance", "joint 3", "two directions", [2e-5, 8e-6]),
     "bending link": ("LinkCompliance", "link 2", "", [6e-6, 3e-6]),
     "play": ("JointBacklash", "joint 4", "middle", [2e-4]),
     "gear error": ("JointPeriodicError", "joint 3", "", [6e-5, 4e-5, 0.9]),
