@@ -1,6 +1,6 @@
 """Plan and evaluate the calibration of robots that carry loads.
 
-The package reads like the command line (`docs/api.md`):
+The package reads like the command line (`docs/api.ipynb`):
 
     import expdesign as xd
 
