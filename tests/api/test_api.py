@@ -1,0 +1,85 @@
+"""The functions of the package are found by their place, import late, and do what the commands do."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recordings_file
+
+import expdesign as xd
+from expdesign.api.inputs import RobotFile, numeric
+from expdesign.design.plan import csv_text
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import InputError
+from expdesign.files.table import read_table
+from expdesign.identification.model_file import Model
+from expdesign.recordings.recordings import Recordings
+
+API = [file.stem for file in (ROOT / "src/expdesign/api").glob("*.py") if file.stem not in ("__init__", "inputs")]
+
+
+def test_every_function_is_there_and_known_to_type_checkers() -> None:
+    tree = ast.parse(Path(xd.__file__).read_text(encoding="utf-8"))
+    named = {alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert set(API) <= set(dir(xd))
+    assert set(API) <= named
+    for name in API:
+        function = getattr(xd, name)
+        assert function.__name__ == name
+        assert "Raises:" in function.__doc__
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = xd.nothing
+
+
+def test_the_package_imports_late() -> None:
+    code = "import sys, expdesign; print(sorted({'casadi', 'numpy', 'pandas'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "[]\n"
+
+
+def test_load_tells_files_by_what_they_hold(tmp_path: Path) -> None:
+    recordings = recordings_file(tmp_path)
+    assert isinstance(xd.load(CONFIG), DesignProblem)
+    robot = xd.load(ROBOT)
+    assert isinstance(robot, RobotFile)
+    frame = xd.load(recordings)
+    assert isinstance(frame, pd.DataFrame)
+    assert frame["dz_m"].dtype == float
+    assert isinstance(xd.load(recordings, robot), Recordings)
+    identified = xd.identify(robot, [recordings])
+    identified.save(tmp_path / "out")
+    assert isinstance(xd.load(tmp_path / "out" / "model.yaml"), Model)
+    (tmp_path / "else.yaml").write_text("a: 1\n")
+    with pytest.raises(InputError, match="neither"):
+        xd.load(tmp_path / "else.yaml")
+
+
+def test_what_is_saved_is_what_the_command_writes(tmp_path: Path) -> None:
+    """From frames and objects in Python as from files at the command line, to the last digit."""
+    plan, robot = plan_file(tmp_path), xd.load(ROBOT)
+    simulated = xd.simulate(xd.load(CONFIG), xd.load(plan), seed=5)  # type: ignore[arg-type]
+    pd.testing.assert_frame_equal(simulated.frame, xd.load(recordings_file(tmp_path)), check_exact=True)
+    identified = xd.identify(robot, simulated.frame)  # type: ignore[arg-type]
+    assert call("identify", ROBOT, tmp_path / "recordings.csv", "--out", tmp_path / "command") == 0
+    written = xd.load(tmp_path / "command" / "model.yaml")
+    assert isinstance(written, Model)
+    # The file holds compliances in m/N, of which the chain has the ratios to the nominal ones: the last bit may differ.
+    np.testing.assert_allclose(written.values, identified.model.values, rtol=1e-15)
+    for name, function in (("predict", xd.predict), ("compensate", xd.compensate)):
+        out = tmp_path / f"{name}.csv"
+        assert call(name, tmp_path / "command" / "model.yaml", plan, "--out", out) == 0
+        function(written, plan).save(tmp_path / "api.csv")
+        assert (tmp_path / "api.csv").read_bytes() == out.read_bytes()
+
+
+def test_numbers_of_a_text_frame_are_exact(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"a": [0.1, 1e-300, -0.0], "b": [1, 2, 3], "c": ["x", "1", "2"], "d": [1.5, None, 2.0]})
+    (tmp_path / "t.csv").write_text(csv_text(frame))
+    table = numeric(read_table(tmp_path / "t.csv").frame)
+    assert table["a"].tolist() == frame["a"].tolist()
+    assert table["b"].tolist() == [1, 2, 3]
+    assert table["c"].tolist() == ["x", "1", "2"]
+    assert table["d"].isna().tolist() == [False, True, False]
