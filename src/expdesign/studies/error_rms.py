@@ -76,14 +76,15 @@ class ErrorRms(Study):
         ratios.axhline(1.0, color="#475569", linewidth=0.8)
         ratios.set_xlabel("plan and part (translation, rotation)")
         ratios.set_ylabel("RMS / √(trace), bars: three standard errors")
-        ratios.legend(fontsize=7)
         for index, (cause, rows) in enumerate(tables["density"].groupby("series", sort=False)):
             densities.step(rows["centre"], rows["density"], where="mid", color=COLOURS[index], label=str(cause))
             first = table[(table["cause"] == cause) & (table["part"] == "translation")].iloc[0]
             densities.axvline(first["rms_predicted"], color=COLOURS[index], linestyle=(0, (4, 2)), linewidth=0.9)
-        densities.set_xlabel("length of the translation error, first plan (µm); dashed: √(trace)")
+        densities.set_xlabel("length of the translation error (µm)")
         densities.set_ylabel("density")
         densities.set_ylim(bottom=0.0)
+        densities.legend(fontsize=7)
+        densities.set_title("first plan; dashed: √(trace)")
         return {"rms": figure}
 
     def page(self, settings: Settings, tables: Tables) -> list[Piece]:
