@@ -14,6 +14,7 @@ import pytest
 from matplotlib import __version__ as matplotlib_version
 
 from expdesign.studies.making import Prepared, digest, prepare, presentation, read_frame, sha256, table_text
+from expdesign.studies.page import index_text
 from expdesign.studies.study import known_studies
 
 ROOT = Path(__file__).parents[2]
@@ -40,6 +41,10 @@ def kept_text(name: str, file: str) -> str:
 def test_every_configuration_is_of_a_study() -> None:
     assert sorted(path.stem for path in CONFIGURATIONS.glob("*.yaml")) == sorted(STUDIES)
     assert sorted(path.name for path in KEPT.iterdir() if path.is_dir()) == sorted(STUDIES)
+
+
+def test_the_index_lists_them_all() -> None:
+    assert (KEPT / "README.md").read_text(encoding="utf-8") == index_text(), "run `expdesign study all`"
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -29,7 +29,7 @@ def command(
     except ImportError:
         remedy = "Install it: pip install 'expdesign[studies]'."
         raise InputError("studies draw with matplotlib, which is not installed", remedy=remedy) from None
-    from expdesign.studies.making import make, prepare  # noqa: PLC0415
+    from expdesign.studies.making import make, prepare, write_index  # noqa: PLC0415
     from expdesign.studies.study import known_studies  # noqa: PLC0415
 
     wanted = list(known_studies()) if name == "all" else [name]
@@ -41,3 +41,5 @@ def command(
         make(each, configurations, out)
         note(f"{each}: {time.monotonic() - started:.1f} s")
         print(out / each / "README.md")
+    if name == "all":
+        write_index(out)

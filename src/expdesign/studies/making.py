@@ -15,7 +15,7 @@ from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.files.schema import validate
 from expdesign.files.yaml_reader import YamlDocument, read_text, read_yaml
 from expdesign.studies.drawing import svg_text
-from expdesign.studies.page import page_text
+from expdesign.studies.page import index_text, page_text
 from expdesign.studies.study import Study, StudySection, StudyTable, Tables, known_studies
 
 LARGEST_FIGURE = 100_000
@@ -60,6 +60,11 @@ def make(name: str, configurations: Path, out: Path) -> None:
     with output_folder(out / name) as scratch:
         for file, text in files.items():
             write_file(scratch / file, text)
+
+
+def write_index(out: Path) -> None:
+    """Write the list of all studies into `out`."""
+    write_file(out / "README.md", index_text())
 
 
 def presentation(prepared: Prepared, tables: Tables) -> dict[str, str]:

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Sequence
 
-from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, Text
+from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, Text, known_studies
 
 _WIDTH = 120
 
@@ -20,6 +20,21 @@ def page_text(study: Study, settings: StudySection, pieces: Sequence[Piece]) -> 
         ),
         "\n".join(_item(sentence) for sentence in settings.assumed),
         *(_piece(piece) for piece in pieces),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def index_text() -> str:
+    """The list of all studies."""
+    parts = [
+        "# Studies",
+        "```\nexpdesign study all\n```",
+        _wrapped(
+            "What the thesis shows, computed again. Its dimensions are not public: every page says which figures are "
+            "assumed. Each study is one file in `src/expdesign/studies` and one configuration in `configs/studies`; "
+            "its folder here holds the tables (CSV), the figures and a page."
+        ),
+        "\n".join(f"- [{study.title}]({name})" for name, study in known_studies().items()),
     ]
     return "\n\n".join(parts) + "\n"
 
