@@ -10,7 +10,7 @@ CONFIG ?= configs/hexapod-h1.yaml
 $(VENV)/installed: pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is needed (or: make PYTHON=python3)"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,laboratory,studies]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,laboratory,studies]'
 	touch $@
 
 run: $(VENV)/installed
@@ -30,8 +30,12 @@ proof: $(VENV)/installed
 studies: $(VENV)/installed
 	$(BIN)/expdesign study all
 
+$(VENV)/docs: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	touch $@
+
 # The documentation as pages that open from their files: site/index.html. Broken links are errors.
-docs: $(VENV)/installed
+docs: $(VENV)/docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "site/index.html"
 
