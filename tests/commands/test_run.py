@@ -120,3 +120,33 @@ def test_a_wrong_configuration_ends_in_one_message(
     assert "Traceback" not in error
     assert not out.exists()
     assert list(tmp_path.glob(".out*")) == []
+
+
+def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content = yaml.safe_load((CONFIGS / "hexapod-geometric.yaml").read_text())
+    content["robot"] = yaml.safe_load((CONFIGS / "robots/hexapod-h1.yaml").read_text())
+    content["experiment"] |= {"frames": "unknown", "measurements": 8}
+    content["optimiser"] = {"population": 6, "generations": 2, "seed": 3}
+    out = tmp_path / "out"
+    assert call("run", written(tmp_path, content), "--out", out) == 0
+    assert json.loads((out / "run.json").read_text())["duir_lower_bound"] is None
+    assert "unknown frames make parameters redundant" in capsys.readouterr().err
+    assert call("evaluate", tmp_path / "config.yaml", out / "plan.csv", "--json") == 0
+    record = json.loads(capsys.readouterr().out.split("report.html")[-1])
+    assert record["rank"] == 42
+    assert record["identifies_targets"]
+    assert call("simulate", tmp_path / "config.yaml", out / "plan.csv", "--out", tmp_path / "r.csv") == 2
+    assert "elastostatic calibration only" in capsys.readouterr().err
+
+
+def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:
+    content = yaml.safe_load((CONFIGS / "hexapod-h1.yaml").read_text())
+    content["robot"] = yaml.safe_load((CONFIGS / "robots/hexapod-h1.yaml").read_text())
+    content["experiment"] |= {"reference_pose": {"pose": [0.0] * 6}, "measurements": 2}
+    content["optimiser"] = {"population": 6, "generations": 2, "seed": 3, "polish": False}
+    out = tmp_path / "out"
+    assert call("run", written(tmp_path, content), "--out", out) == 0
+    poses = pd.read_csv(out / "poses.csv")
+    assert list(poses["kind"]) == ["reference", "pose"] * 4
+    assert (poses.loc[poses["kind"] == "reference", "mass_kg"] == 0.0).all()
+    assert list(poses["mass_kg"].iloc[[3, 7]]) == list(pd.read_csv(out / "plan.csv")["mass_kg"])

@@ -9,6 +9,8 @@ from tests.oracle import Array
 from expdesign.compensation.monte_carlo.comparison import standard_deviation
 from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.accuracy_map import accuracy_maps
+from expdesign.design.body_axes import body_axes
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
@@ -86,6 +88,19 @@ def test_the_angle_about_the_mirrors_axis_does_not_matter() -> None:
     # The noise of measured angles is not quite that of the other angles (they differ by up to rx·ry of themselves).
     assert values["body"][1] == pytest.approx(values["body"][0], rel=0.02)
     assert abs(values["pose"][1] / values["pose"][0] - 1.0) > 2.0 * abs(values["body"][1] / values["body"][0] - 1.0)
+
+
+def test_the_map_of_accuracy_agrees_with_the_criterion_at_the_target() -> None:
+    here = mirror("body", ANGLES)
+    plan = one_plan(here)
+    found = body_axes(here.loaded.robot, here.targets.configurations)
+    assert here.targets.axes is not None
+    np.testing.assert_allclose(found, here.targets.axes, rtol=1e-12)
+    chart = accuracy_maps(here)[0]
+    assessment = here.assess(plan.configurations[None], plan.loads[None])
+    values = chart.rms(np.linalg.inv(assessment.whitened[0].T @ assessment.whitened[0]))
+    here_on_map = np.argmin(np.abs(chart.up)), np.argmin(np.abs(chart.across))
+    assert values[here_on_map] == pytest.approx(duir(here, plan), rel=1e-6)
 
 
 def test_monte_carlo_attains_them() -> None:

@@ -31,6 +31,10 @@ def command(
         f"{len(front)} designs on the front; recommended design {front.recommended + 1}: "
         f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
     )
+    if result.record["duir_lower_bound"] is None:
+        note(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
+    if result.protocol is not None:
+        note(f"{folder / 'poses.csv'} has every pose to measure, references included; `expdesign correct` reads it")
     print(page)
 
 

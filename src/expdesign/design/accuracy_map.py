@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.design.body_axes import body_axes
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
 from expdesign.robots.robot import CONDITION_LIMIT
@@ -90,7 +91,10 @@ def _weights(problem: DesignProblem, target: int, grid: FloatArray) -> FloatArra
     loaded, parameters = problem.target_loads[target]
     measured = loaded.measure(grid, np.broadcast_to(parameters, (*grid.shape[:-1], len(parameters))))
     usable = (measured.condition <= CONDITION_LIMIT) & (robot.limit_excess(grid) <= 1e-9)
-    rows = np.where(usable[..., None, None], measured.observation, np.nan)
+    observation = measured.observation
+    if problem.config["targets"][target].get("tolerance_axes") == "body":
+        observation = body_axes(robot, grid) @ observation
+    rows = np.where(usable[..., None, None], observation, np.nan)
     importance = problem.targets.importance[target]
     weight: FloatArray = np.einsum("i,vuip,vuiq->vupq", importance, rows, rows)
     return weight

@@ -3,6 +3,7 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.design.body_axes import body_axes
 from expdesign.design.schema import ExperimentSection, PointsSection, TargetSection
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import KeyPath, YamlDocument
@@ -43,23 +44,16 @@ def noise_of_points(
 def tolerance_axes(target: TargetSection, robot: Robot, document: YamlDocument, index: int) -> FloatArray:
     """S of a target: rotations about the body's own axes where `tolerance_axes` is `body` (theory.md 9.C), (n, n).
 
-    S = blkdiag(I, Rᵀ·E), E·α̇ = ω: what is tolerated is then a small rotation about the axes of the platform frame,
-    whatever angles describe the orientation.
-
     Raises:
         InputError: the robot's pose has no angles.
     """
     n, split = robot.coordinates.n, robot.coordinates.translations
-    axes = np.eye(n)
     if target.tolerance_axes == "pose":
-        return axes
+        return np.eye(n)
     where = document.where(("targets", index, "tolerance_axes"))
     if n == split or len(robot.configuration) != n or len(target.pose) != n:
         raise InputError("axes of the body need a pose with angles", where=where, remedy="Take the key out.")
-    jacobians = robot.jacobians(np.array(target.pose, dtype=float))
-    rates = jacobians.forward @ np.linalg.inv(jacobians.pose)
-    axes[split:, split:] = jacobians.rotation.T @ rates[split:, split:]
-    return axes
+    return body_axes(robot, np.array(target.pose, dtype=float))
 
 
 def with_reference_pose(

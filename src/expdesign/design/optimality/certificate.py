@@ -126,7 +126,8 @@ class Certificate:
     def result(self, front: FloatArray | None) -> "Result":
         """The best bound of the refinement and its last round."""
         if self._problem.loaded.regressor.redundant:
-            return Result(LowerBound(None, "not computed: parameters that are redundant by themselves have none"), None)
+            words = "not computed, nor are designs refined by gradients: unknown frames make parameters redundant"
+            return Result(LowerBound(None, words), None)
         if not (self._relaxation.targets != 0.0).any():
             return Result(LowerBound(None, "no axis of any target has a tolerance"), None)
         best, words, gap, last = 0.0, "", np.inf, None
