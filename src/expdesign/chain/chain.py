@@ -13,6 +13,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.markers import COMPLIANCE_SPREAD, MarkerReading, true_geometry
 from expdesign.chain.row import Row, RowData, row_symbols
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
@@ -30,21 +31,33 @@ class Chain:
         robot: the robot.
         effects: physics beyond the base model, acting in this order within a link.
         instrument: whether the chain ends with the instrument's reading; otherwise with the motion of the platform.
+        markers: what the instrument reads where it measures positions; None where it measures deflections.
 
     Attributes:
-        parameters: compliances first (`c1`, ... in units of 1/apK), then those of the effects.
+        parameters: compliances first (`c1`, ... in units of 1/apK), then those of the instrument and its markers, then
+            those of the effects.
     """
 
-    def __init__(self, robot: Robot, effects: tuple[Effect, ...] = (), *, instrument: bool = True) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        effects: tuple[Effect, ...] = (),
+        *,
+        instrument: bool = True,
+        markers: MarkerReading | None = None,
+    ) -> None:
         self.robot = robot
         self.effects = effects
         self.instrument = instrument
         compliances = tuple(
-            Parameter(f"c{i + 1}", scale=1.0, neutral=1.0, low=1e-6) for i in range(len(robot.stiffness))
+            Parameter(f"c{i + 1}", 1.0, neutral=1.0, low=1e-6, spread=COMPLIANCE_SPREAD if markers else np.inf)
+            for i in range(len(robot.stiffness))
         )
-        self.parameters = compliances + tuple(p for effect in effects for p in effect.parameters)
+        self.markers = markers
+        own = compliances + (() if markers is None else markers.parameters)
+        self.parameters = own + tuple(p for effect in effects for p in effect.parameters)
         self.slices: list[slice] = []
-        start = len(compliances)
+        self.base = start = len(own)
         for effect in effects:
             self.slices.append(slice(start, start + len(effect.parameters)))
             start += len(effect.parameters)
@@ -57,8 +70,16 @@ class Chain:
         return len(self.robot.stiffness)
 
     def start(self) -> FloatArray:
-        """Approximate compliances and neutral effects, shape (p,)."""
-        return np.concatenate([np.ones(self.compliances), *(effect.neutral() for effect in self.effects)])
+        """Approximate compliances, instrument and markers as registered, and neutral effects, shape (p,)."""
+        placed = np.zeros(0) if self.markers is None else self.markers.start
+        return np.concatenate([np.ones(self.compliances), placed, *(effect.neutral() for effect in self.effects)])
+
+    def knowledge(self) -> tuple[FloatArray, FloatArray] | None:
+        """Mean and standard deviation of the parameters before anything is measured, (p,) each; None for nothing."""
+        spreads = np.array([parameter.spread for parameter in self.parameters])
+        if not np.isfinite(spreads).any():
+            return None
+        return np.array([parameter.neutral for parameter in self.parameters]), spreads
 
     def scales(self) -> FloatArray:
         """Typical size of every parameter, shape (p,)."""
@@ -78,6 +99,15 @@ class Chain:
         assert sensitivities is not None
         return deflections, sensitivities
 
+    @property
+    def width(self) -> int:
+        """Components of what the chain ends with."""
+        return 3 if self.markers is not None and self.instrument else self.robot.coordinates.n
+
+    def row_symbols(self) -> Row:
+        """Symbols of one row."""
+        return row_symbols(self.robot, 0 if self.markers is None else len(self.markers.names))
+
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot
@@ -90,7 +120,7 @@ class Chain:
             forward, pose_map, wrench = self._with_true_geometry(row, compliance, parts)
         for effect, part in zip(self.effects, parts, strict=True):
             wrench = effect.load(wrench, row, part)
-        force = forward.T @ wrench if self.compliances else ca.SX.zeros(0)
+        force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
         elongation = compliance * force
         states, offset = [], 0
         for effect, part in zip(self.effects, parts, strict=True):
@@ -107,6 +137,10 @@ class Chain:
             following.append(next_own)
         reading = deflection
         if self.instrument:
+            if self.markers is not None:
+                known = theta[self.compliances : self.base]
+                true = true_geometry(robot, self.effects, parts)
+                reading = self.markers.expression(robot, deflection, row, known, true)
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
         return reading, ca.vertcat(*following)
@@ -167,7 +201,7 @@ class Chain:
         return BatchFunction("chain_derivatives", [row.flat(), state, theta], outputs)
 
     def _symbolic(self) -> tuple[Row, ca.SX, ca.SX, ca.SX, ca.SX]:
-        row = row_symbols(self.robot)
+        row = self.row_symbols()
         state = ca.SX.sym("state", self.states)
         theta = ca.SX.sym("theta", len(self.parameters))
         reading, following = self.expression(row, state, theta)
@@ -175,7 +209,7 @@ class Chain:
 
     def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
         count, width = len(rows), len(self.parameters)
-        n = self.robot.coordinates.n
+        n = self.width
         function = self._derivatives if derivatives else self._value
         if self.states == 0:
             results = function(rows.values, np.zeros((count, 0)), values)
@@ -223,7 +257,7 @@ class Chain:
         self, rows: RowData, values: FloatArray, *, derivatives: bool
     ) -> tuple[FloatArray, FloatArray | None]:
         """The same as `_run` for few long series: each is one call of the engine."""
-        count, width, n = len(rows), len(self.parameters), self.robot.coordinates.n
+        count, width, n = len(rows), len(self.parameters), self.width
         step = self._step if derivatives else self._plain_step
         deflections, sensitivities = np.zeros((count, n)), np.zeros((count, n, width))
         for number in range(int(rows.series.max()) + 1):

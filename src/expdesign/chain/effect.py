@@ -35,6 +35,7 @@ class Parameter:
         scale: typical size, by which it is scaled in fits.
         neutral: value at which the effect vanishes (for a shape, a typical value).
         low, high: bounds.
+        spread: standard deviation about `neutral` before anything is measured, infinite where nothing is known.
         shape: whether it only shapes the effect (a pitch, a time constant) and means nothing while the others are
             neutral.
     """
@@ -45,6 +46,7 @@ class Parameter:
     low: float = float("-inf")
     high: float = float("inf")
     shape: bool = False
+    spread: float = float("inf")
 
 
 class Effect(ABC):

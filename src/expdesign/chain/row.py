@@ -21,6 +21,9 @@ class Row:
         wrench: assumed change of the load (n,) at the origin of P along the axes of O.
         absolute: assumed whole load (n,).
         own: actuator forces by the robot's own weight (n_p,); 0 where the masses of its parts are not known.
+        carried: actuator forces by own weight that positions show, and deflections do not (n_p,).
+        weight: wrench of the robot's own weight about the origin of P along the axes of O where positions show it (n,).
+        marker: 1 for the marker whose position was measured, 0 for the others (number of markers,).
         gravity: in O (d,).
         position: origin of P in O (d,), m.
         lever: R·(centre of mass) of a payload (d,), m; 0 where only the wrench is known.
@@ -41,6 +44,9 @@ class Row:
     wrench: ca.SX
     absolute: ca.SX
     own: ca.SX
+    carried: ca.SX
+    weight: ca.SX
+    marker: ca.SX
     gravity: ca.SX
     position: ca.SX
     lever: ca.SX
@@ -61,11 +67,12 @@ class Row:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
 
 
-def row_symbols(robot: Robot) -> Row:
-    """Symbols of one row of a robot's recordings."""
+def row_symbols(robot: Robot, markers: int = 0) -> Row:
+    """Symbols of one row of a robot's recordings, in which positions of `markers` were measured."""
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
     shapes = {
-        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "gravity": (d, 1),
+        "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "carried": (n_p, 1),
+        "weight": (n, 1), "marker": (markers, 1), "gravity": (d, 1),
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
@@ -93,6 +100,8 @@ class RowData:
 
 def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     """The numbers of loaded points.
+
+    The reference state of a position is the weightless robot: own weight acts like a load, and is not in `own`.
 
     Temperatures of the legs are those of their sensors where there are some, else the one of the row; without time,
     rows count as one second apart (the tool then has no time constants to offer, see `Effect.needs`).
@@ -128,12 +137,16 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     def columns_first(matrices: FloatArray) -> FloatArray:
         return matrices.swapaxes(-1, -2).reshape(count, -1)
 
+    own = robot.own_weight(points.configurations, points.gravity)
     values = np.concatenate(
         [
             points.configurations,
             points.wrenches,
             points.absolute,
-            robot.own_weight(points.configurations, points.gravity),
+            own * (points.marker is None),
+            own * (points.marker is not None),
+            robot.weight_wrench(points.configurations, points.gravity) * (points.marker is not None),
+            _one_hot(points),
             points.gravity,
             robot.position(points.configurations),
             lever,
@@ -152,6 +165,13 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
         axis=1,
     )
     return RowData(values, series, position)
+
+
+def _one_hot(points: LoadedPoints) -> FloatArray:
+    """Which marker each row is of, shape (N, number of markers)."""
+    if points.marker is None:
+        return np.zeros((len(points), 0))
+    return np.eye(len(points.markers))[points.marker]
 
 
 def _series_structure(numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:

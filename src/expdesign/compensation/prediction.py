@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.row import row_data, row_symbols
+from expdesign.chain.row import row_data
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
 from expdesign.identification.model_file import Model
@@ -25,7 +25,7 @@ class Prediction:
 
 def chain_of(model: Model, *, platform: bool) -> Chain:
     """The model's chain up to the instrument's reading, or only up to the motion of the platform."""
-    return Chain(model.chain.robot, model.chain.effects, instrument=not platform)
+    return Chain(model.chain.robot, model.chain.effects, instrument=not platform, markers=model.chain.markers)
 
 
 def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
@@ -67,7 +67,7 @@ def require_history(model: Model, table: Table) -> None:
     needs temperatures.
     """
     chain = model.chain
-    row = row_symbols(chain.robot)
+    row = chain.row_symbols()
     state, theta = ca.SX.sym("state", chain.states), ca.SX.sym("theta", len(chain.parameters))
     reading, following = chain.expression(row, state, theta)
     everything = ca.vertcat(reading, following)

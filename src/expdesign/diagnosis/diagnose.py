@@ -8,6 +8,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
+from expdesign.chain.markers import reading_of
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
@@ -16,7 +17,8 @@ from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.score import orthonormal_basis
+from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_without
 from expdesign.errors import InputError, NotIdentifiableError
@@ -91,19 +93,23 @@ def diagnose(
         require_regular_rows(recordings, robot.jacobians(recordings.configurations))
     rows = row_data(recordings, robot)
     fitted = recordings.rows(~recordings.test)
-    idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches)
+    markers = reading_of(robot, recordings)
+    idle = None
+    if markers is None:
+        idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches)
 
     def sample_with(deviations: FloatArray) -> Sample:
         whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
-        return Sample.of(Data(recordings, rows, whitening, idle=idle), ~recordings.test)
+        return Sample.of(Data(recordings, rows, whitening, idle=idle, markers=markers), ~recordings.test)
 
     report("fitting the base model")
     noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
     sample = sample_with(noise.deviations)
-    base = fit(Chain(robot), sample)
-    _require_determined(robot, recordings, base, idle)
+    base = fit(Chain(robot, markers=markers), sample)
+    if markers is None:
+        _require_determined(robot, recordings, base, idle)
     report("preparing the library")
-    entries = candidates(library(robot, recordings), sample, robot, base.values)
+    entries = candidates(library(robot, recordings), sample, robot, base.values, _basis_of(base))
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
     model = _sought(search, sample, robot)
     report("checking on held-out recordings")
@@ -184,6 +190,10 @@ def _require_determined(robot: Robot, recordings: Recordings, base: Fit, idle: B
         raise NotIdentifiableError(f"no load reaches {legs}", where=recordings.source, remedy=remedy)
 
 
+def _basis_of(base: Fit) -> FloatArray:
+    return orthonormal_basis(as_matrix(base.sensitivities))
+
+
 def _dof(result: Fit, sample: Sample) -> int:
     return max(sample.readings - result.rank, 1)
 
@@ -201,4 +211,5 @@ def _noise(
     replicated = noise_from_replicates(recordings, translations, shared_reference=shared_reference)
     if replicated is not None:
         return replicated
-    return noise_from_residuals(recordings, translations, lambda deviations: fit(Chain(robot), sample_with(deviations)))
+    chain = Chain(robot, markers=reading_of(robot, recordings))
+    return noise_from_residuals(recordings, translations, lambda deviations: fit(chain, sample_with(deviations)))

@@ -8,7 +8,6 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.row import row_symbols
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Fit
 from expdesign.plugins import implementations
@@ -48,8 +47,22 @@ class Candidate:
         return not np.any(self.directions)
 
 
-def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances: FloatArray) -> list[Candidate]:
-    """Candidates with their directions at given compliances (n_p,)."""
+def candidates(
+    effects: list[Effect],
+    sample: Sample,
+    robot: Robot,
+    base: FloatArray,
+    basis: FloatArray | None = None,
+) -> list[Candidate]:
+    """Candidates with their directions.
+
+    Args:
+        effects: of the library.
+        sample: the rows that count.
+        robot: the robot.
+        base: parameters of the base model, compliances first, shape (b,).
+        basis: of what the base model itself can do (M, r); what it can do as well is not counted as seen.
+    """
     counts: dict[str, int] = {}
     for effect in effects:
         counts[effect.physics] = counts.get(effect.physics, 0) + 1
@@ -57,7 +70,7 @@ def candidates(effects: list[Effect], sample: Sample, robot: Robot, compliances:
     for effect in effects:
         all_starts = effect.starts(sample.recordings) + effect.large_starts(sample.recordings)
         starts = np.array(all_starts).reshape(-1, len(effect.parameters))
-        directions = _directions(effect, starts, sample, robot, compliances)
+        directions = _directions(effect, starts, sample, robot, base)
         free = [p for p in effect.parameters if not p.shape]
         one_sided: BoolArray = np.array([p.low >= p.neutral for p in free], dtype=bool)
         usable = np.isfinite(directions).all(axis=(1, 2))
@@ -87,7 +100,7 @@ def _directions(
     """Whitened directions (G, M, d) at the starts (G, p), beside effects whose parameters follow the compliances."""
     axes = sample.recordings.axes
     free = np.array([not p.shape for p in effect.parameters])
-    chain = Chain(robot, (*present, effect))
+    chain = Chain(robot, (*present, effect), markers=sample.markers)
     blocks = []
     if chain.states:
         neutral = effect.neutral()
@@ -102,7 +115,7 @@ def _directions(
                 sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
                 blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
     else:
-        row = row_symbols(robot)
+        row = chain.row_symbols()
         theta = ca.SX.sym("theta", len(chain.parameters))
         reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
         columns = [len(compliances) + int(i) for i in np.flatnonzero(free)]

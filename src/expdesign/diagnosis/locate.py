@@ -82,7 +82,8 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
     jacobians = robot.jacobians(recordings.configurations)
     force = np.einsum("nij,ni->nj", jacobians.forward, recordings.wrenches)
     blocks: dict[str, FloatArray] = {}
-    for leg in range(n_p):
+    positions = sample.markers is not None
+    for leg in range(0 if positions else n_p):
         edges = np.quantile(force[:, leg], np.linspace(0.0, 1.0, _FORCE_BINS + 1)[1:-1])
         inside = np.eye(_FORCE_BINS)[np.searchsorted(edges, force[:, leg])]
         moved = jacobians.pose[:, :, leg, None] * inside[:, None, :]
@@ -92,7 +93,8 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
         effect = candidate.effect
         if effect.variant == "diagonal" or len(candidate.directions) > 1:
             continue
-        if effect.component in ("platform", "base", "instrument", "geometry") or effect.physics in _LOAD:
+        anywhere = effect.component in ("platform", "base", "instrument", "geometry") or effect.physics in _LOAD
+        if anywhere or (positions and effect.component.startswith(("joint", "link"))):
             by_component.setdefault(effect.component, []).append(candidate.directions[0])
     for component, directions in by_component.items():
         blocks[component] = np.concatenate(directions, axis=1)
@@ -157,7 +159,7 @@ def _axes(base: Fit, sample: Sample, robot: Robot, noise_variance: float) -> tup
     sums = (base.residuals**2).sum(axis=0) / noise_variance
     share = base.rank / len(sample.recordings.axes)
     p_values = chi2_distribution.sf(sums, max(rows - share, 1.0)) * len(sums)
-    names = [robot.coordinates.deflection[axis] for axis in sample.recordings.axes]
+    names = [sample.recordings.components(robot.coordinates)[axis] for axis in sample.recordings.axes]
     chosen = [name for name, p in zip(names, p_values, strict=True) if p < LEVEL]
     return tuple(chosen) if chosen else (names[int(np.argmax(sums))],)
 

@@ -58,7 +58,7 @@ def correction_frame(diagnosis: Diagnosis) -> pd.DataFrame:
     recordings = diagnosis.recordings
     assert diagnosis.correction is not None
     values = diagnosis.correction.correction * diagnosis.noise.deviations
-    names = [diagnosis.robot.coordinates.deflection[axis] for axis in recordings.axes]
+    names = [recordings.components(diagnosis.robot.coordinates)[axis] for axis in recordings.axes]
     columns: dict[str, object] = {"sequence": recordings.sequence}
     columns |= {f"correction_{name}": values[:, i] for i, name in enumerate(names)}
     return pd.DataFrame(columns)

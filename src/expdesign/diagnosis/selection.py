@@ -25,7 +25,7 @@ from expdesign.robots.robot import Robot
 ACCEPTANCE = 6.0
 """By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
 MOST_EFFECTS = 3
-MOST_EFFECTS_OF_A_BODY = 6
+MOST_EFFECTS_BESIDE_NOTHING = 6
 FITS_PER_STEP = 10
 """Places that are fitted in full in each step, best scores first."""
 _PROMISING, _ALWAYS = 0.5, 3
@@ -132,8 +132,9 @@ class Search:
 
     @property
     def most_effects(self) -> int:
-        """A body's base model has no springs, so that its support counts among the effects."""
-        return MOST_EFFECTS if len(self.robot.stiffness) else MOST_EFFECTS_OF_A_BODY
+        """Of a body the support counts among the effects, of positions the joints and links that are not in place."""
+        many = len(self.robot.stiffness) == 0 or self.sample.markers is not None
+        return MOST_EFFECTS_BESIDE_NOTHING if many else MOST_EFFECTS
 
     def alternatives(self, model: Model) -> list[list[Model]]:
         """For each effect of a model, the models in which another place or physics stands in for it."""
@@ -293,11 +294,11 @@ class Search:
     ) -> Model:
         names = tuple(c.effect.key for c in chosen)
         if names not in self._chains:
-            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen))
+            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen), markers=self.sample.markers)
         chain = self._chains[names]
         sample = self.sample.restricted(~outliers)
-        compliances = smaller.fit.values[: chain.compliances] if smaller is not None else np.ones(chain.compliances)
-        result = fit(chain, sample, np.concatenate([compliances, *parts]) if chosen else None, enough=_ENOUGH)
+        own = smaller.fit.values[: chain.base] if smaller is not None else chain.start()[: chain.base]
+        result = fit(chain, sample, np.concatenate([own, *parts]) if chosen else None, enough=_ENOUGH)
         misfit = self.log_misfit(result.chi2, sample.readings)
         if chosen:
             misfit += self._price(result.rank - self.base.fit.rank) + sum(

@@ -6,6 +6,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
+from expdesign.chain.markers import MarkerReading
 from expdesign.chain.row import RowData
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -29,12 +30,14 @@ class Data:
         rows: the same rows as the chain reads them.
         whitening: of their residuals.
         idle: actuators that no row loads (`estimability.idle_actuators`), shape (n_p,); None where all must be loaded.
+        markers: what the readings are of where they are positions; None for deflections.
     """
 
     recordings: Recordings
     rows: RowData
     whitening: Whitening
     idle: BoolArray | None = field(default=None, kw_only=True)
+    markers: MarkerReading | None = field(default=None, kw_only=True)
 
     def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
         """Whitened measured minus predicted readings (N, k)."""
@@ -103,7 +106,9 @@ def fit(
     start = chain.start() if start is None else start
     if prior is None and data.idle is not None:
         prior = idle_knowledge(data.idle, len(chain.parameters))
-    if not chain.effects:
+    if prior is None:
+        prior = chain.knowledge()
+    if not chain.effects and chain.markers is None:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
     return summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)

@@ -13,15 +13,18 @@ from typing import Any
 
 import numpy as np
 import yaml
+from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.markers import MarkerReading
 from expdesign.errors import InputError
 from expdesign.files.schema import Number, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.fit import Fit
 from expdesign.plugins import implementations
+from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
 
@@ -69,6 +72,8 @@ class _ModelSection(Section):
     identified_from: str = ""
     robot: dict[str, Any]
     compliance: dict[str, Number]
+    instrument: dict[str, Number] = Field(default_factory=dict)
+    markers: list[str] | None = None
     effects: list[_EffectSection]
     parameters: list[str]
     covariance: list[list[float]]
@@ -97,6 +102,7 @@ def model_text(model: Model, folder: Path) -> str:
         "identified_from": model.source,
         "robot": robot,
         "compliance": dict(zip(model.chain.robot.actuators, model.compliance.tolist(), strict=True)),
+        **_instrument_of(model),
         "effects": effects,
         "parameters": _names(model.chain),
         "covariance": (model.covariance * np.outer(scale, scale)).tolist(),
@@ -131,11 +137,12 @@ def model_from_document(document: YamlDocument) -> Model:
     effects = tuple(
         _effect(entry, robot_effect_classes(), robot, document, index) for index, entry in enumerate(section.effects)
     )
-    chain = Chain(robot, effects)
+    chain = Chain(robot, effects, markers=_markers(section, robot, document))
     if tuple(section.compliance) != robot.actuators:
         remedy = f"They must be {', '.join(robot.actuators)}, in this order."
         raise InputError("these are not the robot's actuators", where=document.where(("compliance",)), remedy=remedy)
     values = [np.array(list(section.compliance.values())) * robot.stiffness]
+    values.append(np.array(list(section.instrument.values())))
     for effect, entry in zip(effects, section.effects, strict=True):
         values.append(np.array([entry.parameters[parameter.name] for parameter in effect.parameters]))
     covariance = _covariance(section, chain, document)
@@ -149,6 +156,31 @@ def model_from_document(document: YamlDocument) -> Model:
         folder=document.folder,
         source=document.source,
     )
+
+
+def _instrument_of(model: Model) -> dict[str, Any]:
+    """The instrument and the markers of a model of positions, as the file has them."""
+    chain = model.chain
+    if chain.markers is None:
+        return {}
+    names = [parameter.name for parameter in chain.markers.parameters]
+    values = model.values[chain.compliances : chain.base].tolist()
+    return {"instrument": dict(zip(names, values, strict=True)), "markers": list(chain.markers.names)}
+
+
+def _markers(section: _ModelSection, robot: Robot, document: YamlDocument) -> MarkerReading | None:
+    if section.markers is None:
+        return None
+    places = {name: place for name, place in robot.markers.items() if name in section.markers}
+    start = np.array(list(section.instrument.values()))
+    reading = MarkerReading(tuple(section.markers), places, robot.instrument, start)
+    expected = [parameter.name for parameter in reading.parameters]
+    if list(section.instrument) != expected:
+        remedy = f"They must be {', '.join(expected)}, in this order."
+        raise InputError(
+            "these are not the instrument's parameters", where=document.where(("instrument",)), remedy=remedy
+        )
+    return reading
 
 
 def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) -> FloatArray:
@@ -201,4 +233,5 @@ def _units(chain: Chain) -> FloatArray:
 
 def _names(chain: Chain) -> list[str]:
     names = [f"{name} compliance" for name in chain.robot.actuators]
+    names += [parameter.name for parameter in chain.parameters[chain.compliances : chain.base]]
     return names + [f"{effect.key} / {p.name}" for effect in chain.effects for p in effect.parameters]

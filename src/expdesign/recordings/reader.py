@@ -19,7 +19,8 @@ from expdesign.recordings.columns import (
     require_one_command,
 )
 from expdesign.recordings.join import join
-from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.recordings.positions import read_markers, read_position_deviations, read_positions
+from expdesign.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, Recordings
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -81,12 +82,17 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     table.require(("sequence", "series"))
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
-    axes, deflections = read_deflections(table, robot.coordinates, order)
+    if points.marker is not None:
+        axes, deflections = np.arange(3), read_positions(table, robot.coordinates, order)
+        deviations = read_position_deviations(table, order)
+    else:
+        axes, deflections = read_deflections(table, robot.coordinates, order)
+        deviations = read_deviations(table, robot.coordinates, axes, order)
     return Recordings(
         **vars(points),
         axes=axes,
         deflections=deflections,
-        deviations=read_deviations(table, robot.coordinates, axes, order),
+        deviations=deviations,
         test=read_test_rows(table, order),
     )
 
@@ -99,7 +105,8 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     sequence = read_sequence(table)[order]
     series = table.integers("series")[order] if table.has("series") else sequence
     time = read_time(table, order)
-    if measured and len(robot.stiffness):
+    marker, markers = read_markers(table, order)
+    if measured and len(robot.stiffness) and marker is None:
         # A body has no actuators: its pose says where it is, and is not a command that a series shares.
         require_one_command(table, robot.configuration, configurations, series, order)
     gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
@@ -117,7 +124,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     known = {
         "sequence", "series", "time_s", "mass_kg", "split", "temperature_degC", *legs, *absolute_names,
         *robot.configuration, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
-        *coordinates.gravity, *coordinates.centre_of_mass,
+        *coordinates.gravity, *coordinates.centre_of_mass, "marker", *POSITION, *POSITION_DEVIATION,
     }  # fmt: skip
     extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
     return LoadedPoints(
@@ -134,6 +141,8 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
         leg_temperature=table.numbers(legs)[order] if any(table.has(name) for name in legs) else None,
         extra=extra.reset_index(drop=True),
+        marker=marker,
+        markers=markers,
     )
 
 

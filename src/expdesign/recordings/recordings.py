@@ -7,6 +7,10 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.coordinates import Coordinates
+
+POSITION = ("px_m", "py_m", "pz_m")
+POSITION_DEVIATION = ("spx_m", "spy_m", "spz_m")
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,8 @@ class LoadedPoints:
         temperature: °C, shape (N,), or None.
         leg_temperature: °C, shape (N, n_p), or None.
         extra: columns that have no meaning here, kept for reports.
+        marker: index in `markers` of every row, shape (N,), where positions of markers are measured; else None.
+        markers: names of the markers.
         files: names of the files, where the rows come from several.
         file: index in `files` of every row, shape (N,), or None where there is one file.
     """
@@ -45,8 +51,14 @@ class LoadedPoints:
     temperature: FloatArray | None
     leg_temperature: FloatArray | None
     extra: pd.DataFrame
+    marker: IntArray | None = field(default=None, kw_only=True)
+    markers: tuple[str, ...] = field(default=(), kw_only=True)
     files: tuple[str, ...] = field(default=(), kw_only=True)
     file: IntArray | None = field(default=None, kw_only=True)
+
+    def components(self, coordinates: Coordinates) -> tuple[str, ...]:
+        """Columns of what an instrument reads."""
+        return coordinates.deflection if self.marker is None else POSITION
 
     def where(self, row: int, column: str = "") -> str:
         """File, line and column of a row, as a person would look them up."""
@@ -63,7 +75,7 @@ class Recordings(LoadedPoints):
 
     Attributes:
         axes: indices of the measured components, shape (k,).
-        deflections: shape (N, k), in m and rad.
+        deflections: the readings: deflections (m, rad), or positions of markers (m), shape (N, k).
         deviations: their standard deviations, shape (N, k), or None where they are not known.
         test: rows that must not be fitted, shape (N,).
     """

@@ -161,7 +161,7 @@ def _error_figure(result: Diagnosis) -> Figure:
 
 
 def _axis_figure(result: Diagnosis) -> Figure:
-    names = [words.axis(result.robot.coordinates.deflection[axis]) for axis in result.recordings.axes]
+    names = [words.axis(result.recordings.components(result.robot.coordinates)[axis]) for axis in result.recordings.axes]
     counts = result.search.sample.counts & ~result.model.outliers
     before = np.sqrt((result.base.residuals[counts] ** 2).mean(axis=0))
     after = np.sqrt((result.model.fit.residuals[counts] ** 2).mean(axis=0))
@@ -238,7 +238,7 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
     step = max(1, len(recordings) // MOST_POINTS)
     blocks: list[Block] = [
         _scatter(result, "sequence", recordings.sequence[::step].astype(float), "sequence", step),
-        _leg_figure(result),
+        *([_leg_figure(result)] if result.robot.actuators and recordings.marker is None else []),
     ]
     size = np.linalg.norm(recordings.wrenches[:, : robot.coordinates.translations], axis=1)
     blocks.append(_scatter(result, "load", size[::step], "size of the load, N", step))

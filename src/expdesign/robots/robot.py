@@ -7,7 +7,9 @@ which kind of robot they came from.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar, Self
 
 import casadi as ca
@@ -62,6 +64,8 @@ class Robot(ABC):
         name: for reports.
         stiffness: apK, approximate actuator stiffness (N/m or N·m/rad), shape (n_p,).
         gravity: gravity in the base frame O (m/s²), shape (d,).
+        markers: known places of markers on the platform or tip (m), by name.
+        instrument: known pose of the instrument that sees them in O (m, rad), shape (6,), or None.
     """
 
     kind: ClassVar[str]
@@ -71,6 +75,8 @@ class Robot(ABC):
     name: str
     stiffness: FloatArray
     gravity: FloatArray
+    markers: Mapping[str, FloatArray] = MappingProxyType({})
+    instrument: FloatArray | None = None
 
     @classmethod
     @abstractmethod
@@ -104,6 +110,11 @@ class Robot(ABC):
         """
         batch = np.broadcast_shapes(configurations.shape[:-1], gravity.shape[:-1])
         return np.zeros((*batch, len(self.stiffness)))
+
+    def weight_wrench(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Wrench of the robot's own weight about the origin of P along the axes of O (..., n); see `own_weight`."""
+        batch = np.broadcast_shapes(configurations.shape[:-1], gravity.shape[:-1])
+        return np.zeros((*batch, self.coordinates.n))
 
     def drawing(self, configurations: FloatArray) -> Drawing | None:
         """The robot at configurations of shape (..., n_q) as points and lines; None for a kind that is not drawn."""

@@ -2,7 +2,11 @@
 
 import difflib
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.plugins import implementations
@@ -33,4 +37,23 @@ def robot_from_document(document: YamlDocument) -> Robot:
         near = difflib.get_close_matches(str(kind), list(kinds), n=1)
         remedy = f"Did you mean `{near[0]}`?" if near else f"Known kinds: {', '.join(sorted(kinds))}."
         raise InputError(f"unknown kind of robot `{kind}`", where=document.where(("kind",)), remedy=remedy)
-    return kinds[kind].from_document(document)
+    robot = kinds[kind].from_document(document)
+    _read_instrument(robot, content, document)
+    return robot
+
+
+def _read_instrument(robot: Robot, content: dict[str, Any], document: YamlDocument) -> None:
+    """Known places of markers and of the instrument, whose numbers the kind's own section has checked."""
+    markers: dict[str, FloatArray] = {}
+    for name, place in (content.get("markers") or {}).items():
+        if len(place) != 3:
+            where = document.where(("markers", name))
+            raise InputError("three coordinates are needed here", where=where, remedy="Write `[x, y, z]` in m.")
+        markers[str(name)] = np.array(place, dtype=float)
+    robot.markers = markers
+    if content.get("instrument") is not None:
+        if len(content["instrument"]) != 6:
+            where = document.where(("instrument",))
+            remedy = "Write `[x, y, z, rx, ry, rz]` in m and rad."
+            raise InputError("six numbers are needed here", where=where, remedy=remedy)
+        robot.instrument = np.array(content["instrument"], dtype=float)

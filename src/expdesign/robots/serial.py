@@ -181,6 +181,18 @@ class SerialRobot(Robot):
         (torques,) = self._weights(configurations, gravity)
         return torques
 
+    @cached_property
+    def _moments(self) -> BatchFunction:
+        q = ca.SX.sym("q", len(self.configuration))
+        position, _ = self.tip(q)
+        return BatchFunction("serial_moments", [q], [self.tree.weight(q) - float(self.tree.masses().sum()) * position])
+
+    def weight_wrench(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
+        (lever,) = self._moments(configurations)
+        force = np.broadcast_to(float(self.tree.masses().sum()) * gravity, lever.shape)
+        moment: FloatArray = np.cross(lever, np.broadcast_to(gravity, lever.shape))
+        return np.concatenate([force, moment], axis=-1)
+
     def jacobians(self, configurations: FloatArray) -> Jacobians:
         forward, rotation = self._kinematics(configurations)
         finite = np.isfinite(forward).all(axis=(-2, -1))

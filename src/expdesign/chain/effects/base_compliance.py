@@ -36,7 +36,7 @@ class BaseCompliance(Effect):
         carry = ca.SX.eye(n)
         if n > 2:
             carry[:3, 3:] = -ca.skew(row.position)
-        return deflection + row.rates @ carry @ symmetric(theta, n) @ carry.T @ wrench
+        return deflection + row.rates @ carry @ symmetric(theta, n) @ carry.T @ (wrench + row.weight)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         return "The base or the ground yields: the whole robot moves against the instrument under load."

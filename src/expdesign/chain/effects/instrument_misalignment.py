@@ -37,6 +37,8 @@ class InstrumentMisalignment(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if points.marker is not None:
+            return []  # the instrument's frame is a parameter of every model
         if isinstance(robot, Body):
             return [("instrument", variant) for variant in _seen_turns(points)]
         spatial = isinstance(robot, Hexapod)

@@ -25,6 +25,8 @@ class ThermalDrift(Effect):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         places: list[tuple[str, str]] = []
+        if points.marker is not None:
+            return places  # `instrument_drift` is what positions show of it
         if _varies(points.temperature) or _varies(points.leg_temperature):
             places += [(component, "") for component in (*legs_and_all(robot), "environment")]
         if points.time is not None and np.any(np.diff(points.time) > 0.0):

@@ -1,0 +1,78 @@
+"""Geometry of an arm, as its positions show it: zeros of joints, and frames of links that are not in place.
+
+What the pose of the instrument or the place of a marker can stand for does not show and costs nothing; what remains
+loosely determined is held by how well machines are made (`spread`).
+"""
+
+import casadi as ca
+
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.kinematic_tree import FRAME_AXES
+from expdesign.robots.robot import Robot
+from expdesign.robots.serial import SerialRobot
+
+_ANGLE = 0.02
+"""rad; how well joints are zeroed and links are aligned, before anything is measured (standard deviation)."""
+_LENGTH = 0.005
+"""m; likewise."""
+_JOINTS, _ALL = "all joints", "geometry"
+
+
+class GeometricError(Effect):
+    """Components: `joint k` (its zero), `all joints` (all zeros), `link k` (the frame at its far end, six motions),
+    `geometry` (all zeros and all links).
+    """
+
+    physics = "joint_position_error"
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        # In deflections the geometry of a serial robot shows at second order only.
+        if not isinstance(robot, SerialRobot) or points.marker is None:
+            return []
+        count = len(robot.configuration)
+        joints = [(f"joint {k + 1}", "") for k in range(count)]
+        links = [(f"link {k + 1}", "") for k in range(count)]
+        return [*joints, (_JOINTS, ""), *links, (_ALL, "")]
+
+    @property
+    def _indices(self) -> list[int]:
+        """Geometric errors that the component has."""
+        robot = self.robot
+        assert isinstance(robot, SerialRobot)
+        count = len(robot.configuration)
+        if self.component == _JOINTS:
+            return list(range(count))
+        if self.component == _ALL:
+            # The base's frame (link 0) is the instrument's.
+            return [*range(count), *range(robot.tree.link_frame(1, "x"), robot.tree.size)]
+        if self.component.startswith("joint"):
+            return [self.leg]
+        return [robot.tree.link_frame(self.leg + 1, axis) for axis in FRAME_AXES]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return tuple(self._parameter(index) for index in self._indices)
+
+    def _parameter(self, index: int) -> Parameter:
+        robot = self.robot
+        assert isinstance(robot, SerialRobot)
+        count = len(robot.configuration)
+        angle = robot.revolute[index] if index < count else (index - count) % len(FRAME_AXES) >= 3
+        name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"
+        spread = _ANGLE if angle else _LENGTH
+        return Parameter(name, 1e-3, low=-50.0 * spread, high=50.0 * spread, spread=spread)
+
+    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
+        changed = ca.SX(geometry)
+        for position, index in enumerate(self._indices):
+            changed[index] += theta[position]
+        return changed
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        if len(values) == 1:
+            name, (value, low, high) = next(iter(values.items()))
+            unit = "mrad" if name.endswith("_rad") else "mm"
+            spread = f"({1e3 * low:.3g} to {1e3 * high:.3g})"
+            return f"The zero of {self.component} is off by {1e3 * value:.3g} {spread} {unit}."
+        return f"The geometry differs from the robot file's: {self.component}, {len(values)} parameters."
