@@ -6,16 +6,19 @@ The chain ends with the position of a marker in the instrument's axes,
 
 p and R being the tip's pose as geometry alone has it, (δp, δφ) its deflection, m the marker's place on the tip and
 (t_I, R_I) the instrument's pose in O. Marker and instrument are parameters of every model, the base model included,
-unless the robot file gives them. What a marker's position cannot tell from the instrument's (a tool that keeps one
-orientation) is held by weak knowledge: a marker is within a metre or so of the tip's origin.
+unless the robot file gives them.
+
+A tool that keeps one orientation shows only p + R·m − t_I: the marker's place along an axis of the tip that never turns
+cannot be told from the instrument's. Orientations that vary by less than geometry is uncertain by anyway tell nothing
+either, however small the noise; such coordinates are `held` at the tip's origin, and what depends on them is not known.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.errors import InputError
@@ -27,6 +30,10 @@ from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.robot import Robot
 from expdesign.robots.serial import SerialRobot
 
+SMALLEST_TURN = 0.02
+"""rad (RMS); a tip that turns by less, as links may be misaligned, does not tell a marker from the instrument."""
+_HELD = 1e-6
+"""m; standard deviation of a coordinate that is held."""
 MARKER_SPREAD = 1.0
 """m; standard deviation of a marker's place on the tip before anything is measured."""
 COMPLIANCE_SPREAD = 3.0
@@ -44,12 +51,14 @@ class MarkerReading:
         places: known places on the tip (m), shape (3,) each, by name.
         instrument: the instrument's known pose in O (m, rad), shape (6,), or None.
         start: of the unknown parameters, in the order of `parameters`.
+        held: coordinates of markers that are held at the tip's origin, e.g. `("prism", "x")`.
     """
 
     names: tuple[str, ...]
     places: dict[str, FloatArray]
     instrument: FloatArray | None
     start: FloatArray
+    held: tuple[tuple[str, str], ...] = ()
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -61,8 +70,35 @@ class MarkerReading:
         """The instrument's pose, then the places of the markers, where they are unknown."""
         frame = () if self.instrument is not None else tuple(Parameter(f"instrument {a}", 1e-2) for a in _AXES)
         return frame + tuple(
-            Parameter(f"marker {name} {axis}_m", 1e-2, spread=MARKER_SPREAD) for name in self.unknown for axis in "xyz"
+            Parameter(f"marker {name} {axis}_m", 1e-2, spread=_HELD if (name, axis) in self.held else MARKER_SPREAD)
+            for name in self.unknown
+            for axis in "xyz"
         )
+
+    @property
+    def degeneracies(self) -> list[str]:
+        """What cannot be told apart, in sentences."""
+        sentences = []
+        for name in self.unknown:
+            axes = [axis for marker, axis in self.held if marker == name]
+            if axes:
+                listed = "its place" if len(axes) == 3 else f"its place along {' and '.join(axes)} of the tip"
+                sentences.append(
+                    f"In the fitted rows the tip keeps one orientation, as far as marker `{name}` is concerned: "
+                    f"{listed} cannot be told from that of the instrument, and is taken to be the tip's origin. Rows "
+                    "in which the tip is turned otherwise cannot be predicted, and are not judged; give the marker's "
+                    "place in the robot file, or record more orientations."
+                )
+        return sentences
+
+    def predictable(self, robot: Robot, recordings: Recordings) -> BoolArray:
+        """Rows in which nothing that is held shows: the tip is turned as in the fitted rows, shape (N,)."""
+        if not self.held:
+            return np.ones(len(recordings), dtype=bool)
+        differences, fixed = _turns(robot, recordings)
+        turned = np.linalg.norm(differences @ fixed, axis=(1, 2))
+        within: BoolArray = turned <= max(2.0 * float(turned[~recordings.test].max()), 1e-9)
+        return within
 
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
         """Position (3,) of the row's marker in the instrument's axes; `geometry` holds a serial robot's errors."""
@@ -78,6 +114,19 @@ class MarkerReading:
             place += row.marker[index] * own
         position, rotation = displaced(robot, deflection, row, geometry)
         return rotation_matrix(frame[3:6], "fixed-xyz").T @ (position + rotation @ place - frame[:3])
+
+
+def _turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]:
+    """R − R̄ of every row (N, 3, 3), R̄ being the mean of the fitted rows, and which axes of the tip that leaves fixed.
+
+    The second is a projector (3, 3) onto directions of the tip that the fitted rows turn by less than `SMALLEST_TURN`.
+    """
+    rotations = robot.jacobians(recordings.configurations).rotation
+    kept = ~recordings.test
+    differences = rotations - rotations[kept].mean(axis=0)
+    _, sizes, axes = np.linalg.svd(differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum())))
+    fixed = axes[sizes < SMALLEST_TURN]
+    return differences, fixed.T @ fixed
 
 
 def displaced(robot: Robot, deflection: ca.SX, row: Row, geometry: ca.SX | None) -> tuple[ca.SX, ca.SX]:
@@ -104,8 +153,28 @@ def reading_of(robot: Robot, points: LoadedPoints) -> MarkerReading | None:
         raise InputError(what, where=points.source, remedy="Convert them to deflections.")
     places = {name: place for name, place in robot.markers.items() if name in points.markers}
     reading = MarkerReading(points.markers, places, robot.instrument, np.zeros(0))
-    start = _start(reading, robot, points) if isinstance(points, Recordings) else np.zeros(len(reading.parameters))
-    return MarkerReading(points.markers, places, robot.instrument, start)
+    if not isinstance(points, Recordings):
+        return replace(reading, start=np.zeros(len(reading.parameters)))
+    if robot.instrument is None:
+        reading = replace(reading, held=_held(reading, robot, points))
+    return replace(reading, start=_start(reading, robot, points))
+
+
+def _held(reading: MarkerReading, robot: Robot, recordings: Recordings) -> tuple[tuple[str, str], ...]:
+    """Coordinates of markers that the fitted rows do not tell from the instrument.
+
+    One marker on a tip that does not turn shows the instrument, further markers then show what they differ by: only the
+    first unknown one is held, and none where the place of another is known.
+    """
+    if reading.places or not reading.unknown:
+        return ()
+    values, axes = np.linalg.eigh(_turns(robot, recordings)[1])
+    held: list[str] = []
+    for value, axis in zip(values, axes.T, strict=True):
+        if value > 0.5:
+            order = np.argsort(-np.abs(axis))
+            held.append(next("xyz"[i] for i in order if "xyz"[i] not in held))
+    return tuple((reading.unknown[0], axis) for axis in sorted(held))
 
 
 def _start(reading: MarkerReading, robot: Robot, recordings: Recordings) -> FloatArray:
@@ -130,11 +199,12 @@ def _start(reading: MarkerReading, robot: Robot, recordings: Recordings) -> Floa
             mine = index == k
             if place is None and mine.any():
                 differences = (in_base - points)[mine]
-                columns = rotations[mine].reshape(-1, 3)
+                free = [i for i, axis in enumerate("xyz") if (reading.names[k], axis) not in reading.held]
+                columns = rotations[mine].reshape(-1, 3)[:, free]
                 shared = np.tile(np.eye(3), (int(mine.sum()), 1))
                 matrix = np.hstack([columns, shared]) if reading.instrument is None else columns
                 step = np.linalg.lstsq(matrix, differences.ravel(), rcond=1e-6)[0]
-                places[k] += step[:3]
+                places[k, free] += step[: len(free)]
     frame = [] if reading.instrument is not None else [*shift, *_angles(turn)]
     return np.array([*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)])
 

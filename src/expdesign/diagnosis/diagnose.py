@@ -10,6 +10,9 @@ from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.markers import reading_of
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.caveats import caveats
+from expdesign.diagnosis.confirmation import confirmed, gains
+from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.library import candidates, library
@@ -17,10 +20,9 @@ from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.score import orthonormal_basis
-from expdesign.diagnosis.selection import MOST_EFFECTS, Model, Search
+from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
-from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_without
+from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_without, within_noise
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
 from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
@@ -49,6 +51,7 @@ class Diagnosis:
         errors: of the model handed on, on fitted and held-out rows.
         search: everything that was considered.
         correction: of an unexplained mismatch, as far as it is smooth; None in other cases.
+        caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
     """
 
     robot: Robot
@@ -65,6 +68,7 @@ class Diagnosis:
     errors: HeldOut
     search: Search
     correction: SmoothCorrection | None
+    caveats: tuple[str, ...] = ()
 
     @property
     def rival(self) -> Model | None:
@@ -91,56 +95,42 @@ def diagnose(
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     if len(robot.stiffness):
         require_regular_rows(recordings, robot.jacobians(recordings.configurations))
-    rows = row_data(recordings, robot)
-    fitted = recordings.rows(~recordings.test)
-    markers = reading_of(robot, recordings)
-    idle = None
-    if markers is None:
-        idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches)
-
-    def sample_with(deviations: FloatArray) -> Sample:
-        whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
-        return Sample.of(Data(recordings, rows, whitening, idle=idle, markers=markers), ~recordings.test)
-
+    sample_with = _sampler(robot, recordings, shared_reference=shared_reference)
     report("fitting the base model")
     noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
     sample = sample_with(noise.deviations)
-    base = fit(Chain(robot, markers=markers), sample)
-    if markers is None:
-        _require_determined(robot, recordings, base, idle)
+    base = fit(Chain(robot, markers=sample.markers), sample)
+    judged = _judged(robot, sample)
+    if sample.markers is None:
+        _require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
-    entries = candidates(library(robot, recordings), sample, robot, base.values, _basis_of(base))
+    entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
     model = _sought(search, sample, robot)
     report("checking on held-out recordings")
-    errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
-    if model is not search.base and errors.test_after > errors.test_before:
-        search.log.add("held out", model, False, "the prediction of held-out recordings does not improve")
-        model = search.base
-        errors = held_out(base, model.fit, sample, recordings.test, model.outliers)
+    model, errors = _checked(search, model, base, noise, judged)
     report("weighing alternatives")
-    found = findings(search, model)
+    spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
+    found = findings(search, model, gains(search, model, judged), spread)
     variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
     location = locate(base, sample, robot, entries, variance)
     before = (base.chi2, _dof(base, sample))
     after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
-    p_before, p_after = (
-        float(chi2_distribution.sf(*each)) if noise.known else float("nan") for each in (before, after)
-    )
+    p_before, p_after = (_p_value(each, noise) for each in (before, after))
     verdict = verdict_without(p_before, known_noise=noise.known)
     if found:
         reason = doubt(model, before, after, errors, most=search.most_effects, known_noise=noise.known)
         verdict = "unexplained" if reason else "explained"
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
-    if verdict == "consistent":
+    if verdict == "consistent" and sample.markers is None:
         require_positive(base, recordings, robot)
     correction, handed = None, model
     if verdict == "unexplained":
         if errors.test_after > HALVED * errors.test_before:
             handed = search.base
-            errors = held_out(base, handed.fit, sample, recordings.test, handed.outliers)
+            errors = held_out(base, handed.fit, sample, judged, handed.outliers)
         report("fitting a smooth correction")
-        correction = smooth_correction(handed.fit, sample.restricted(~handed.outliers), recordings.test)
+        correction = smooth_correction(handed.fit, sample.restricted(~handed.outliers), judged)
         factor = FITTING if fits(before, after) else TENTATIVE
         found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
     return Diagnosis(
@@ -158,7 +148,32 @@ def diagnose(
         errors=errors,
         search=search,
         correction=correction,
+        caveats=caveats(sample, model, spread, errors),
     )
+
+
+def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:
+    """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
+    rows = row_data(recordings, robot)
+    fitted = recordings.rows(~recordings.test)
+    markers, idle = reading_of(robot, recordings), None
+    if markers is None:
+        idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches)
+
+    def sample_with(deviations: FloatArray) -> Sample:
+        whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
+        return Sample.of(Data(recordings, rows, whitening, idle=idle, markers=markers), ~recordings.test)
+
+    return sample_with
+
+
+def _judged(robot: Robot, sample: Sample) -> BoolArray:
+    """Held-out rows on which a model can be judged: not those that need what no fitted row determines, shape (N,)."""
+    test = sample.recordings.test
+    if sample.markers is None:
+        return test
+    predictable = test & sample.markers.predictable(robot, sample.recordings)
+    return predictable if predictable.any() else test
 
 
 def _sought(search: Search, sample: Sample, robot: Robot) -> Model:
@@ -169,6 +184,22 @@ def _sought(search: Search, sample: Sample, robot: Robot) -> Model:
         return model
     search.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
     return search.run(outliers=False)
+
+
+def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:
+    """The model as far as held-out recordings bear it out, with its errors."""
+    sample = search.sample
+    errors = held_out(base, model.fit, sample, test, model.outliers)
+    if model is not search.base and errors.test_after > errors.test_before:
+        search.log.add("held out", model, False, "the prediction of held-out recordings does not improve")
+        model = search.base
+        errors = held_out(base, model.fit, sample, test, model.outliers)
+    # Where more than noise remains, neither the stated noise nor the independence of rows can be trusted.
+    after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
+    if model.candidates and not (noise.known and within_noise(after)):
+        model = confirmed(search, model, test)
+        errors = held_out(base, model.fit, sample, test, model.outliers)
+    return model, errors
 
 
 def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
@@ -190,8 +221,9 @@ def _require_determined(robot: Robot, recordings: Recordings, base: Fit, idle: B
         raise NotIdentifiableError(f"no load reaches {legs}", where=recordings.source, remedy=remedy)
 
 
-def _basis_of(base: Fit) -> FloatArray:
-    return orthonormal_basis(as_matrix(base.sensitivities))
+def _p_value(chi2: tuple[float, int], noise: NoiseLevel) -> float:
+    """Of χ² (with its degrees of freedom) against the stated noise; NaN where the noise level is estimated."""
+    return float(chi2_distribution.sf(*chi2)) if noise.known else float("nan")
 
 
 def _dof(result: Fit, sample: Sample) -> int:

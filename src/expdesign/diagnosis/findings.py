@@ -1,5 +1,6 @@
 """What was found, with intervals, probabilities and sentences."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -7,10 +8,14 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect
+from expdesign.diagnosis.confirmation import Gain
+from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.identification.fit import Fit
 
+_NOTEWORTHY = 1.5
+"""Dispersion below which the residuals are taken for independent noise as stated."""
 _NORMAL_95 = 1.959963984540054
 _UNBOUNDED = 1e300
 
@@ -27,6 +32,7 @@ class Finding:
         sentence: for a technician.
         rows: lines of the file that were set aside (outliers only).
         rival: a model with other physics in its place that explains the recordings as well, or None.
+        gain: what the effect by itself does for held-out rows, where enough of them are marked.
     """
 
     physics: str
@@ -38,15 +44,20 @@ class Finding:
     sentence: str
     rows: tuple[int, ...] = ()
     rival: Model | None = None
+    gain: Gain | None = None
 
 
-def findings(search: Search, model: Model) -> tuple[Finding, ...]:
+def findings(
+    search: Search, model: Model, held: Sequence[Gain] | None = None, spread: Dispersion | None = None
+) -> tuple[Finding, ...]:
     """The effects of a model, the most explanatory first, then the outliers."""
     found: list[tuple[float, Finding]] = []
     alternatives = search.alternatives(model)
     scale = 1.0
     if not search.known_noise:
         scale = model.fit.chi2 / max(search.sample.readings - model.fit.rank, 1)
+    if spread is not None and spread.inflation > _NOTEWORTHY:
+        scale = spread.inflation
     for index, candidate in enumerate(model.candidates):
         without = search.without(model, index)
         stands = standing(model, index, without, alternatives[index])
@@ -61,6 +72,7 @@ def findings(search: Search, model: Model) -> tuple[Finding, ...]:
             stands.indistinguishable,
             effect.sentence(values),
             rival=stands.rival,
+            gain=None if held is None else held[index],
         )
         found.append((without.misfit - model.misfit, finding))
     found.sort(key=lambda item: -item[0])

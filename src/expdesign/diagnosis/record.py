@@ -35,6 +35,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "held_out": errors.how,
         },
         "smooth_correction": _correction(diagnosis),
+        "caveats": list(diagnosis.caveats),
         "next_experiment": next_experiment,
         "considered": diagnosis.search.log.entries,
     }
@@ -74,6 +75,9 @@ def _effect(finding: Finding) -> dict[str, Any]:
         "indistinguishable_from": list(finding.indistinguishable),
         "sentence": finding.sentence,
     }
+    if finding.gain is not None:
+        gain = finding.gain
+        record["held_out"] = {"without": gain.without, "with": gain.with_it, "p_value": gain.p_value}
     if finding.rows:
         record["rows"] = list(finding.rows)
     return record

@@ -171,7 +171,7 @@ class Search:
         """Leave out effects that are no longer worth their parameters beside the others."""
         for index in range(len(current.candidates)):
             smaller = self.without(current, index)
-            if _founded(smaller.effects) and smaller.misfit < current.misfit:
+            if founded(smaller.effects) and smaller.misfit < current.misfit:
                 self.log.add("backward", smaller, True, "the effect left out explains too little beside the others")
                 return self._prune(smaller)
         return current
@@ -209,7 +209,7 @@ class Search:
         smaller = self.without(model, index)
         wanted = _PROMISING * (smaller.misfit - model.misfit)
         grown = [self._extended(smaller, candidate) for candidate in self._promising(smaller, wanted)]
-        return [other for other in grown if _founded(other.effects)]
+        return [other for other in grown if founded(other.effects)]
 
     def _promising(self, current: Model, wanted: float = -np.inf) -> list[tuple[Candidate, FloatArray]]:
         """Candidates worth a full fit on top of a model, with the parameters from which to start.
@@ -221,7 +221,7 @@ class Search:
         present = {c.effect.slot for c in current.candidates}
         ranked: list[tuple[float, str, Candidate, FloatArray]] = []
         for entry in self.library:
-            if entry.effect.slot in present or not _founded([*current.effects, entry.effect]):
+            if entry.effect.slot in present or not founded([*current.effects, entry.effect]):
                 continue
             unseen = entry.idle and len(self.robot.stiffness) == 0
             candidate = self._beside(entry, current) if unseen else entry
@@ -345,7 +345,7 @@ class Search:
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
 
 
-def _founded(effects: Sequence[Effect]) -> bool:
+def founded(effects: Sequence[Effect]) -> bool:
     """Whether every effect has what it builds on (the principle of heredity of model selection)."""
     slots = {effect.slot for effect in effects}
     return all(not effect.builds_on or (effect.builds_on, effect.component) in slots for effect in effects)

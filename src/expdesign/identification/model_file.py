@@ -74,6 +74,7 @@ class _ModelSection(Section):
     compliance: dict[str, Number]
     instrument: dict[str, Number] = Field(default_factory=dict)
     markers: list[str] | None = None
+    held: list[list[str]] = Field(default_factory=list)
     effects: list[_EffectSection]
     parameters: list[str]
     covariance: list[list[float]]
@@ -165,7 +166,11 @@ def _instrument_of(model: Model) -> dict[str, Any]:
         return {}
     names = [parameter.name for parameter in chain.markers.parameters]
     values = model.values[chain.compliances : chain.base].tolist()
-    return {"instrument": dict(zip(names, values, strict=True)), "markers": list(chain.markers.names)}
+    return {
+        "instrument": dict(zip(names, values, strict=True)),
+        "markers": list(chain.markers.names),
+        "held": [list(pair) for pair in chain.markers.held],
+    }
 
 
 def _markers(section: _ModelSection, robot: Robot, document: YamlDocument) -> MarkerReading | None:
@@ -173,7 +178,8 @@ def _markers(section: _ModelSection, robot: Robot, document: YamlDocument) -> Ma
         return None
     places = {name: place for name, place in robot.markers.items() if name in section.markers}
     start = np.array(list(section.instrument.values()))
-    reading = MarkerReading(tuple(section.markers), places, robot.instrument, start)
+    held = tuple((str(pair[0]), str(pair[-1])) for pair in section.held)
+    reading = MarkerReading(tuple(section.markers), places, robot.instrument, start, held)
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:
         remedy = f"They must be {', '.join(expected)}, in this order."

@@ -80,6 +80,7 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
+    texts += result.caveats
     if result.correction is not None:
         correction = result.correction
         texts.append(
@@ -161,7 +162,9 @@ def _error_figure(result: Diagnosis) -> Figure:
 
 
 def _axis_figure(result: Diagnosis) -> Figure:
-    names = [words.axis(result.recordings.components(result.robot.coordinates)[axis]) for axis in result.recordings.axes]
+    names = [
+        words.axis(result.recordings.components(result.robot.coordinates)[axis]) for axis in result.recordings.axes
+    ]
     counts = result.search.sample.counts & ~result.model.outliers
     before = np.sqrt((result.base.residuals[counts] ** 2).mean(axis=0))
     after = np.sqrt((result.model.fit.residuals[counts] ** 2).mean(axis=0))

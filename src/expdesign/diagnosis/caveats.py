@@ -1,0 +1,51 @@
+"""What limits the statements of a diagnosis, in sentences."""
+
+import numpy as np
+
+from expdesign.diagnosis.dispersion import Dispersion
+from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Model
+
+_ALIKE = 0.3
+"""Correlation of consecutive residuals above which rows are no longer taken for independent."""
+_UNKNOWN = 0.5
+"""Share of its standard deviation beforehand above which a parameter counts as not determined."""
+_EXPLODES = 10.0
+"""Factor between held-out and fitted error above which the held-out rows ask for what was not determined."""
+
+
+def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -> tuple[str, ...]:
+    """Sentences, most limiting first."""
+    found: list[str] = []
+    if sample.markers is not None:
+        found += sample.markers.degeneracies
+        found += _loose(model)
+    if errors.test_after > _EXPLODES * max(errors.train_after, 1.0):
+        found.append(
+            f"The fitted rows do not determine what the held-out rows depend on: {errors.test_after:.3g} standard "
+            f"deviations there against {errors.train_after:.3g}."
+        )
+    if spread.correlation > _ALIKE:
+        found.append(
+            f"Residuals of consecutive rows are alike (correlation {spread.correlation:.2f}): {spread.rows} rows say "
+            f"as much as about {spread.effective_rows:.0f} independent ones; intervals allow for it."
+        )
+    return tuple(found)
+
+
+def _loose(model: Model) -> list[str]:
+    """Parameters of geometry that are known no better than beforehand."""
+    fitted = model.fit
+    loose = [
+        parameter.name
+        for parameter, variance in zip(fitted.chain.parameters, np.diag(fitted.covariance), strict=True)
+        if np.isfinite(parameter.spread) and parameter.spread > 1e-5 and variance > (_UNKNOWN * parameter.spread) ** 2
+    ]
+    if not loose:
+        return []
+    listed = ", ".join(loose[:6]) + (" and others" if len(loose) > 6 else "")
+    return [
+        f"{len(loose)} parameters cannot be told from combinations of others and stay what was assumed, within the "
+        f"tolerance assumed for them: {listed}. Single values among them mean nothing; their sum does."
+    ]

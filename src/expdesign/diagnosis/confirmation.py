@@ -1,0 +1,101 @@
+"""Whether each effect of a model, by itself, improves the prediction of recordings that were not fitted.
+
+The penalised misfit trusts the stated noise and the independence of rows. Where a model leaves more than noise, neither
+can be trusted: filtered readings are correlated, standard deviations are misstated, and any smooth effect gains
+"significantly" on thousands of readings. Held-out rows do not care. For every effect the model is refitted without it;
+the squares of the held-out residuals are compared block by block of consecutive rows (rows within a block may be
+correlated), and the effect stays where the mean difference exceeds zero by a one-sided t-test over blocks.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as t_distribution
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Model, Search, founded
+from expdesign.identification.fit import Fit
+
+LEVEL = 0.05
+BLOCKS = 12
+"""Blocks into which held-out rows are divided, at least `_SHORTEST` rows each."""
+_SHORTEST = 4
+_FEWEST = 5
+"""Blocks below which held-out rows say too little of a single effect."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What one effect does for held-out rows.
+
+    Attributes:
+        without, with_it: RMS of the held-out residuals, 1 being the noise.
+        p_value: of no improvement.
+    """
+
+    without: float
+    with_it: float
+    p_value: float
+
+
+def gains(search: Search, model: Model, test: BoolArray) -> list[Gain] | None:
+    """Gain of every effect of a model, in the order of its candidates; None where too few rows are held out."""
+    blocks = _blocks(test)
+    if blocks is None:
+        return None
+    sample = Sample.of(search.sample, np.ones(len(test), dtype=bool))
+    own = _squares(model.fit, sample)
+    found = []
+    for index in range(len(model.candidates)):
+        other = _squares(search.without(model, index).fit, sample)
+        found.append(_gain(other[test], own[test], blocks))
+    return found
+
+
+def confirmed(search: Search, model: Model, test: BoolArray) -> Model:
+    """The model without the effects that do not improve the prediction of held-out rows, worst first."""
+    while True:
+        found = gains(search, model, test)
+        if not found:
+            return model
+        order = sorted(range(len(found)), key=lambda i: -found[i].p_value)
+        dropped = False
+        for index in order:
+            if found[index].p_value < LEVEL:
+                break
+            smaller = search.without(model, index)
+            if founded(smaller.effects):
+                reason = f"held-out rows do not gain by `{model.effects[index].key}` (p = {found[index].p_value:.2g})"
+                search.log.add("held out", smaller, True, reason)
+                model, dropped = smaller, True
+                break
+        if not dropped:
+            return model
+
+
+def _squares(fitted: Fit, sample: Sample) -> FloatArray:
+    """Mean square of every row's whitened residuals, shape (N,)."""
+    squares: FloatArray = (sample.residuals(fitted.chain, fitted.values) ** 2).mean(axis=1)
+    return squares
+
+
+def _gain(without: FloatArray, with_it: FloatArray, blocks: IntArray) -> Gain:
+    # The spread of a few wild rows must not decide: differences are of logarithms of the blocks' mean squares.
+    count = int(blocks.max()) + 1
+    means = [np.bincount(blocks, values) / np.bincount(blocks) for values in (without, with_it)]
+    differences = np.log(np.maximum(means[0], 1e-12) / np.maximum(means[1], 1e-12))
+    spread = float(differences.std(ddof=1)) / np.sqrt(count)
+    ratio = float(differences.mean()) / max(spread, 1e-12)
+    return Gain(
+        float(np.sqrt(without.mean())), float(np.sqrt(with_it.mean())), float(t_distribution.sf(ratio, count - 1))
+    )
+
+
+def _blocks(test: BoolArray) -> IntArray | None:
+    """Block of every held-out row: consecutive ones together, shape (n_test,); None where there are too few."""
+    rows = np.flatnonzero(test)
+    if len(rows) < _FEWEST * _SHORTEST:
+        return None
+    length = max(_SHORTEST, int(np.ceil(len(rows) / BLOCKS)))
+    return np.arange(len(rows)) // length

@@ -1,0 +1,142 @@
+"""Positions of markers: instrument and marker are found with the rest, and what cannot be told apart is said."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of
+from tests.oracle import Array
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effects.geometric_error import GeometricError
+from expdesign.chain.effects.instrument_drift import InstrumentDrift
+from expdesign.chain.markers import MarkerReading, reading_of
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.identification.fit import Data, fit
+from expdesign.identification.model_file import Model, model_from_document, model_text
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.serial import SerialRobot
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
+    return read_arm(tmp_path_factory.mktemp("arm"))
+
+
+def measured(
+    robot: SerialRobot,
+    q: Array,
+    effects: tuple[GeometricError | InstrumentDrift, ...] = (),
+    values: tuple[float, ...] = (),
+    seed: int | None = 0,
+) -> Recordings:
+    """What the instrument reads of the arm with twice the compliance of the robot file."""
+    exact = MarkerReading(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
+    chain = Chain(robot, effects, markers=exact)
+    truth = np.concatenate([np.full(7, 2.0), INSTRUMENT, PLACE, values])
+    empty = recordings_of(robot, q, np.zeros((len(q), 3)))
+    positions = chain.predict(row_data(empty, robot), truth)
+    if seed is not None:
+        positions = positions + DEVIATION * np.random.default_rng(seed).standard_normal(positions.shape)
+    return replace(empty, deflections=positions)
+
+
+def test_reading_against_rigid_bodies_and_gravity_by_hand(arm: SerialRobot) -> None:
+    """Oracle: SciPy's rotations, and the torques of own weight, which have a test of their own."""
+    q = configurations(4, 3)
+    positions = measured(arm, q, seed=None).deflections
+    for row, angles in enumerate(q):
+        torque = arm.own_weight(angles, arm.gravity)
+        jacobians = arm.jacobians(angles)
+        twist = jacobians.forward @ (2.0 * torque / STIFFNESS)
+        rotation = Rotation.from_rotvec(twist[3:]).as_matrix() @ jacobians.rotation
+        point = arm.position(angles) + twist[:3] + rotation @ PLACE
+        turn = Rotation.from_euler("xyz", INSTRUMENT[3:]).as_matrix()
+        np.testing.assert_allclose(positions[row], turn.T @ (point - INSTRUMENT[:3]), rtol=0.0, atol=1e-9)
+
+
+def test_weight_is_what_the_joints_carry(arm: SerialRobot) -> None:
+    """Power: the wrench of own weight about the base, projected on the first joints, is their torque."""
+    q = configurations(3, 5)
+    wrench = arm.weight_wrench(q, np.tile(arm.gravity, (3, 1)))
+    about_base = wrench[:, 3:] + np.cross(arm.position(q), wrench[:, :3])
+    torque = arm.own_weight(q, np.tile(arm.gravity, (3, 1)))
+    np.testing.assert_allclose(torque[:, 0], wrench[:, 2], rtol=1e-9)
+    np.testing.assert_allclose(torque[:, 1], about_base[:, 2], rtol=0.0, atol=1e-9)
+
+
+def test_instrument_marker_and_stiffness_are_found_together(arm: SerialRobot) -> None:
+    data = measured(arm, configurations(120, 1))
+    reading = reading_of(arm, data)
+    assert reading is not None
+    assert not reading.held
+    assert data.deviations is not None
+    result = fit(Chain(arm, markers=reading), Data(data, row_data(data, arm), Whitening(data.deviations, data.series)))
+    error = result.values[7:] - [*INSTRUMENT, *PLACE]
+    assert np.abs(error / np.sqrt(np.diag(result.covariance))[7:]).max() < 4.0
+    loaded = [2, 3, 5]  # shoulder, elbow, wrist
+    assert np.abs(result.values[loaded] - 2.0).max() < 5.0 * np.sqrt(np.diag(result.covariance))[loaded].max()
+    assert result.chi2 / result.dof < 1.2
+
+
+def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm: SerialRobot) -> None:
+    q = np.vstack([configurations(60, 1, one_orientation=True), configurations(20, 2)])
+    data = replace(measured(arm, q), test=np.arange(80) >= 50)
+    reading = reading_of(arm, data)
+    assert reading is not None
+    assert len(reading.held) == 3
+    assert "cannot be told from that of the instrument" in reading.degeneracies[0]
+    predictable = reading.predictable(arm, data)
+    assert predictable[:60].all()
+    assert not predictable[60:].any()
+    known = recordings_of(arm, q, data.deflections, data.test)
+    arm.markers = {"ball": PLACE}
+    try:
+        given = reading_of(arm, known)
+        assert given is not None
+        assert not given.degeneracies
+    finally:
+        arm.markers = {}
+
+
+def test_a_joint_that_is_not_at_zero_is_found(arm: SerialRobot) -> None:
+    effects = (GeometricError(arm, "joint 4"),)
+    data = replace(measured(arm, configurations(150, 4), effects, (0.004,)), test=np.arange(150) % 3 == 2)
+    result = diagnose(arm, data)
+    assert result.verdict == "explained"
+    assert [(f.physics, f.component) for f in result.findings] == [("joint_position_error", "joint 4")]
+    value, low, high = result.findings[0].parameters["joint_4_offset_rad"]
+    assert low < 0.004 < high
+    assert abs(value - 0.004) < 4e-4
+    assert result.errors.test_after < 1.2
+    assert result.findings[0].gain is not None
+    assert result.findings[0].gain.p_value < 1e-3
+
+
+def test_an_arm_as_its_file_says_is_consistent(arm: SerialRobot) -> None:
+    result = diagnose(arm, replace(measured(arm, configurations(150, 6), seed=7), test=np.arange(150) % 3 == 2))
+    assert result.verdict == "consistent"
+    assert not result.findings
+
+
+def test_a_model_of_positions_is_read_back_number_for_number(arm: SerialRobot, tmp_path: Path) -> None:
+    from tests.chain.arms import write_arm  # noqa: PLC0415
+
+    document = read_yaml(write_arm(tmp_path))
+    data = measured(arm, configurations(60, 1))
+    reading = reading_of(arm, data)
+    assert data.deviations is not None
+    rows = row_data(data, arm)
+    chain = Chain(arm, (GeometricError(arm, "link 3"),), markers=reading)
+    result = fit(chain, Data(data, rows, Whitening(data.deviations, data.series)))
+    (tmp_path / "model.yaml").write_text(
+        model_text(Model.from_fit(result, document, "arm.csv"), tmp_path), encoding="utf-8"
+    )
+    model = model_from_document(read_yaml(tmp_path / "model.yaml"))
+    np.testing.assert_allclose(model.values, result.values, rtol=1e-14)
+    np.testing.assert_allclose(model.chain.predict(rows, model.values), chain.predict(rows, result.values), atol=1e-12)
