@@ -6,6 +6,7 @@ loosely determined is held by how well machines are made (`spread`).
 
 import casadi as ca
 
+from expdesign.chain.arm import arm_of
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.kinematic_tree import FRAME_AXES
@@ -39,8 +40,7 @@ class GeometricError(Effect):
     @property
     def _indices(self) -> list[int]:
         """Geometric errors that the component has."""
-        robot = self.robot
-        assert isinstance(robot, SerialRobot)
+        robot = arm_of(self.robot)
         count = len(robot.configuration)
         if self.component == _JOINTS:
             return list(range(count))
@@ -55,8 +55,7 @@ class GeometricError(Effect):
         return tuple(self._parameter(index) for index in self._indices)
 
     def _parameter(self, index: int) -> Parameter:
-        robot = self.robot
-        assert isinstance(robot, SerialRobot)
+        robot = arm_of(self.robot)
         count = len(robot.configuration)
         angle = robot.revolute[index] if index < count else (index - count) % len(FRAME_AXES) >= 3
         name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"

@@ -25,7 +25,7 @@ class ArmGeometricStiffness(ArmEffect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("geometry", "")] if each_joint(robot) else []
+        return [("geometry", "")] if each_joint(robot) and points.marker is None else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)

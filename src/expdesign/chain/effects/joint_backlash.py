@@ -31,7 +31,7 @@ class JointBacklash(ArmEffect):
         joints = each_joint(robot)
         if not joints:
             return []
-        own = robot.own_weight(points.configurations, points.gravity)
+        own = robot.own_weight(points.configurations, points.gravity) * (points.marker is None)
         reference = points.absolute - points.wrenches
         own = own + (reference[:, None, :] @ robot.jacobians(points.configurations).forward)[:, 0]
         places = []

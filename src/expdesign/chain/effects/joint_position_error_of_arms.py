@@ -21,6 +21,8 @@ class ArmGeometry(ArmEffect):
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+        if points.marker is not None:
+            return []  # positions are `geometric_error`'s, which knows what they cannot tell apart
         joints = each_joint(robot)
         return [(joint, "offset") for joint in joints] + [(f"link {k + 1}", "frame") for k in range(len(joints))]
 

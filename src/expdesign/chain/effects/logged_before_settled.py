@@ -23,7 +23,9 @@ class LoggedBeforeSettled(ArmEffect):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         several = len(np.unique(points.series)) < len(points)
-        return [(ALL_JOINTS, "logged before settled")] if each_joint(robot) and several else []
+        return (
+            [(ALL_JOINTS, "logged before settled")] if each_joint(robot) and several and points.marker is None else []
+        )
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.robot.stiffness)

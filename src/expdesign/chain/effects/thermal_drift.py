@@ -11,7 +11,8 @@ from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-def _varies(temperature: FloatArray | None) -> bool:
+def varies(temperature: FloatArray | None) -> bool:
+    """Whether temperatures were recorded and changed."""
     return temperature is not None and bool(np.any(np.ptp(temperature, axis=0) > 0.0))
 
 
@@ -27,7 +28,7 @@ class ThermalDrift(Effect):
         places: list[tuple[str, str]] = []
         if points.marker is not None:
             return places  # `instrument_drift` is what positions show of it
-        if _varies(points.temperature) or _varies(points.leg_temperature):
+        if varies(points.temperature) or varies(points.leg_temperature):
             places += [(component, "") for component in (*legs_and_all(robot), "environment")]
         if points.time is not None and np.any(np.diff(points.time) > 0.0):
             places += [(component, "time") for component in (*legs_and_all(robot), "environment")]

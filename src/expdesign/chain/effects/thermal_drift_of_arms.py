@@ -7,6 +7,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.arm import ArmEffect, arm_of, link_span, long_links
 from expdesign.chain.components import each_joint, turning
 from expdesign.chain.effect import Parameter
+from expdesign.chain.effects.thermal_drift import varies
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
@@ -23,7 +24,7 @@ class ArmThermalDrift(ArmEffect):
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         joints, links = each_joint(robot), long_links(robot)
         places: list[tuple[str, str]] = []
-        if points.temperature is not None or points.leg_temperature is not None:
+        if varies(points.temperature) or varies(points.leg_temperature):
             places += [(component, "") for component in (*joints, *links)]
         if points.time is not None and np.any(np.diff(points.time) > 0.0):
             places += [(component, "time") for component in (*joints, *links)]
