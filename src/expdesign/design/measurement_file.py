@@ -3,9 +3,11 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.coordinates import Coordinates
 from expdesign.design.body_axes import body_axes
-from expdesign.design.schema import ExperimentSection, PointsSection, TargetSection
+from expdesign.design.schema import ExperimentSection, NoiseSection, PointsSection, TargetSection
 from expdesign.errors import InputError
+from expdesign.files.schema import LARGEST
 from expdesign.files.yaml_reader import KeyPath, YamlDocument
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.instrument.reference_pose import ReferencedNoise
@@ -15,7 +17,51 @@ from expdesign.robots.robot import Robot
 _EXPERIMENT: KeyPath = ("experiment",)
 
 
-def noise_of_points(
+def read_noise(section: NoiseSection, robot: Robot, document: YamlDocument) -> DeflectionNoise:
+    """The noise of `experiment.deflection_noise`.
+
+    Raises:
+        InputError: an axis is unknown, or the covariance is none.
+    """
+    coordinates = robot.coordinates
+    where: KeyPath = (*_EXPERIMENT, "deflection_noise")
+    if section.std is not None:
+        axes = [axis_of(name, coordinates, document, (*where, "std")) for name in section.std]
+        if not axes:
+            raise InputError("no axis is measured", where=document.where((*where, "std")), remedy="Name at least one.")
+        order = np.argsort(axes)
+        deviations = np.array(list(section.std.values()))[order]
+        return DeflectionNoise.from_deviations(np.array(axes)[order], deviations, section.shared_reference)
+    if section.points is not None:
+        return _noise_of_points(section.points, robot, document, shared_reference=section.shared_reference)
+    rows = section.covariance or []
+    place = document.where((*where, "covariance"))
+    if len(rows) != coordinates.n or any(len(row) != coordinates.n for row in rows):
+        what = f"a matrix of {coordinates.n}×{coordinates.n} is needed here"
+        raise InputError(what, where=place, remedy=f"Order: {', '.join(coordinates.deflection)}.")
+    matrix = np.array(rows)
+    if np.any(np.diag(matrix) <= LARGEST**-2):
+        raise InputError(
+            "a variance is not positive (or below any that is)", where=place, remedy="Correct the diagonal."
+        )
+    scale = np.sqrt(np.diag(matrix))
+    if np.abs((matrix - matrix.T) / np.outer(scale, scale)).max() > 1e-6:
+        raise InputError("the matrix is not symmetric", where=place, remedy="Correct it.")
+    try:
+        return DeflectionNoise(np.arange(coordinates.n), (matrix + matrix.T) / 2.0, section.shared_reference)
+    except InputError as error:
+        raise InputError(error.what, where=place, remedy=error.remedy) from None
+
+
+def axis_of(name: str, coordinates: Coordinates, document: YamlDocument, where: KeyPath) -> int:
+    """Index of a pose coordinate by the name of its deflection; an `InputError` where there is none."""
+    if name not in coordinates.deflection:
+        remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.deflection)}."
+        raise InputError("unknown axis", where=document.where((*where, name)), remedy=remedy)
+    return coordinates.deflection.index(name)
+
+
+def _noise_of_points(
     section: PointsSection, robot: Robot, document: YamlDocument, *, shared_reference: bool
 ) -> DeflectionNoise:
     """Noise of deflections whose poses are registered from points (theory.md 9.A): twice the covariance of one pose.

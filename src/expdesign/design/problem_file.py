@@ -6,22 +6,20 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.coordinates import Coordinates
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.calibration_file import load_section, read_regressor
-from expdesign.design.measurement_file import noise_of_points, tolerance_axes, with_reference_pose
+from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
-from expdesign.design.schema import ExperimentSection, LoadSection, NoiseSection, RunSection
+from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
-from expdesign.files.schema import LARGEST, validate
+from expdesign.files.schema import validate
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
-from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.loads.errors.source import LoadErrorSource
 from expdesign.loads.load import Load
 from expdesign.loads.payload import Payload
@@ -52,7 +50,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     poses = _poses(experiment, robot, document)
     sources = _sources(experiment, load, document)
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor)
-    noise = _noise(experiment.deflection_noise, robot, document)
+    noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
     return DesignProblem(
         loaded=loaded,
@@ -173,44 +171,6 @@ def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) 
     return tuple(sources)
 
 
-def _noise(section: NoiseSection, robot: Robot, document: YamlDocument) -> DeflectionNoise:
-    coordinates = robot.coordinates
-    where: KeyPath = ("experiment", "deflection_noise")
-    if section.std is not None:
-        axes = [_axis(name, coordinates, document, (*where, "std")) for name in section.std]
-        if not axes:
-            raise InputError("no axis is measured", where=document.where((*where, "std")), remedy="Name at least one.")
-        order = np.argsort(axes)
-        deviations = np.array(list(section.std.values()))[order]
-        return DeflectionNoise.from_deviations(np.array(axes)[order], deviations, section.shared_reference)
-    if section.points is not None:
-        return noise_of_points(section.points, robot, document, shared_reference=section.shared_reference)
-    rows = section.covariance or []
-    place = document.where((*where, "covariance"))
-    if len(rows) != coordinates.n or any(len(row) != coordinates.n for row in rows):
-        what = f"a matrix of {coordinates.n}×{coordinates.n} is needed here"
-        raise InputError(what, where=place, remedy=f"Order: {', '.join(coordinates.deflection)}.")
-    matrix = np.array(rows)
-    if np.any(np.diag(matrix) <= LARGEST**-2):
-        raise InputError(
-            "a variance is not positive (or below any that is)", where=place, remedy="Correct the diagonal."
-        )
-    scale = np.sqrt(np.diag(matrix))
-    if np.abs((matrix - matrix.T) / np.outer(scale, scale)).max() > 1e-6:
-        raise InputError("the matrix is not symmetric", where=place, remedy="Correct it.")
-    try:
-        return DeflectionNoise(np.arange(coordinates.n), (matrix + matrix.T) / 2.0, section.shared_reference)
-    except InputError as error:
-        raise InputError(error.what, where=place, remedy=error.remedy) from None
-
-
-def _axis(name: str, coordinates: Coordinates, document: YamlDocument, where: KeyPath) -> int:
-    if name not in coordinates.deflection:
-        remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.deflection)}."
-        raise InputError("unknown axis", where=document.where((*where, name)), remedy=remedy)
-    return coordinates.deflection.index(name)
-
-
 def _targets(
     section: RunSection, loaded: LoadedRobot, document: YamlDocument
 ) -> tuple[Targets, FloatArray, tuple[tuple[LoadedRobot, FloatArray], ...]]:
@@ -239,7 +199,7 @@ def _targets(
         poses.append(pose)
         loads.append((here, parameters))
         for name, tolerance in target.tolerance.items():
-            importance[index, _axis(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
+            importance[index, axis_of(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
     if isinstance(loaded.regressor, Elastostatic) and not np.any(wrenches):
         what = "no target carries a load, so that there is nothing to compensate"
         raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
