@@ -24,9 +24,9 @@ import yaml
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.optimality.exchange import choose_measurements
 from expdesign.design.optimality.gradients import criterion_gradients
 from expdesign.design.optimality.polish import polish
+from expdesign.design.optimality.selection import choose_measurements
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.design.start import starting_designs

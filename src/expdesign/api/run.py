@@ -10,7 +10,8 @@ import pandas as pd
 
 from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.front import Front
-from expdesign.design.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
+from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
+from expdesign.design.optimality.refinement import LowerBound
 from expdesign.design.plan import Plan, csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame

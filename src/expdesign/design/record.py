@@ -4,7 +4,7 @@ from importlib.metadata import version
 from typing import Any
 
 from expdesign.design.front import Front
-from expdesign.design.optimality.certificate import LowerBound
+from expdesign.design.optimality.refinement import LowerBound
 from expdesign.design.problem import DesignProblem
 
 PACKAGES = ("expdesign", "casadi", "numpy", "pandas", "pymoo", "scipy")

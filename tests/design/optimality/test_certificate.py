@@ -8,9 +8,11 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
+from expdesign.design.optimality.certificate import Certificate, duir_lower_bound, total_lower_bound
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.polish import polish
+from expdesign.design.optimality.refinement import LowerBound
+from expdesign.design.optimality.split_plans import split_duir
 from expdesign.design.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
@@ -221,3 +223,20 @@ def test_where_nothing_matters_there_is_no_bound() -> None:
     bound = duir_lower_bound(empty)
     assert bound.value is None
     assert bound.certified_on
+
+
+def test_a_bound_that_split_measurements_reach_says_so() -> None:
+    # Of two equally useful measurements a plan of one takes one; split into three it comes near the optimum of both.
+    here = orthogonal_bipod(1)
+    bound = duir_lower_bound(here)
+    assert "price of whole measurements" in bound.certified_on
+    result = Certificate(here, 0.0).result(None)
+    assert result.last is not None
+    split = split_duir(here, result.last.shortlist, result.last.weights)
+    assert split is not None
+    assert bound_value(bound) <= split < 1.05 * bound_value(bound)
+    # A plan of three whole measurements is the same plan with three times the information.
+    whole = orthogonal_bipod(3)
+    exact = values(whole, polish(whole, random_designs(whole, 30, 2)), "duir").min()
+    assert split == pytest.approx(np.sqrt(3.0) * exact, rel=1e-6)
+    assert "price of whole measurements" not in duir_lower_bound(problem(*CASES["bipod-shared-reference"])).certified_on

@@ -8,7 +8,8 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.exchange import Exchange, choose_measurements, rounded
+from expdesign.design.optimality.exchange import Exchange, rounded
+from expdesign.design.optimality.selection import choose_measurements
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
 from expdesign.errors import InfeasibleError

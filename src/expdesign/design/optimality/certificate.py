@@ -9,12 +9,13 @@ sure the search was.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.information import CHUNK, MeasurementInformation
+from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
+from expdesign.design.optimality.split_plans import PARTS, split_duir
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
@@ -26,13 +27,6 @@ ENUMERABLE = 1_000_000
 _ROUNDS, _SHORTLIST = 25, 2000
 
 
-class LowerBound(NamedTuple):
-    """A number that no plan can beat (None where there is none), and what it was certified on, in words."""
-
-    value: float | None
-    certified_on: str
-
-
 def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
     """Lower bound on DUIR over all plans of as many measurements as the configuration has.
 
@@ -40,7 +34,18 @@ def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) ->
         problem: the design problem.
         front: designs (d, m, g) that are known; their measurements are among the candidates.
     """
-    return Certificate(problem, 0.0).bound(front)
+    bound, last = Certificate(problem, 0.0).result(front)
+    if bound.value is None or last is None or not last.needs_parts:
+        return bound
+    split = split_duir(problem, last.shortlist, last.weights)
+    if split is None:
+        return bound
+    words = (
+        f"if every measurement could be split into {PARTS} with as much less information each, a plan would come "
+        f"within {max(split / bound.value - 1.0, 0.0):.2%} of the bound: what else a plan lacks is the price of whole "
+        "measurements"
+    )
+    return LowerBound(bound.value, f"{bound.certified_on}; {words}")
 
 
 def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
@@ -55,33 +60,6 @@ class _Search:
     genes: FloatArray
     largest: float
     words: str
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """One round.
-
-    Attributes:
-        shortlist: candidates with weight, and the most sensitive of the others, shape (j, g).
-        weights: of the shortlist, shape (j,).
-        value: optimum of the relaxation over the candidates so far, the criterion squared.
-        bound: lower bound over the whole design space, the criterion squared.
-        words: how the largest sensitivity was found.
-    """
-
-    shortlist: FloatArray
-    weights: FloatArray
-    value: float
-    bound: float
-    words: str
-
-
-@dataclass(frozen=True)
-class Result:
-    """A bound, and the last round of the refinement that led to it (None where there was none)."""
-
-    bound: LowerBound
-    last: Refinement | None
 
 
 class Certificate:
@@ -123,7 +101,7 @@ class Certificate:
         """The best bound of the refinement; see `duir_lower_bound` for `front`."""
         return self.result(front).bound
 
-    def result(self, front: FloatArray | None) -> "Result":
+    def result(self, front: FloatArray | None) -> Result:
         """The best bound of the refinement and its last round."""
         if self._problem.loaded.regressor.redundant:
             words = "not computed, nor are designs refined by gradients: unknown frames make parameters redundant"
@@ -142,7 +120,7 @@ class Certificate:
         # Rounding in d and in the traces is below 1e-9 of the bound.
         return Result(LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap, last)), last)
 
-    def refine(self, front: FloatArray | None, rounds: int) -> Iterator["Refinement"]:
+    def refine(self, front: FloatArray | None, rounds: int) -> Iterator[Refinement]:
         """Solve the relaxation over candidates, search for better ones, add them, and so on."""
         candidates = self._candidates(front)
         rows = self._information.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
@@ -158,6 +136,7 @@ class Certificate:
                 weights.value,
                 dual.bound(found.largest),
                 found.words,
+                self._relaxation.count,
             )
             if self._whole is not None:
                 continue
@@ -181,8 +160,8 @@ class Certificate:
         if with_errors:
             parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
         parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
-        support = np.sort(last.weights[last.weights > 0.01])[::-1]
-        if len(support) > m or np.abs(m * support - np.rint(m * support)).max() > 0.1:
+        support = last.support
+        if last.needs_parts:
             shares = ", ".join(f"{m * weight:.2f}" for weight in support[:8])
             parts.append(
                 f"that optimum takes {len(support)} different measurements {shares}{' …' if len(support) > 8 else ''} "
