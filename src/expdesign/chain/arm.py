@@ -27,9 +27,9 @@ SHORTEST = 0.02
 
 
 def arm_of(robot: Robot) -> SerialRobot:
-    """The robot as the serial robot that it is; raises `ValueError` for another, on which an arm's effect has no place."""
+    """The robot as the serial robot that it is; raises `ValueError` for one that is no arm."""
     if not isinstance(robot, SerialRobot):
-        raise ValueError(f"a {robot.kind} is no arm")  # noqa: TRY004 (like any component that a robot does not have)
+        raise ValueError(f"a {robot.kind} is no arm")
     return robot
 
 
