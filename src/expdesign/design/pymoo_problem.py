@@ -40,6 +40,8 @@ class DesignPopulation(Problem):  # type: ignore[misc]
     def objectives(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Objectives (b, k), to be minimised, and constraints (b, 3) of designs given as genes (b, m, g)."""
         problem = self.design_problem
+        if len(genes) == 0:
+            return np.zeros((0, len(problem.objectives))), np.zeros((0, 3))
         robot = problem.loaded.robot
         configurations, loads = problem.space.decode(genes)
         assessment = problem.assess(configurations, loads)

@@ -158,7 +158,7 @@ def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) ->
     fitted = recordings.rows(~recordings.test)
     markers, idle = reading_of(robot, recordings), None
     if markers is None:
-        idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches)
+        idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
 
     def sample_with(deviations: FloatArray) -> Sample:
         whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)

@@ -89,7 +89,7 @@ class LoadedRobot:
 
     def wrenches(self, rotation: FloatArray, loads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """Wrenches (..., n) and, per source, scaled sensitivities (..., n, d) at R (..., d, d) and loads (..., k)."""
-        flat = rotation.reshape(*rotation.shape[:-2], -1)
+        flat = rotation.reshape(*rotation.shape[:-2], rotation.shape[-2] * rotation.shape[-1])
         wrench, *errors = self._wrenches(flat, loads)
         columns = [len(source.deviation) for source in self.sources]
         shaped = (error.reshape(*wrench.shape, width) for error, width in zip(errors, columns, strict=True))

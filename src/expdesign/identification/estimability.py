@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import NotIdentifiableError, SingularConfigurationError
 from expdesign.identification.fit import IDLE_DEVIATION, RANK_TOLERANCE
@@ -21,15 +21,16 @@ def require_regular_rows(recordings: Recordings, jacobians: Jacobians) -> None:
         raise SingularConfigurationError(what, where=recordings.where(row), remedy="Remove the row, or correct it.")
 
 
-def idle_actuators(robot: Robot, jacobians: Jacobians, wrenches: FloatArray) -> BoolArray | None:
-    """Actuators whose forces in all rows are nothing but rounding, shape (n_p,).
+def idle_actuators(robot: Robot, jacobians: Jacobians, wrenches: FloatArray, axes: IntArray) -> BoolArray | None:
+    """Actuators that move the measured axes by nothing but rounding in all rows, shape (n_p,).
 
-    None for robots whose actuators must all be loaded, and where no actuator carries anything.
+    None for robots whose actuators must all be loaded, and where no actuator shows.
     """
     if not robot.may_idle:
         return None
     # A force and a moment are compared through what they do at the tip: J̌·diag(c)·τ per row.
-    moved = np.linalg.norm(observation_matrix(jacobians, wrenches) * robot.compliance, axis=-2).max(axis=0)
+    shown = observation_matrix(jacobians, wrenches)[:, axes] * robot.compliance
+    moved = np.linalg.norm(shown, axis=-2).max(axis=0)
     idle: BoolArray = moved <= RANK_TOLERANCE * moved.max(initial=0.0)
     return None if idle.all() else idle
 
@@ -79,10 +80,11 @@ def idle_sentences(robot: Robot, idle: BoolArray) -> list[str]:
     named = [robot.actuators[i] for i in np.flatnonzero(idle)]
     if not named:
         return []
-    verb, whose = ("carries", "its stiffness stays") if len(named) == 1 else ("carry", "their stiffnesses stay")
+    whose = "its stiffness stays" if len(named) == 1 else "their stiffnesses stay"
     return [
-        f"{_listed(named)} {verb} no load in any of the fitted rows, as a joint about the vertical does under weights: "
-        f"{whose} what the robot file says, taken as known to {IDLE_DEVIATION:.0%} (a load across it would tell)."
+        f"No fitted row shows how {_listed(named)} yields, as weights do not for a joint about the vertical, nor "
+        f"positions of a tip on the joint's axis: {whose} what the robot file says, taken as known to "
+        f"{IDLE_DEVIATION:.0%} (other loads or axes would tell)."
     ]
 
 

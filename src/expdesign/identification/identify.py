@@ -99,7 +99,7 @@ def identify(
     knowledge: tuple[FloatArray, FloatArray] | None = None
     if prior is not None:
         knowledge = np.ones_like(start), np.full_like(start, prior)
-    idle = idle_actuators(robot, jacobians, train.wrenches)
+    idle = idle_actuators(robot, jacobians, train.wrenches, train.axes)
     if prior is None and idle is not None:
         observation[..., idle] = 0.0
         knowledge = idle_knowledge(idle, len(start))
@@ -125,6 +125,9 @@ def identify(
     fit = solve(noise.deviations)
     require_positive(fit, train, robot)
     known = uncertainty(fit, noise)
+    if prior is None and idle is not None:
+        # What stays as the robot file has it was not determined.
+        fit = replace(fit, rank=fit.rank - int(idle.sum()))
     compliance = _scaled(known.intervals(fit.values), robot.compliance)
     return Identification(
         robot=robot,

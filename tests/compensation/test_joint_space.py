@@ -1,0 +1,103 @@
+"""Commands of arms: the tip ends where the unloaded arm would stand, with no more motion than that takes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.chain.arm_rows import arm_rows, six_axis
+from tests.identification.experiments import read
+from tests.oracle import Array
+from tests.robots.arms import ARMS, serial_robot
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effects.joint_compliance import JointCompliance
+from expdesign.chain.row import row_data
+from expdesign.compensation.compensate import compensate
+from expdesign.compensation.prediction import moved
+from expdesign.errors import ConvergenceError, SingularConfigurationError
+from expdesign.identification.model_file import Model
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.kinematic_tree import KinematicTree
+from expdesign.robots.serial import SerialRobot
+
+ARM = six_axis()
+
+
+def model_of(robot: SerialRobot, *effects: tuple[type[JointCompliance], str, list[float]]) -> Model:
+    made = tuple(kind(robot, component) for kind, component, _ in effects)
+    chain = Chain(robot, made)
+    values = np.concatenate([np.ones(chain.compliances), *(parameters for _, _, parameters in effects)])
+    return Model(chain, values, 0.01 * np.eye(len(values)), {}, Path(), "model.yaml")
+
+
+def errors_after(model: Model, targets: Recordings, commands: Array) -> tuple[Array, Array]:
+    """Position and turn from the target to the tip that the model predicts at the commands."""
+    robot = model.chain.robot
+    assert isinstance(robot, SerialRobot)
+    deflection = model.chain.predict(row_data(moved(targets, commands), robot), model.values)
+    position = robot.position(commands) + deflection[:, :3] - robot.position(targets.configurations)
+    turn = robot.jacobians(commands).rotation @ robot.jacobians(targets.configurations).rotation.swapaxes(-1, -2)
+    return position, Rotation.from_matrix(turn).as_rotvec() + deflection[:, 3:]
+
+
+def test_the_whole_deflection_is_undone_also_what_the_joints_do_not_make() -> None:
+    model = model_of(ARM, (JointCompliance, "joint 2", [2e-5]))
+    targets = read(arm_rows(ARM, series=6, loads=1), ARM)
+    found = compensate(model, targets)
+    position, turn = errors_after(model, targets, found.commands)
+    assert np.abs(position).max() < 1e-10
+    assert np.abs(turn).max() < 1e-8
+    assert np.abs(found.commands - targets.configurations).max() > 1e-3
+    assert (found.deviations > 0.0).all()
+
+
+def test_a_redundant_arm_moves_no_more_than_it_must() -> None:
+    """Seven joints for six components: the correction is the least-norm one, in parts of each joint's range."""
+    panda = serial_robot(ARMS["panda"])
+    frame = arm_rows(panda, series=5, loads=1)
+    frame["q4_rad"] = np.linspace(-2.0, -1.0, 5)
+    targets = read(frame, panda)
+    model = model_of(panda)
+    found = compensate(model, targets)
+    position, turn = errors_after(model, targets, found.commands)
+    assert max(np.abs(position).max(), np.abs(turn).max()) < 1e-8
+    scaled = (found.commands - targets.configurations) / (panda.high - panda.low)
+    for q, step in zip(targets.configurations, scaled, strict=True):
+        jacobian = panda.jacobians(q).forward * (panda.high - panda.low)
+        null = np.linalg.svd(jacobian)[2][6]
+        assert abs(null @ step) < 0.01 * np.linalg.norm(step)
+
+
+def test_an_arm_with_too_few_joints_keeps_the_position() -> None:
+    """The first three joints alone: the position of the wrist is reached, its orientation is not."""
+    tree = KinematicTree(ARM.tree.urdf, "base", "wrist_1")
+    short = SerialRobot(tree, np.array([2e4, 2e4, 1e4, 1e9]))
+    tree = KinematicTree(ARM.tree.urdf, "base", "forearm")
+    short = SerialRobot(tree, np.array([2e4, 2e4, 1e4]))
+    frame = arm_rows(ARM, series=4, loads=1).drop(columns=["q4_rad", "q5_rad", "q6_rad"])
+    frame = frame.drop(columns=[f"leg{i}_degC" for i in range(1, 7)])
+    targets = read(frame, short)
+    model = model_of(short)
+    before = np.linalg.norm(model.chain.predict(row_data(targets, short), model.values)[:, :3], axis=1)
+    found = compensate(model, targets)
+    position, _ = errors_after(model, targets, found.commands)
+    # The origin of the forearm is moved by two joints only; what lies across their plane cannot be undone.
+    assert (np.linalg.norm(position, axis=1) < 0.05 * before).all()
+
+
+def test_a_stretched_arm_cannot_give_way_along_itself() -> None:
+    """Elbow, shoulder and wrist in line: no joint shortens the arm, and a weight that pulls along it is not undone."""
+    model = model_of(ARM, (JointCompliance, "joint 5", [1e-4]))
+    frame = arm_rows(ARM, series=1, loads=1)
+    for k, value in enumerate([0.0, -0.3, 0.0, 0.0, 0.0, 0.0]):
+        frame[f"q{k + 1}_rad"] = value
+    with pytest.raises(SingularConfigurationError, match="singular"):
+        compensate(model, read(frame, ARM))
+
+
+def test_a_load_far_beyond_reason_is_refused() -> None:
+    frame = arm_rows(ARM, series=2, loads=1)
+    frame["mass_kg"] = 2e4
+    with pytest.raises(ConvergenceError, match="corrected by"):
+        compensate(model_of(ARM), read(frame, ARM))
