@@ -13,6 +13,7 @@ from expdesign.comparison.contenders import Contender, drawn, optimised
 from expdesign.comparison.correlation import RankCorrelation, rank_correlations
 from expdesign.comparison.judgement import Judgement, judge
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.certificate import LowerBound, total_lower_bound
 from expdesign.design.plan import csv_text, plan_frame, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
@@ -40,6 +41,7 @@ class Comparison:
         names: of the configurations.
         judgements: one per configuration.
         correlations: of each configuration.
+        bounds: on the criterion `total` of every plan of each configuration's number of measurements.
         together: whether their accuracies mean the same, so that they are laid over each other.
         settings: how it was made.
     """
@@ -47,6 +49,7 @@ class Comparison:
     names: tuple[str, ...]
     judgements: tuple[Judgement, ...]
     correlations: tuple[list[RankCorrelation], ...]
+    bounds: tuple[LowerBound, ...]
     together: bool
     settings: Settings
 
@@ -54,10 +57,11 @@ class Comparison:
     def frame(self) -> pd.DataFrame:
         """One row per configuration and design (`comparison.csv`): values, accuracy, and ratios to the best."""
         frames = []
-        for name, judgement in zip(self.names, self.judgements, strict=True):
+        for name, judgement, bound in zip(self.names, self.judgements, self.bounds, strict=True):
             frame = judgement.frame()
             frame.insert(0, "configuration", name)
             frame.insert(1, "robot", judgement.problem.loaded.robot.name)
+            frame["total_lower_bound"] = bound.value if bound.value is not None else float("nan")
             frames.append(frame)
         return pd.concat(frames, ignore_index=True)
 
@@ -87,7 +91,7 @@ class Comparison:
             "Generations of each search": str(settings.generations or "as configured"),
             "Seed": str(settings.seed),
         }
-        return comparison_report(self.names, self.judgements, self.correlations, self.together, how)
+        return comparison_report(self.names, self.judgements, self.correlations, self.bounds, self.together, how)
 
     def save(self, folder: PathLike) -> Path:
         """Write the files of `expdesign compare` into a folder and return the path of the report."""
@@ -138,7 +142,7 @@ def compare(
         require_comparable(problems)
     settings = Settings(samples, random, generations, seed)
     given = [_given(problem, plans or {}) for problem in problems]
-    total = len(problems) * (2 * len(known_criteria()) + random + len(plans or {}))
+    total = len(problems) * (2 * len(known_criteria()) + random + len(plans or {}) + 1)
     done = 0
 
     def step(text: str) -> None:
@@ -146,7 +150,7 @@ def compare(
         done += 1
         report("comparing", done, total, text)
 
-    judgements = []
+    judgements, bounds = [], []
     for problem, name, own in zip(problems, names, given, strict=True):
         problem.require_elastostatic("designs can be compared by Monte-Carlo")
 
@@ -156,8 +160,10 @@ def compare(
         contenders = [*optimised(problem, seed, generations, at), *own]
         contenders += drawn(problem, random, seed) if random else []
         judgements.append(judge(problem, contenders, samples, seed, at))
+        bounds.append(total_lower_bound(problem))
+        at("lower bound")
     correlations = tuple(rank_correlations(judgement, seed) for judgement in judgements)
-    return Comparison(tuple(names), tuple(judgements), correlations, not separate, settings)
+    return Comparison(tuple(names), tuple(judgements), correlations, tuple(bounds), not separate, settings)
 
 
 def _require_settings(

@@ -9,6 +9,7 @@ import pandas as pd
 from expdesign.comparison.correlation import RankCorrelation
 from expdesign.comparison.judgement import Judgement
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.certificate import LowerBound
 from expdesign.design.plan import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
@@ -34,6 +35,7 @@ def comparison_report(
     names: Sequence[str],
     judgements: Sequence[Judgement],
     correlations: Correlations,
+    bounds: Sequence[LowerBound],
     together: bool,
     how: Mapping[str, str],
 ) -> Page:
@@ -43,10 +45,11 @@ def comparison_report(
         names: of the configurations.
         judgements: one per configuration.
         correlations: of each configuration.
+        bounds: on the criterion `total` of every plan.
         together: whether accuracies of different configurations mean the same.
         how: settings and their values, for the last section.
     """
-    sections = [_summary(names, judgements, correlations)]
+    sections = [_summary(names, judgements, correlations, bounds)]
     if len(names) > 1:
         sections.append(_several(names, judgements, correlations, together))
     for index, (name, judgement, found) in enumerate(zip(names, judgements, correlations, strict=True)):
@@ -75,9 +78,11 @@ def title(name: str, origin: str) -> str:
     return words.criterion(name) if origin == "optimised" else name
 
 
-def _summary(names: Sequence[str], judgements: Sequence[Judgement], correlations: Correlations) -> Section:
+def _summary(
+    names: Sequence[str], judgements: Sequence[Judgement], correlations: Correlations, bounds: Sequence[LowerBound]
+) -> Section:
     figures, sentences = [], []
-    for name, judgement, found in zip(names, judgements, correlations, strict=True):
+    for name, judgement, found, bound in zip(names, judgements, correlations, bounds, strict=True):
         best, attained = judgement.best, judgement.attained
         contender = judgement.contenders[best]
         label = title(contender.name, contender.origin)
@@ -99,6 +104,13 @@ def _summary(names: Sequence[str], judgements: Sequence[Judgement], correlations
             middle = float(factor[drawn[len(drawn) // 2]])
             text += f", and the median of {len(drawn)} random designs {words.number(middle)} times"
         sentences.append(text + ".")
+        if bound.value is not None:
+            gap = 100.0 * (float(np.nanmin(judgement.values["total"])) / bound.value - 1.0)
+            sentences.append(
+                f"{name}: no plan of {words.count(judgement.problem.space.measurements, 'measurement')} can be "
+                f"expected to leave less than {words.number(bound.value)} tolerances (lower bound of the criterion total); the "
+                f"best design is within {words.number(gap, 2)}\u00a0% of that."
+            )
         over = [one for one in found if one.over == "random designs" and np.isfinite(one.coefficient)]
         if over:
             order = sorted(over, key=lambda one: -one.coefficient)
@@ -170,7 +182,7 @@ def _several(
 def _configuration(index: int, name: str, judgement: Judgement, found: list[RankCorrelation]) -> Section:
     problem = judgement.problem
     opening = (
-        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, "
+        f"{problem.loaded.robot.name} ({problem.loaded.robot.kind}), "
         f"{words.count(problem.space.measurements, 'measurement')}, "
         f"{words.count(len(problem.targets.weights), 'target')}."
     )
@@ -236,7 +248,7 @@ def _prediction_figure(index: int, judgement: Judgement) -> Figure:
     }
     return Figure(
         f"prediction-{index}", "Attained against predicted", {"data": data, "layout": layout},
-        "Every point is one design. On the line the criterion `total` has predicted the accuracy exactly.",
+        "Every point is one design. On the line the criterion total has predicted the accuracy exactly.",
         "Scatter of the attained error against the prediction; the table's CSV holds the numbers.",
         filename="prediction",
     )  # fmt: skip

@@ -71,8 +71,9 @@ class Processes(Engine):
             with _single_threaded(), _pool(min(self.workers, len(waiting))) as pool:
                 try:
                     while waiting or running:
-                        # One task more than there are workers, so that none of them waits for the next.
-                        while waiting and len(running) <= self.workers:
+                        # More tasks than there are workers, so that none of them waits for the next while results
+                        # are written; not all of them, because what has been handed out is lost with the pool.
+                        while waiting and len(running) <= 2 * self.workers:
                             index = waiting.popleft()
                             running[pool.submit(work, tasks[index])] = index
                         for future in wait(running, return_when=FIRST_COMPLETED).done:
