@@ -108,8 +108,8 @@ def _summary(
             gap = 100.0 * (float(np.nanmin(judgement.values["total"])) / bound.value - 1.0)
             sentences.append(
                 f"{name}: no plan of {words.count(judgement.problem.space.measurements, 'measurement')} can be "
-                f"expected to leave less than {words.number(bound.value)} tolerances (lower bound of the criterion total); the "
-                f"best design is within {words.number(gap, 2)}\u00a0% of that."
+                f"expected to leave less than {words.number(bound.value)} tolerances (lower bound of the criterion "
+                f"total); the best design is within {words.number(gap, 2)}\u00a0% of that."
             )
         over = [one for one in found if one.over == "random designs" and np.isfinite(one.coefficient)]
         if over:
