@@ -19,6 +19,7 @@ from expdesign.report.words import with_error
 from expdesign.studies.drawing import COLOURS, draw_densities, draw_map, panels
 from expdesign.studies.position_maps import (
     BEST_COLOUR,
+    COORDINATES,
     MICRO,
     best_index,
     grid_assessment,
@@ -109,7 +110,7 @@ class BipodDuir(Study):
         )
         return [
             Text("## Maps"),
-            Text(text),
+            Text(f"{text} {COORDINATES}"),
             Picture("maps", "Criteria over the identification position. O1 to O5 are to be large, the others small."),
             Shown(
                 ["best by", "x (m)", "y (m)", "value", "B₁U₁₁ there (µm²)", "√(B₁U₁₁) (µm)", "larger than the best by"],

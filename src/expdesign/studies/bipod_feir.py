@@ -17,7 +17,15 @@ from expdesign.files.yaml_reader import YamlDocument
 from expdesign.instrument.drawn_errors import Distribution
 from expdesign.report.words import with_error
 from expdesign.studies.drawing import draw_densities, draw_map, panels
-from expdesign.studies.position_maps import MICRO, best_index, grid_assessment, map_frame, mark_best, plan_at
+from expdesign.studies.position_maps import (
+    COORDINATES,
+    MICRO,
+    best_index,
+    grid_assessment,
+    map_frame,
+    mark_best,
+    plan_at,
+)
 from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from expdesign.studies.tables import column, density_rows, rows_of
 
@@ -78,6 +86,7 @@ class BipodFeir(Study):
         best, montecarlo = rows_of(tables["best"]), tables["montecarlo"]
         return [
             Text("## Maps"),
+            Text(COORDINATES),
             Picture("maps", "Standard deviations of x and y after compensation that force errors cause."),
             Shown(
                 ["best for", "x (m)", "y (m)", "ζ₁ there (µm)", "ζ₂ there (µm)"],

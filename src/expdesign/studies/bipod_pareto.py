@@ -20,7 +20,7 @@ from expdesign.files.schema import Count, Positive
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.report.words import with_error
 from expdesign.studies.drawing import COLOURS, panels
-from expdesign.studies.position_maps import MICRO, best_index, grid_assessment, plan_at
+from expdesign.studies.position_maps import COORDINATES, MICRO, best_index, grid_assessment, plan_at
 from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from expdesign.studies.tables import column, density_rows, rows_of
 
@@ -128,8 +128,8 @@ class BipodPareto(Study):
             Picture("front", "The front by both searches, the same scaled, and where its positions lie."),
             Text("## Best positions, and what they attain"),
             Text(
-                f"{settings.samples} repetitions at each position with noise and force errors. The length of the "
-                "error in the plane is predicted from the eigenvalues of its covariance (mean: complete elliptic "
+                f"{COORDINATES} {settings.samples} repetitions at each position with noise and force errors. The "
+                "length of the error in the plane is predicted from the eigenvalues of its covariance (mean: complete elliptic "
                 "integral); z is the number of standard errors between Monte-Carlo and prediction."
             ),
             Picture("densities", "Density of the length of the error in the plane, identified at the best positions."),

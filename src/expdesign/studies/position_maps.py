@@ -11,6 +11,7 @@ from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 
+COORDINATES = "Positions are pose coordinates, from the centre of the workspace."
 BEST_COLOUR = "#dc2626"
 MICRO = 1e6
 """µm in a metre."""
