@@ -129,8 +129,8 @@ class BipodPareto(Study):
             Text("## Best positions, and what they attain"),
             Text(
                 f"{COORDINATES} {settings.samples} repetitions at each position with noise and force errors. The "
-                "length of the error in the plane is predicted from the eigenvalues of its covariance (mean: complete elliptic "
-                "integral); z is the number of standard errors between Monte-Carlo and prediction."
+                "length of the error in the plane is predicted from the eigenvalues of its covariance (mean: complete "
+                "elliptic integral); z is the number of standard errors between Monte-Carlo and prediction."
             ),
             Picture("densities", "Density of the length of the error in the plane, identified at the best positions."),
             Shown(
