@@ -13,7 +13,8 @@ from expdesign.comparison.contenders import Contender, drawn, optimised
 from expdesign.comparison.correlation import RankCorrelation, rank_correlations
 from expdesign.comparison.judgement import Judgement, judge
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import LowerBound, total_lower_bound
+from expdesign.design.optimality.certificate import total_lower_bound
+from expdesign.design.optimality.refinement import LowerBound
 from expdesign.design.plan import csv_text, plan_frame, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
