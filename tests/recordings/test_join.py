@@ -1,5 +1,7 @@
 """Several files are read as one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.cases import robot
@@ -41,3 +43,16 @@ def test_files_need_the_same_columns() -> None:
     with pytest.raises(InputError, match="measured columns are not those") as caught:
         join([whole, read(made.frame(made.exact).drop(columns=["dx_m"]), robot("H1"), "c.csv")])
     assert caught.value.where == "c.csv"
+
+
+def test_markers_are_numbered_over_all_files() -> None:
+    made = experiment("H1", 3)
+    plain = read(made.frame(made.exact), robot("H1"), "a.csv")
+    first = replace(plain, marker=np.array([0, 1, 0]), markers=("left", "right"))
+    second = replace(
+        read(made.frame(made.exact), robot("H1"), "b.csv"), marker=np.array([1, 0, 0]), markers=("right", "top")
+    )
+    together = join([first, second])
+    assert together.markers == ("left", "right", "top")
+    assert together.marker is not None
+    assert [together.markers[index] for index in together.marker] == ["left", "right", "left", "top", "right", "right"]

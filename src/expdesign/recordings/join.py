@@ -27,7 +27,7 @@ def join(parts: list[Recordings]) -> Recordings:
     merged: dict[str, Any] = {}
     for item in fields(Recordings):
         values = [getattr(part, item.name) for part in counted]
-        if item.name in ("source", "extra", "files", "file"):
+        if item.name in ("source", "extra", "files", "file", "markers"):
             continue
         if any((value is None) != (values[0] is None) for value in values):
             other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))
@@ -41,8 +41,14 @@ def join(parts: list[Recordings]) -> Recordings:
             merged["axes"] = first.axes
         else:
             merged[item.name] = None if values[0] is None else np.concatenate(values)
+    names = tuple(dict.fromkeys(name for part in counted for name in part.markers))
+    if first.marker is not None:
+        # Every file numbers the markers that it has; together they are numbered anew.
+        renumbered = [np.array([names.index(name) for name in part.markers])[part.marker] for part in counted]
+        merged["marker"] = np.concatenate(renumbered)
     together = Recordings(
         **merged,
+        markers=names,
         source=", ".join(part.source for part in parts),
         extra=pd.concat([part.extra for part in parts], ignore_index=True),
         files=tuple(part.source for part in parts),
