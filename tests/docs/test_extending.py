@@ -19,6 +19,8 @@ from expdesign.design.search import search
 from expdesign.files.yaml_reader import parse_yaml
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
+from expdesign.studies.making import read_frame
+from expdesign.studies.study import known_studies
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'```python title="src/([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))
@@ -57,11 +59,13 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
         monkeypatch.setattr(package, "__path__", [*package.__path__, str(file.parent)])
         placed.append(f"{package.__name__}.{file.stem}")
         known_criteria.cache_clear()
+        known_studies.cache_clear()
 
     yield put
     for module in placed:
         sys.modules.pop(module, None)
     known_criteria.cache_clear()
+    known_studies.cache_clear()
 
 
 def problem(changes: dict[str, object]) -> DesignProblem:
@@ -75,6 +79,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
         "expdesign/robots",
         "expdesign/loads/errors",
         "expdesign/chain/effects",
+        "expdesign/studies",
     }
 
 
@@ -145,3 +150,17 @@ def test_a_new_effect_is_simulated_and_found(place: Callable[[str], None], tmp_p
     if effect["physics"] == "leg_settling":
         _, low, high = effect["parameters"]["settling_m"]
         assert low < 6.0e-6 < high
+
+
+def test_a_study(place: Callable[[str], None], tmp_path: Path) -> None:
+    """1 kg on two legs at 60°: each carries m·g/(2·sin 60°), and the point sags by m·g·(c₁ + c₂)/(4·sin² 60°)."""
+    place("expdesign/studies/sag.py")
+    content = {"assumed": ["everything"], "robot": BIPOD["robot"], "masses_kg": [1.0, 10.0]}
+    (tmp_path / "sag.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    assert call("study", "sag", "--configurations", tmp_path, "--out", tmp_path / "out") == 0
+    kept = tmp_path / "out" / "sag"
+    assert sorted(path.name for path in kept.iterdir()) == ["README.md", "sag.csv", "sag.svg", "study.json"]
+    frame = read_frame((kept / "sag.csv").read_text(encoding="utf-8"))
+    expected = 1e6 * 9.80665 * (1e-7 + 1.0 / 1.3e7) / 3.0
+    assert frame["sag_um"].tolist() == pytest.approx([expected, 10.0 * expected], rel=1e-5)
+    assert "- everything" in (kept / "README.md").read_text(encoding="utf-8")
