@@ -67,7 +67,7 @@ class DesignProblem:
         if not isinstance(self.loaded.regressor, Elastostatic):
             said = f"{what} for elastostatic calibration only"
             remedy = (
-                "`run`, `evaluate` and `compare` know every calibration; take `experiment.calibration` out for this."
+                "`run` and `evaluate` know every calibration; take `experiment.calibration` out for this."
             )
             raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
 
