@@ -66,9 +66,7 @@ class DesignProblem:
         """Raise an `InputError` where something other than the stiffness alone is calibrated."""
         if not isinstance(self.loaded.regressor, Elastostatic):
             said = f"{what} for elastostatic calibration only"
-            remedy = (
-                "`run` and `evaluate` know every calibration; take `experiment.calibration` out for this."
-            )
+            remedy = "`run` and `evaluate` know every calibration; take `experiment.calibration` out for this."
             raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
 
     def unidentified(self, assessment: Assessment) -> ExpdesignError | None:

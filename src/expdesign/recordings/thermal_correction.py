@@ -12,7 +12,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
 from expdesign.recordings.measured_poses import MeasuredPoses
-from expdesign.robots.forward_kinematics import ForwardKinematics
+from expdesign.robots.forward_kinematics import forward_kinematics
 from expdesign.robots.parallel import ParallelRobot
 
 
@@ -71,7 +71,7 @@ def correct_poses(robot: ParallelRobot, measured: MeasuredPoses, *, interpolate:
         weights[index, 0] -= 1.0
     grown = robot.lengths(measured.poses[references])
     lengths = robot.lengths(measured.poses[rows]) - weights @ grown
-    after = ForwardKinematics(robot).pose(lengths, measured.poses[rows])
+    after = forward_kinematics(robot).pose(lengths, measured.poses[rows])
     at_reference = robot.jacobians(measured.points.configurations[references[0]]).pose
     transfer = robot.jacobians(measured.points.configurations[rows]).pose @ np.linalg.inv(at_reference)
     own = spread = None

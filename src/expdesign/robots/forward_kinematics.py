@@ -4,6 +4,8 @@ q(X + δX) = q(X) + ∂q/∂X·δX (thesis 1.13); from within the workspace it c
 the lengths belong to no pose near the start.
 """
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
@@ -54,3 +56,9 @@ class ForwardKinematics:
                 return pose
         what = "there is no pose with these leg lengths near the one that is expected"
         raise ConvergenceError(what, remedy="Check the lengths, or the geometry in the robot file.")
+
+
+@lru_cache(maxsize=32)
+def forward_kinematics(robot: ParallelRobot) -> ForwardKinematics:
+    """The forward kinematics of a robot; its expressions are made once."""
+    return ForwardKinematics(robot)

@@ -15,7 +15,7 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.design.start import starting_designs
 from expdesign.files.schema import Positive
 from expdesign.files.yaml_reader import YamlDocument
-from expdesign.robots.forward_kinematics import ForwardKinematics
+from expdesign.robots.forward_kinematics import forward_kinematics
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.studies.drawing import COLOURS, panels
 from expdesign.studies.pose_errors import MICRO, deviation_frame, deviation_table
@@ -169,7 +169,7 @@ def _montecarlo(problem: DesignProblem, poses: FloatArray, settings: Settings) -
     """Standard deviation of the attained pose at the first target, and how far it is from linear."""
     robot = problem.loaded.robot
     assert isinstance(robot, ParallelRobot)
-    kinematics, joints = ForwardKinematics(robot), len(robot.geometry)
+    kinematics, joints = forward_kinematics(robot), len(robot.geometry)
     count = joints + len(robot.stiffness)
     truth = settings.geometry_error_m * np.random.default_rng(settings.plan_seed).standard_normal(count)
     geometry, lengths = robot.geometry + truth[:joints], truth[joints:]

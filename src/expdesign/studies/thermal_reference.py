@@ -15,7 +15,7 @@ from expdesign.files.yaml_reader import YamlDocument
 from expdesign.recordings.measured_poses import MeasuredPoses
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.recordings.thermal_correction import CorrectedPoses, correct_poses
-from expdesign.robots.forward_kinematics import ForwardKinematics
+from expdesign.robots.forward_kinematics import forward_kinematics
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot_file import read_robot
 from expdesign.studies.drawing import COLOURS, panels
@@ -138,7 +138,7 @@ def _measured(commands: FloatArray, poses: FloatArray, settings: Settings) -> Me
 
 
 def _true_poses(robot: ParallelRobot, commands: FloatArray, growth: FloatArray) -> FloatArray:
-    return ForwardKinematics(robot).pose(robot.lengths(commands) + growth, commands)
+    return forward_kinematics(robot).pose(robot.lengths(commands) + growth, commands)
 
 
 def _corrected(robot: ParallelRobot, measured: MeasuredPoses, method: str) -> FloatArray:
