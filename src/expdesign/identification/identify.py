@@ -19,6 +19,7 @@ from expdesign.identification.goodness import Goodness, goodness_of_fit
 from expdesign.identification.influence import Influence, influence
 from expdesign.identification.intervals import Intervals, uncertainty
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.identification.positions import fit_positions
 from expdesign.identification.suspicions import require_positive, suspicions
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -64,7 +65,8 @@ class Identification:
     def covariance(self) -> FloatArray:
         """Of the compliances, m²/N² (or rad²/(N·m)²), shape (n_p, n_p)."""
         scale = self.robot.compliance
-        covariance: FloatArray = self.fit.covariance * np.outer(scale, scale)
+        count = len(scale)
+        covariance: FloatArray = self.fit.covariance[:count, :count] * np.outer(scale, scale)
         return covariance
 
 
@@ -87,6 +89,8 @@ def identify(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine every compliance.
     """
+    if recordings.marker is not None:
+        return _of_positions(robot, recordings, shared_reference=shared_reference)
     fitted = ~recordings.test & ~reference_rows(recordings)
     if not fitted.any():
         what = "no row is left to fit"
@@ -144,6 +148,36 @@ def identify(
         shared_reference=shared_reference,
         suspicions=suspicions(fit, train, robot, noise_known=noise.known)
         + ([] if prior is not None or idle is None else idle_sentences(robot, idle)),
+    )
+
+
+def _of_positions(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Identification:
+    """Identification from positions of markers; a prior on the compliances is part of the model (`positions`)."""
+    if recordings.test.all():
+        remedy = "Mark some rows `train` in the column `split`."
+        raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
+    found = fit_positions(robot, recordings, shared_reference=shared_reference)
+    train = recordings.rows(~recordings.test)
+    known = uncertainty(found.fit, found.noise)
+    count = len(robot.stiffness)
+    intervals = known.intervals(found.fit.values)
+    own = Intervals(intervals.estimate[:count], intervals.low[:count], intervals.high[:count])
+    compliance = _scaled(own, robot.compliance)
+    effect = influence(found.fit, noise_known=found.noise.known)
+    return Identification(
+        robot=robot,
+        recordings=recordings,
+        fitted=~recordings.test,
+        fit=replace(found.fit, covariance=known.covariance),
+        noise=found.noise,
+        compliance=compliance,
+        stiffness=compliance.inverse(),
+        goodness=goodness_of_fit(found.fit, train, found.noise, shared_reference=shared_reference),
+        influence=replace(effect, share=effect.share[:, :count]),
+        test_residuals=found.test_residuals,
+        prior=None,
+        shared_reference=shared_reference,
+        suspicions=found.remarks,
     )
 
 

@@ -16,6 +16,7 @@ from expdesign.recordings.columns import (
     read_time,
     require_one_command,
 )
+from expdesign.recordings.positions import read_markers, read_positions
 
 _JOINT = re.compile(r"q[0-9]+_(m|rad)")
 _MARKER = ("px_m", "py_m", "pz_m")
@@ -45,7 +46,8 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
     test = read_test_rows(table, order)
     if table.has("marker") or table.has(*_MARKER):
         table.require(("marker", *_MARKER))
-        table.numbers(_MARKER)
+        read_markers(table, order)
+        read_positions(table, coordinates, order)
         measured = "marker positions"
     else:
         if commanded:

@@ -238,7 +238,7 @@ def _tests(result: Identification) -> list[tuple[str, str]]:
 
 def _residual_figure(result: Identification, train: Recordings) -> Figure:
     step = max(1, len(train) // MOST_POINTS)
-    names = result.robot.coordinates.deflection
+    names = result.recordings.components(result.robot.coordinates)
     data = [
         {
             "type": "scattergl" if len(train) > 500 else "scatter",
@@ -272,7 +272,7 @@ def _residual_frame(result: Identification, train: Recordings) -> pd.DataFrame:
     step = max(1, len(train) // MOST_POINTS)
     frame = pd.DataFrame({"sequence": train.sequence[::step], "row": train.lines[::step]})
     for column, axis in enumerate(train.axes):
-        name = words.axis(result.robot.coordinates.deflection[axis])
+        name = words.axis(result.recordings.components(result.robot.coordinates)[axis])
         frame[f"{name}_in_std"] = np.round(result.fit.residuals[::step, column], 4)
     return frame
 
