@@ -3,17 +3,19 @@
 from dataclasses import replace
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of
 from tests.oracle import Array
 
+from expdesign.chain.arm import moment_at, with_links_beyond
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.geometric_error import GeometricError
 from expdesign.chain.effects.instrument_drift import InstrumentDrift
 from expdesign.chain.markers import MarkerReading, reading_of
-from expdesign.chain.row import row_data
+from expdesign.chain.row import row_data, row_symbols
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.fit import Data, fit
@@ -58,6 +60,22 @@ def test_reading_against_rigid_bodies_and_gravity_by_hand(arm: SerialRobot) -> N
         point = arm.position(angles) + twist[:3] + rotation @ PLACE
         turn = Rotation.from_euler("xyz", INSTRUMENT[3:]).as_matrix()
         np.testing.assert_allclose(positions[row], turn.T @ (point - INSTRUMENT[:3]), rtol=0.0, atol=1e-9)
+
+
+def test_links_beyond_a_joint_turn_it_as_their_weight_does(arm: SerialRobot) -> None:
+    """The moment about a joint's axis of what lies beyond it is the joint's torque by own weight."""
+    q = configurations(3, 8)
+    row = row_symbols(arm, 1)
+    torques = arm.own_weight(q, arm.gravity)
+    for joint in (1, 2, 3, 5):
+        point, frame = arm.tree.joint_frame(row.pose, joint)
+        load = with_links_beyond(arm, ca.SX.zeros(6), row, joint + 1)
+        axis = frame @ ca.SX(arm.tree.joints[joint].axis)
+        torque = ca.dot(axis, moment_at(load, row, point))
+        function = ca.Function("torque", [row.pose, row.position, row.gravity], [torque])
+        for configuration, expected in zip(q, torques, strict=True):
+            found = function(configuration, arm.position(configuration), arm.gravity)
+            np.testing.assert_allclose(float(found), expected[joint], rtol=0.0, atol=1e-9)
 
 
 def test_weight_is_what_the_joints_carry(arm: SerialRobot) -> None:

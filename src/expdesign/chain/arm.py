@@ -38,6 +38,19 @@ def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:
     return wrench[3:] + ca.cross(row.position - point, wrench[:3])
 
 
+def with_links_beyond(robot: SerialRobot, wrench: ca.SX, row: Row, first: int) -> ca.SX:
+    """The wrench at the tip together with the weight of links `first`, first + 1, ... (from 1) about the tip, (6,).
+
+    Positions show what own weight does; in deflections it is there before and after, and the wrench is the tip's alone.
+    """
+    if row.marker.shape[0] == 0:
+        return wrench
+    carried = [float(number >= first) for number in range(1, len(robot.stiffness) + 1)]
+    mass = float(np.dot(carried, robot.tree.masses()))
+    lever = robot.tree.weight(row.pose, None, ca.SX(carried)) - mass * row.position
+    return wrench + ca.vertcat(mass * row.gravity, ca.cross(lever, row.gravity))
+
+
 def at_tip(velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
     """Twist (6,) of the tip when the arm beyond a point moves by `velocity` and turns by `turn` about that point."""
     return ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)

@@ -2,13 +2,11 @@
 
 import numpy as np
 
-from expdesign.diagnosis.dispersion import Dispersion
+from expdesign.diagnosis.dispersion import ALIKE, Dispersion
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model
 
-_ALIKE = 0.3
-"""Correlation of consecutive residuals above which rows are no longer taken for independent."""
 _UNKNOWN = 0.5
 """Share of its standard deviation beforehand above which a parameter counts as not determined."""
 _EXPLODES = 10.0
@@ -26,7 +24,7 @@ def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -
             f"The fitted rows do not determine what the held-out rows depend on: {errors.test_after:.3g} standard "
             f"deviations there against {errors.train_after:.3g}."
         )
-    if spread.correlation > _ALIKE:
+    if spread.correlation > ALIKE:
         found.append(
             f"Residuals of consecutive rows are alike (correlation {spread.correlation:.2f}): {spread.rows} rows say "
             f"as much as about {spread.effective_rows:.0f} independent ones; intervals allow for it."

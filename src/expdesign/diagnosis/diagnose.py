@@ -12,7 +12,7 @@ from expdesign.chain.markers import reading_of
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains
-from expdesign.diagnosis.dispersion import dispersion
+from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.library import candidates, library
@@ -194,9 +194,11 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
         search.log.add("held out", model, False, "the prediction of held-out recordings does not improve")
         model = search.base
         errors = held_out(base, model.fit, sample, test, model.outliers)
-    # Where more than noise remains, neither the stated noise nor the independence of rows can be trusted.
-    after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
-    if model.candidates and not (noise.known and within_noise(after)):
+    # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
+    kept = sample.restricted(~model.outliers)
+    alike = dispersion(model.fit.residuals, kept).correlation > ALIKE
+    trusted = noise.known and within_noise((model.fit.chi2, _dof(model.fit, kept))) and not alike
+    if model.candidates and not trusted:
         model = confirmed(search, model, test)
         errors = held_out(base, model.fit, sample, test, model.outliers)
     return model, errors

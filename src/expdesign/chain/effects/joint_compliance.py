@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import ArmEffect, arm_of, at_tip, moment_at
+from expdesign.chain.arm import ArmEffect, arm_of, at_tip, moment_at, with_links_beyond
 from expdesign.chain.components import each_joint
 from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
@@ -34,11 +34,12 @@ class JointCompliance(ArmEffect):
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         robot = arm_of(self.robot)
         point, frame = robot.tree.joint_frame(row.pose, self.leg)
+        load = with_links_beyond(robot, wrench, row, self.leg + 1)
         first, second = across(robot.tree.joints[self.leg].axis)
         compliances = theta[0] * ca.SX(np.outer(first, first)) + theta[-1] * ca.SX(np.outer(second, second))
         if not robot.revolute[self.leg] and self.variant != "two directions":
             compliances = theta[0] * ca.SX.eye(3)
-        turn = frame @ compliances @ frame.T @ moment_at(wrench, row, point)
+        turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
         return deflection + at_tip(ca.SX.zeros(3), turn, row, point)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

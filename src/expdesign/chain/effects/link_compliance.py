@@ -7,7 +7,7 @@ With force f and moment M at the far end of a link of length L along d (Euler an
 
 import casadi as ca
 
-from expdesign.chain.arm import ArmEffect, arm_of, at_tip, link_span, long_links, moment_at
+from expdesign.chain.arm import ArmEffect, arm_of, at_tip, link_span, long_links, moment_at, with_links_beyond
 from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
@@ -30,7 +30,8 @@ class LinkCompliance(ArmEffect):
         start, end = link_span(arm_of(self.robot), row.pose, self.leg)
         length = ca.norm_2(end - start)
         along = (end - start) / length
-        moment, lever = moment_at(wrench, row, end), length * ca.cross(along, wrench[:3])
+        load = with_links_beyond(arm_of(self.robot), wrench, row, self.leg + 2)
+        moment, lever = moment_at(load, row, end), length * ca.cross(along, load[:3])
         twisting = along * ca.dot(along, moment)
         turn = theta[0] * (moment - twisting + lever / 2.0) + theta[1] * twisting
         moved = theta[0] * length * ca.cross((moment - twisting) / 2.0 + lever / 3.0, along)

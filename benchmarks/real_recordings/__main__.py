@@ -1,0 +1,97 @@
+"""Make the pages of `results/real` again: `python -m benchmarks.real_recordings [NAME ...]`.
+
+The recordings are looked for in the folder that the environment variable EXPDESIGN_RECORDINGS names, or in
+`../shared/recordings`. With names only those pages are made, and the summary's other rows stay.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+from benchmarks.real_recordings.page import page
+from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
+from benchmarks.real_recordings.transfer import transfer
+
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.identification.identify import identify
+from expdesign.recordings.reader import read_recordings
+from expdesign.robots.robot_file import read_robot
+
+OUT = Path(__file__).resolve().parents[2] / "results" / "real"
+
+
+def run(case: Case, root: Path) -> dict[str, object]:
+    """Identify and diagnose one file, write its page, and return its row of the summary."""
+    place = root / case.folder
+    robot = read_robot(place / case.robot)
+    recordings = read_recordings(place / f"{case.file}.csv", robot)
+    identified = identify(robot, recordings)
+    start = time.process_time()
+    result = diagnose(robot, recordings, report=lambda text: print(f"{case.name}: {text}", file=sys.stderr))
+    seconds = time.process_time() - start
+    others = [transfer(result, place / f"{other}.csv") for other in case.others]
+    text = page(case, identified, result, others, place / "README.md")
+    (OUT / f"{case.name}.md").write_text(text, encoding="utf-8")
+    return {
+        "name": case.name,
+        "rows": len(recordings),
+        "verdict": result.verdict,
+        "before": result.errors.test_before,
+        "after": result.errors.test_after,
+        "effects": "; ".join(
+            f"{f.physics} at {f.component}" + (f" ({f.variant.split(' over ')[0]})" if f.variant else "")
+            for f in result.findings
+        ),
+        "seconds": seconds,
+    }
+
+
+def summary(rows: list[dict[str, object]]) -> str:
+    """The README of the pages."""
+    lines = [
+        "# Recordings of real machines",
+        "",
+        "Made by `python -m benchmarks.real_recordings`; the recordings lie beside the project (environment",
+        f"variable `{VARIABLE}`, or `../shared/recordings`), belong to others, and are not part of it. Each page names",
+        "source and licence. **The rows and pages of the `jaibot` sets are derived from data under CC BY-NC-SA 3.0",
+        "(copyright Hilti, Hilti-Research on GitHub) and are under that licence**; those of `tiago` are derived from",
+        "data under Apache 2.0.",
+        "",
+        "Held-out errors are in standard deviations as the recordings state them (1 is the noise). CPU is of",
+        "`diagnose` on one core.",
+        "",
+        "| file | rows | verdict | held out, base model | held out, now | physics | CPU, s |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    lines += [
+        f"| [{row['name']}]({row['name']}.md) | {row['rows']} | {row['verdict']} | {row['before']:.3g} | "
+        f"{row['after']:.3g} | {row['effects'] or 'none'} | {row['seconds']:.0f} |"
+        for row in rows
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main(names: list[str]) -> int:
+    """Make the pages; returns the exit code."""
+    root = folder()
+    if not root.is_dir():
+        print(f"there are no recordings in {root}: set {VARIABLE}", file=sys.stderr)
+        return 2
+    OUT.mkdir(parents=True, exist_ok=True)
+    store = OUT / "summary.json"
+    for case in CASES:
+        if names and case.name not in names:
+            continue
+        row = run(case, root)
+        # Read anew: another process may have made other pages meanwhile.
+        known = {r["name"]: r for r in json.loads(store.read_text(encoding="utf-8"))} if store.is_file() else {}
+        known[case.name] = row
+        rows = [known[case.name] for case in CASES if case.name in known]
+        store.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        (OUT / "README.md").write_text(summary(rows), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

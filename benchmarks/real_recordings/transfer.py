@@ -1,0 +1,60 @@
+"""What a model that was found under one condition says of recordings under another, as it is."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.markers import reading_of
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.sample import Sample, rms
+from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.reader import read_recordings
+
+_FIXED = 1e-6
+"""Standard deviation, in typical sizes, of what is carried over from one condition to another."""
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """RMS of the residuals of another file, in standard deviations, of the base model and of the model carried over."""
+
+    file: str
+    before: float
+    after: float
+
+
+def transfer(result: Diagnosis, file: Path) -> Transfer:
+    """Deflections are predicted as they are. An instrument that was set up anew (positions) is placed with the other
+    file's training rows, nothing else is fitted, and the other rows are predicted.
+    """
+    robot = result.robot
+    recordings = read_recordings(file, robot)
+    reading = reading_of(robot, recordings)
+    assert recordings.deviations is not None
+    whitening = Whitening(recordings.deviations, recordings.series)
+    judged = np.ones(len(recordings), dtype=bool) if reading is None else recordings.test
+    data = Data(recordings, row_data(recordings, robot), whitening, markers=reading)
+    everything = Sample.of(data, np.ones(len(recordings), dtype=bool))
+    errors = []
+    for found in (result.base, result.model.fit):
+        chain = Chain(robot, found.chain.effects, markers=reading)
+        values = found.values
+        if reading is not None:
+            values = _placed(chain, found, Sample.of(data, ~recordings.test)).values
+        errors.append(rms(everything.residuals(chain, values), judged))
+    return Transfer(file.stem, *errors)
+
+
+def _placed(chain: Chain, found: Fit, sample: Sample) -> Fit:
+    """The chain with only its instrument fitted."""
+    start, spread = chain.start(), chain.scales() * _FIXED
+    start[: chain.compliances] = found.values[: chain.compliances]
+    start[chain.base :] = found.values[found.chain.base :]
+    start[chain.base - 3 : chain.base] = found.values[found.chain.base - 3 : found.chain.base]
+    frame = slice(chain.compliances, chain.compliances + (6 if chain.robot.instrument is None else 0))
+    spread[frame] = np.inf
+    return fit(chain, sample, start, (start, spread))

@@ -1,0 +1,66 @@
+"""Real recordings, where they lie beside the project: found, read, and predicted better than by the base model.
+
+The recordings are others' and not part of the project; without them these tests are skipped.
+"""
+
+from pathlib import Path
+
+import pytest
+from benchmarks.real_recordings.page import notice
+from benchmarks.real_recordings.sets import CASES, NOTICES, VARIABLE, Case, folder
+
+from expdesign.chain.markers import reading_of
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.identification.identify import identify
+from expdesign.identification.record import rms
+from expdesign.recordings.reader import read_recordings
+from expdesign.robots.robot_file import read_robot
+
+ROOT = folder()
+present = pytest.mark.skipif(not ROOT.is_dir(), reason=f"no recordings in {ROOT} (set {VARIABLE})")
+
+
+def test_without_recordings_the_command_says_where_it_looked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from benchmarks.real_recordings.__main__ import main  # noqa: PLC0415
+
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "nowhere"))
+    assert main([]) == 2
+    assert VARIABLE in capsys.readouterr().err
+
+
+@present
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_every_file_is_read_and_its_licence_is_stated(case: Case) -> None:
+    robot = read_robot(ROOT / case.folder / case.robot)
+    recordings = read_recordings(ROOT / case.folder / f"{case.file}.csv", robot)
+    assert recordings.test.any()
+    stated = NOTICES.get(case.folder) or notice(ROOT / case.folder / "README.md")
+    assert "icence" in stated
+
+
+@present
+def test_one_orientation_of_the_tool_is_said_of_the_one_set_where_it_is_so() -> None:
+    held = {}
+    for case in CASES:
+        if case.folder == "jaibot-prism":
+            robot = read_robot(ROOT / case.folder / case.robot)
+            reading = reading_of(robot, read_recordings(ROOT / case.folder / f"{case.file}.csv", robot))
+            assert reading is not None
+            held[case.name] = len(reading.held)
+    assert {name for name, count in held.items() if count} == {"jaibot-prism-flat"}
+
+
+@present
+def test_a_machine_on_its_feet_is_predicted_to_the_noise() -> None:
+    robot = read_robot(ROOT / "jaibot-tilt" / "robot.yaml")
+    recordings = read_recordings(ROOT / "jaibot-tilt" / "flat.csv", robot)
+    before = rms(identify(robot, recordings).test_residuals)
+    result = diagnose(robot, recordings)
+    assert before is not None
+    assert before > 10.0
+    assert result.errors.test_after < 1.2
+    assert result.verdict == "explained"
+    assert "base_compliance" in {finding.physics for finding in result.findings}
+    assert all(finding.gain is not None and finding.gain.p_value < 0.05 for finding in result.findings)
