@@ -11,6 +11,7 @@ from expdesign.compensation.prediction import predict as predict_points
 from expdesign.design.plan import csv_text
 from expdesign.files.output import write_file
 from expdesign.recordings.reader import points_from_table
+from expdesign.recordings.recordings import POSITION, POSITION_DEVIATION
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,9 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
     prediction = predict_points(identified, loaded, platform=platform)
     deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
     frame = table.frame.copy()
-    for axis, name in enumerate(robot.coordinates.deflection):
+    positions = deflections.shape[1] == len(POSITION)
+    for axis, name in enumerate(POSITION if positions else robot.coordinates.deflection):
         frame[name] = deflections[:, axis]
-    for axis, name in enumerate(robot.coordinates.deviation):
+    for axis, name in enumerate(POSITION_DEVIATION if positions else robot.coordinates.deviation):
         frame[name] = deviations[:, axis]
     return Predicted(frame, prediction)

@@ -13,7 +13,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.markers import COMPLIANCE_SPREAD, MarkerReading, true_geometry
+from expdesign.chain.markers import COMPLIANCE_SPREAD, MARKER_SPREAD, MarkerReading, true_geometry
 from expdesign.chain.row import Row, RowData, row_symbols
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
@@ -74,9 +74,15 @@ class Chain:
         placed = np.zeros(0) if self.markers is None else self.markers.start
         return np.concatenate([np.ones(self.compliances), placed, *(effect.neutral() for effect in self.effects)])
 
-    def knowledge(self) -> tuple[FloatArray, FloatArray] | None:
-        """Mean and standard deviation of the parameters before anything is measured, (p,) each; None for nothing."""
+    def knowledge(self, *, released: bool = False) -> tuple[FloatArray, FloatArray] | None:
+        """Mean and standard deviation of the parameters before anything is measured, (p,) each; None for nothing.
+
+        What is held because it cannot be told from something else is held, or (`released`) as unknown as it really is.
+        """
         spreads = np.array([parameter.spread for parameter in self.parameters])
+        if released and self.markers is not None:
+            known = spreads[self.compliances : self.base]
+            spreads[self.compliances : self.base] = np.where(np.isfinite(known), MARKER_SPREAD, known)
         if not np.isfinite(spreads).any():
             return None
         return np.array([parameter.neutral for parameter in self.parameters]), spreads
@@ -106,7 +112,7 @@ class Chain:
 
     def row_symbols(self) -> Row:
         """Symbols of one row."""
-        return row_symbols(self.robot, 0 if self.markers is None else len(self.markers.names))
+        return row_symbols(self.robot, len(self.markers.names) if self.markers is not None and self.instrument else 0)
 
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""

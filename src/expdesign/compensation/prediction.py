@@ -36,7 +36,31 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
         points: commands and loads.
         platform: the motion of the platform instead of the instrument's reading.
     """
-    return predict_with(chain_of(model, platform=platform), model, points)
+    reading = model.chain.markers
+    if platform or points.marker is None or reading is None:
+        return predict_with(chain_of(model, platform=platform or reading is not None), model, without_markers(points))
+    return predict_with(chain_of(model, platform=False), model, with_markers_of(points, reading.names))
+
+
+def without_markers(points: LoadedPoints) -> LoadedPoints:
+    """The same points, at which no marker is looked at."""
+    return replace(points, marker=None, markers=())
+
+
+def with_markers_of(points: LoadedPoints, names: tuple[str, ...]) -> LoadedPoints:
+    """The same points with markers numbered as in a model.
+
+    Raises:
+        InputError: the model does not know a marker.
+    """
+    assert points.marker is not None
+    for name in points.markers:
+        if name not in names:
+            row = int(np.flatnonzero(points.marker == points.markers.index(name))[0])
+            what = f"the model knows no marker `{name}`"
+            raise InputError(what, where=points.where(row, "marker"), remedy=f"It knows {', '.join(names)}.")
+    numbers = np.array([names.index(name) for name in points.markers])
+    return replace(points, marker=numbers[points.marker], markers=names)
 
 
 def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:

@@ -1,6 +1,6 @@
 """Weighted non-linear least squares on the measurement chain, with exact sensitivities."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -111,7 +111,12 @@ def fit(
     if not chain.effects and chain.markers is None:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
-    return summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
+    result = summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
+    if chain.markers is not None and chain.markers.held:
+        # Held is not known: what depends on it is as uncertain as it is.
+        uncertain = summarise(chain, data, result.values, chain.knowledge(released=True))
+        result = replace(result, covariance=uncertain.covariance)
+    return result
 
 
 def idle_knowledge(idle: BoolArray, parameters: int) -> tuple[FloatArray, FloatArray] | None:
