@@ -41,5 +41,5 @@ def command(
         make(each, configurations, out)
         note(f"{each}: {time.monotonic() - started:.1f} s")
         print(out / each / "README.md")
-    if name == "all":
+    if all((out / each / "study.json").is_file() for each in known_studies()):
         write_index(out)

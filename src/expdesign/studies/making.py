@@ -63,8 +63,16 @@ def make(name: str, configurations: Path, out: Path) -> None:
 
 
 def write_index(out: Path) -> None:
-    """Write the list of all studies into `out`."""
-    write_file(out / "README.md", index_text())
+    """Write the list of all studies, whose tables lie in `out`, into `out`."""
+    frames = (read_frame(read_text(path)) for name in known_studies() for path in sorted((out / name).glob("*.csv")))
+    found = [score for frame in frames for values in scores(frame).values() for score in values]
+    write_file(out / "README.md", index_text(found))
+
+
+def scores(frame: pd.DataFrame) -> dict[str, list[float]]:
+    """Standard errors between every predicted column and what was sampled, by the name of the latter."""
+    columns = [name.removesuffix("_predicted") for name in frame.columns if name.endswith("_predicted")]
+    return {name: ((frame[name] - frame[f"{name}_predicted"]) / frame[f"{name}_se"]).to_list() for name in columns}
 
 
 def presentation(prepared: Prepared, tables: Tables) -> dict[str, str]:

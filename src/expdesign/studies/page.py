@@ -24,8 +24,8 @@ def page_text(study: Study, settings: StudySection, pieces: Sequence[Piece]) -> 
     return "\n\n".join(parts) + "\n"
 
 
-def index_text() -> str:
-    """The list of all studies."""
+def index_text(scores: Sequence[float]) -> str:
+    """The list of all studies; `scores` are the standard errors between every prediction and its Monte-Carlo."""
     parts = [
         "# Studies",
         "```\nexpdesign study all\n```",
@@ -33,6 +33,10 @@ def index_text() -> str:
             "What the thesis shows, computed again. Its dimensions are not public: every page says which figures are "
             "assumed. Each study is one file in `src/expdesign/studies` and one configuration in `configs/studies`; "
             "its folder here holds the tables (CSV), the figures and a page."
+        ),
+        _wrapped(
+            f"They compare {len(scores)} predictions with Monte-Carlo; the largest difference is "
+            f"{max(map(abs, scores)):.2f} standard errors."
         ),
         "\n".join(f"- [{study.title}]({name})" for name, study in known_studies().items()),
     ]
