@@ -6,11 +6,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import Field
-from scipy.stats import chi2
 
 from expdesign.arrays import FloatArray
-from expdesign.compensation.monte_carlo.comparison import Estimate, mean, root_mean_square, standard_deviation
-from expdesign.compensation.monte_carlo.plants import EquilibriumPlant
+from expdesign.compensation.monte_carlo.comparison import root_mean_square
 from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
@@ -25,6 +23,7 @@ from expdesign.studies.pose_errors import AXES, MICRO, plan_of
 from expdesign.studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from expdesign.studies.tables import column, rows_of
 from expdesign.studies.true_robot import recorded, with_stiffness
+from expdesign.studies.vertical_series import exact_deflections, measured_series, repeated_lines
 
 MILLI = 1e3
 """mm in a metre."""
@@ -52,7 +51,7 @@ class LumpedStiffness(Study):
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
         problem = problem_from_document(document.part("problem"))
         true = with_stiffness(problem, np.array(settings.true_stiffness))
-        series = _series(true, settings)
+        series = exact_deflections(true, settings.vertical_N)
         found = identify(
             problem.loaded.robot, recorded(true, plan_of(problem, settings.plan), settings.recordings_seed)
         )
@@ -67,8 +66,8 @@ class LumpedStiffness(Study):
         )
         along = _along(true, found.compliance.estimate, settings)
         return {
-            "series": StudyTable(_measured_series(true, settings, series)),
-            "line": StudyTable(_lines(true, settings, series)),
+            "series": StudyTable(measured_series(true, settings.vertical_N, series, settings.recordings_seed)),
+            "line": StudyTable(repeated_lines(true, settings.vertical_N, series, settings.samples, settings.seed)),
             "stiffness": StudyTable(stiffness),
             "along": StudyTable(along, digits=5),
             "residual": StudyTable(_residuals(true, settings)),
@@ -161,75 +160,6 @@ class LumpedStiffness(Study):
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt((values**2).mean()))
-
-
-def _vertical(problem: DesignProblem, settings: Settings) -> Plan:
-    """Vertical forces at the zero pose."""
-    loads = np.zeros((len(settings.vertical_N), 6))
-    loads[:, Z] = settings.vertical_N
-    series = np.arange(len(loads)) + 1
-    return Plan(np.zeros((len(loads), 6)), loads, series)
-
-
-def _series(true: DesignProblem, settings: Settings) -> FloatArray:
-    """Exact deflections of z of the vertical series (m), shape (m,)."""
-    plan = _vertical(true, settings)
-    deflections: FloatArray = EquilibriumPlant(true.loaded, plan).deflections(np.zeros((1, len(plan), 6)))[0, :, Z]
-    return deflections
-
-
-def _vertical_sum(true: DesignProblem) -> float:
-    """Σu_z² of the unit vectors along the legs at the zero pose."""
-    inverse = np.linalg.inv(true.loaded.robot.jacobians(np.zeros(6)).forward)
-    return float((inverse[:, Z] ** 2).sum())
-
-
-def _noise_of_z(true: DesignProblem) -> float:
-    return float(np.sqrt(true.noise.covariance[Z, Z]))
-
-
-def _measured_series(true: DesignProblem, settings: Settings, exact: FloatArray) -> pd.DataFrame:
-    """One series with noise, and the line through it."""
-    forces = np.array(settings.vertical_N)
-    noise = _noise_of_z(true) * np.random.default_rng(settings.recordings_seed).standard_normal(len(forces))
-    measured = MICRO * (exact + noise)
-    slope = float(forces @ measured / (forces @ forces))
-    return pd.DataFrame({"force_N": forces, "z_um": measured, "line_um": slope * forces})
-
-
-def _lines(true: DesignProblem, settings: Settings, exact: FloatArray) -> pd.DataFrame:
-    """Slope and equal-leg stiffness of repeated series, and the sum of squares about the lines."""
-    forces, deviation = np.array(settings.vertical_N), _noise_of_z(true)
-    noise = deviation * np.random.default_rng([settings.seed, 1]).standard_normal((settings.samples, len(forces)))
-    slopes = (exact + noise) @ forces / (forces @ forces)
-    squares = ((exact + noise - slopes[:, None] * forces) ** 2).sum(axis=1) / deviation**2
-    slope = float(true.loaded.robot.compliance @ _reach(true))
-    spread = deviation / float(np.sqrt(forces @ forces))
-    total = _vertical_sum(true)
-    stiffness = 1e-6 / (slopes * total)
-    freedom = len(forces) - 1
-    # To second order E[1/s] = (1 + σ²/s²)/s.
-    apk = 1e-6 / (slope * total) * (1.0 + (spread / slope) ** 2)
-    quantities: list[tuple[str, Estimate, float]] = [
-        ("slope (nm/N)", mean(1e9 * slopes), 1e9 * slope),
-        ("its standard deviation (nm/N)", standard_deviation(1e9 * slopes), 1e9 * spread),
-        ("apk (N/µm)", mean(stiffness), apk),
-        ("its standard deviation (N/µm)", standard_deviation(stiffness), apk * spread / slope),
-        ("squares about the line over σ²", mean(squares), float(freedom)),
-        ("their 95 % quantile is exceeded by (share)", mean((squares > chi2.ppf(0.95, freedom)).astype(float)), 0.05),
-    ]
-    rows = [
-        {"quantity": name, "value": float(e.value), "value_se": float(e.standard_error), "value_predicted": predicted}
-        for name, e, predicted in quantities
-    ]
-    return pd.DataFrame(rows)
-
-
-def _reach(true: DesignProblem) -> FloatArray:
-    """Deflection of z per compliance and unit of vertical force at the zero pose, shape (6,)."""
-    jacobians = true.loaded.robot.jacobians(np.zeros(6))
-    reach: FloatArray = jacobians.pose[Z] * jacobians.forward[Z]
-    return reach
 
 
 def _elsewhere(true: DesignProblem, settings: Settings) -> Plan:
