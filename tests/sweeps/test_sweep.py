@@ -15,7 +15,7 @@ from tests.sweeps.small import sweep_file
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.sweeps.engine import Engine, Processes, Serial, WorkersError
-from expdesign.sweeps.store import TIMES
+from expdesign.sweeps.store import TIMES, sole_writer
 
 VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3}}
 
@@ -141,6 +141,22 @@ def test_a_run_that_has_no_result_says_why_and_stops_no_other(tmp_path: Path) ->
     counts: list[int] = []
     assert xd.sweep(file, tmp_path / "out", engine=Counting(counts)).failed == 1
     assert counts == [0]
+
+
+def test_what_a_killed_sweep_left_half_written_is_removed(done: tuple[Path, Path], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(done[1], out)
+    identity = next(path.name for path in (out / "runs").iterdir())
+    shutil.rmtree(out / "runs" / identity)
+    (out / "runs" / f".{identity}-abc").mkdir()
+    (out / "runs" / f".{identity}-abc" / "run.json").write_text("{")
+    xd.sweep(done[0], out)
+    assert contents(out) == contents(done[1])
+
+
+def test_only_one_sweep_writes_a_folder(done: tuple[Path, Path], tmp_path: Path) -> None:
+    with sole_writer(tmp_path / "out"), pytest.raises(InputError, match="another sweep"):
+        xd.sweep(done[0], tmp_path / "out")
 
 
 def test_damaged_results_are_named(done: tuple[Path, Path], tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from expdesign.files.output import json_text, require_writable
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.sweeps.engine import Engine, Serial
 from expdesign.sweeps.runs import sweep_runs
-from expdesign.sweeps.store import FAILURE, Store
+from expdesign.sweeps.store import FAILURE, Store, sole_writer
 
 CONFIG = "config.yaml"
 """In the folder of a run: its configuration, as resolved, so that it can be run and judged there."""
@@ -60,20 +60,21 @@ def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, rep
     document = document_of(file, "sweep")
     require_writable(path)
     runs = sweep_runs(document, expdesign.__version__)
-    store = Store(path, runs)
-    waiting = store.waiting()
-    done = store.count()
-    report("sweeping", done, len(runs), f"{done} were done before" if done else "")
-    try:
-        results = (engine or Serial()).execute(run_files, [item.config for item in waiting])
-        for index, (files, seconds) in results:
-            store.put(waiting[index], files, seconds)
-            report("sweeping", store.count(), len(runs), "")
-        store.write_tables()
-    except ExpdesignError as error:
-        kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."
-        remedy = f"{error.remedy} {kept}".strip()
-        raise type(error)(error.what, where=error.where, remedy=remedy) from None
+    with sole_writer(path):
+        store = Store(path, runs)
+        waiting = store.waiting()
+        done = store.count()
+        report("sweeping", done, len(runs), f"{done} were done before" if done else "")
+        try:
+            results = (engine or Serial()).execute(run_files, [item.config for item in waiting])
+            for index, (files, seconds) in results:
+                store.put(waiting[index], files, seconds)
+                report("sweeping", store.count(), len(runs), "")
+            store.write_tables()
+        except ExpdesignError as error:
+            kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."
+            remedy = f"{error.remedy} {kept}".strip()
+            raise type(error)(error.what, where=error.where, remedy=remedy) from None
     return Sweep(path, numeric(store.table()))
 
 

@@ -5,9 +5,12 @@ finished. Times depend on the machine and lie apart in `times.csv`; all else is 
 """
 
 import csv
+import fcntl
 import json
+import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +21,36 @@ from expdesign.errors import InputError
 from expdesign.files.output import output_folder, write_file
 from expdesign.sweeps.runs import SweepRun, text_of
 
-RUNS, TABLE, TIMES = "runs", "sweep.csv", "times.csv"
+RUNS, TABLE, TIMES, LOCK = "runs", "sweep.csv", "times.csv", ".lock"
 FAILURE = "failure.json"
 """In the folder of a run that has no result: why."""
 _RECORD = "run.json"
 _SUMMARY = ("designs", "evaluations", "hypervolume", "duir_lower_bound", "total_lower_bound")
 _INTERVAL = 2.0
 """s between tables that are written on the way."""
+
+
+@contextmanager
+def sole_writer(folder: Path) -> Iterator[None]:
+    """The right to write a sweep's folder; what a sweep that was killed left half-written is removed.
+
+    Raises:
+        InputError: another sweep is writing there, or the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / LOCK).open("w")
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror})", where=str(folder), remedy="Name another.") from None
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released with the process, however it ends
+        except OSError:
+            remedy = "Wait for it, or name another folder."
+            raise InputError("another sweep is writing here", where=str(folder), remedy=remedy) from None
+        for scratch in [*folder.glob(f"{RUNS}/.*"), *folder.glob(f".{TABLE}-*"), *folder.glob(f".{TIMES}-*")]:
+            shutil.rmtree(scratch) if scratch.is_dir() else scratch.unlink()
+        yield
 
 
 class Store:
