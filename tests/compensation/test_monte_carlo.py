@@ -204,6 +204,17 @@ def test_arms_are_compensated_in_their_joints(name: str) -> None:
     np.testing.assert_allclose(attained.errors[:, :3], reached, atol=1e-9 * np.abs(reached).max() + 1e-15)
 
 
+def test_rounding_beside_a_prediction_of_nothing_is_no_difference() -> None:
+    """Load errors of 1e-30 N leave only the rounding of the compensation."""
+    here = setup("bipod", "payload", errors=(("wrench", True),))
+    here.loaded.sources[0].deviation[:] = 1e-30
+    repeated = repeat(here.problem(), here.plan(np.random.default_rng(15), 3), 1000, 16)
+    assert repeated.criterion("feir")[1] < 1e-20
+    assert repeated.criterion_score("feir") == 0.0
+    assert not repeated.deviation_score("feir").any()
+    assert repeated.deviation_score("duir").all()
+
+
 def test_standard_errors_are_those_of_the_estimates() -> None:
     """Their own Monte-Carlo: 400 simulations of 500 samples of two distributions."""
     generator = np.random.default_rng(11)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from expdesign.api.evaluate import evaluate
@@ -38,8 +37,8 @@ class MonteCarlo:
         rows = {}
         for cause in self.result.causes:
             found, predicted = self.result.criterion(cause)
-            score = float(found.z_score(np.asarray(predicted)))
-            rows[cause] = [float(found.value), float(found.standard_error), predicted, score]
+            numbers = (float(found.value), float(found.standard_error), predicted)
+            rows[cause] = [*numbers, self.result.criterion_score(cause)]
         return pd.DataFrame.from_dict(rows, orient="index", columns=["rms", "standard_error", "predicted", "z"])
 
     @property

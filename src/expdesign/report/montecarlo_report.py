@@ -97,7 +97,7 @@ def _criteria_table(result: Repeated) -> DataTable:
     rows, cells = [], []
     for cause in result.drawn:
         found, predicted = result.criterion(cause)
-        score = float(found.z_score(np.asarray(predicted)))
+        score = result.criterion_score(cause)
         numbers = (float(found.value), float(found.standard_error), predicted)
         rows.append([cause, *numbers, score])
         simulated = words.with_error(*numbers[:2])
@@ -121,7 +121,7 @@ def _deviation_table(result: Repeated) -> DataTable:
         for cause in result.drawn:
             estimate, predicted = result.deviation(cause)
             value, error = float(estimate.value[target, axis]), float(estimate.standard_error[target, axis])
-            score = float(estimate.z_score(predicted)[target, axis])
+            score = float(result.deviation_score(cause)[target, axis])
             expected = float(predicted[target, axis])
             rows.append([target + 1, names[axis], cause, value, error, expected, score])
             shown = ""

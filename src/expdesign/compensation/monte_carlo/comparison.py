@@ -14,14 +14,12 @@ class Estimate:
     value: FloatArray
     standard_error: FloatArray
 
-    def z_score(self, predicted: FloatArray) -> FloatArray:
-        """(value − predicted) / standard error; 0 where nothing varies and nothing should."""
+    def z_score(self, predicted: FloatArray, rounding: float = 0.0) -> FloatArray:
+        """(value − predicted) / standard error; 0 where they differ by no more than `rounding`."""
         difference = self.value - predicted
         with np.errstate(divide="ignore", invalid="ignore"):
-            score: FloatArray = np.where(
-                np.abs(difference) <= 1e-12 * np.abs(predicted), 0.0, difference / self.standard_error
-            )
-        return score
+            score: FloatArray = difference / self.standard_error
+        return np.where(np.abs(difference) <= rounding, 0.0, score)
 
 
 def mean(samples: FloatArray) -> Estimate:

@@ -18,6 +18,9 @@ from expdesign.instrument.drawn_errors import Distribution
 CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
 """Whether noise and load errors are drawn, by the criterion that predicts the result."""
 
+ROUNDING = 1e-12
+"""m, rad: errors of the exact compensation below this are rounding, and differ from a prediction of 0 by nothing."""
+
 
 @dataclass(frozen=True)
 class Repeated:
@@ -96,11 +99,20 @@ class Repeated:
         matters = self.problem.targets.importance > 0.0
         scores = []
         for cause in self.drawn:
-            estimate, predicted = self.deviation(cause)
-            scores.append(estimate.z_score(predicted)[matters])
-            found, expected = self.criterion(cause)
-            scores.append(np.atleast_1d(found.z_score(np.asarray(expected))))
+            scores.append(self.deviation_score(cause)[matters])
+            scores.append(np.atleast_1d(self.criterion_score(cause)))
         return np.concatenate(scores)
+
+    def deviation_score(self, cause: str) -> FloatArray:
+        """Z scores of the standard deviations, shape (t, n)."""
+        estimate, predicted = self.deviation(cause)
+        return estimate.z_score(predicted, ROUNDING)
+
+    def criterion_score(self, cause: str) -> float:
+        """Z score of the criterion."""
+        found, predicted = self.criterion(cause)
+        finest = np.sqrt(self.problem.targets.importance.max())
+        return float(found.z_score(np.asarray(predicted), ROUNDING * finest))
 
     def record(self) -> dict[str, Any]:
         """The content of `montecarlo.json`."""
@@ -128,7 +140,7 @@ class Repeated:
             "rms": float(found.value),
             "standard_error": float(found.standard_error),
             "predicted": predicted,
-            "z": _number(found.z_score(np.asarray(predicted))),
+            "z": _number(self.criterion_score(cause)),
         }
 
     def _target(self, target: int) -> dict[str, Any]:
@@ -149,7 +161,7 @@ class Repeated:
                     "std": float(estimate.value[target, axis]),
                     "standard_error": float(estimate.standard_error[target, axis]),
                     "predicted": _number(predicted[target, axis]),
-                    "z": _number(estimate.z_score(predicted)[target, axis]),
+                    "z": _number(self.deviation_score(cause)[target, axis]),
                 }
             axes.append(entry)
         return {"configuration": configuration, "axes": axes}
