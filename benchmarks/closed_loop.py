@@ -11,8 +11,10 @@ load errors, so that their differences are those of their plans. The random plan
 import argparse
 import sys
 import textwrap
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -51,11 +53,47 @@ class Loop:
 
     problem: DesignProblem
     targets: LoadedPoints
-    laboratory: LaboratoryRobot
+    bench: "Bench"
     scatter: float
 
 
-def main(arguments: list[str]) -> None:
+class Bench(Protocol):
+    """A robot as it really is, with any stiffness, and an instrument."""
+
+    def measured(
+        self, rows: pd.DataFrame, stiffness: FloatArray, deviations: dict[str, float], *, shared: bool, seed: int
+    ) -> pd.DataFrame:
+        """Deflections, with noise and standard deviations, under the wrenches that really act."""
+
+    def errors(self, commands: FloatArray, targets: LoadedPoints, stiffness: FloatArray) -> FloatArray:
+        """Attained minus wanted pose (t, n) under the targets' payloads."""
+
+
+class LaboratoryBench:
+    """A parallel robot in the virtual laboratory."""
+
+    def __init__(self, problem: DesignProblem) -> None:
+        self.names = list(problem.loaded.robot.configuration)
+        self.robot = LaboratoryRobot.from_mapping(problem.config["robot"])
+
+    def measured(
+        self, rows: pd.DataFrame, stiffness: FloatArray, deviations: dict[str, float], *, shared: bool, seed: int
+    ) -> pd.DataFrame:
+        bench = Laboratory(
+            self.robot, true_stiffness=stiffness, noise_std=deviations, shared_reference=shared, seed=seed
+        )
+        return bench.measure(rows)
+
+    def errors(self, commands: FloatArray, targets: LoadedPoints, stiffness: FloatArray) -> FloatArray:
+        rows = pd.DataFrame(commands, columns=self.names)
+        assert targets.payload is not None
+        rows[list(PAYLOAD)] = targets.payload
+        attained = Laboratory(self.robot, true_stiffness=stiffness).attained(rows).to_numpy()
+        difference: FloatArray = attained - targets.configurations
+        return difference
+
+
+def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = LaboratoryBench) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("config", type=Path)
     parser.add_argument("--out", type=Path, default=Path("results/closed-loop"))
@@ -65,12 +103,13 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--refinements", type=int, default=150, help="steps of the local search that follows")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
-    loop = loop_of(read_problem(options.config), options.scatter)
+    loop = loop_of(read_problem(options.config), options.scatter, make)
+    script = Path(sys.argv[0]).name if make is not LaboratoryBench else "closed_loop.py"
     plans = plans_by_criterion(loop.problem, options.seed, options.generations, options.refinements)
     attained, predicted = run(loop, plans, options.repetitions, options.seed)
     table = summary(attained, predicted)
     command = (
-        f"python benchmarks/closed_loop.py {options.config} --out {options.out} --repetitions {options.repetitions} "
+        f"python benchmarks/{script} {options.config} --out {options.out} --repetitions {options.repetitions} "
         f"--scatter {options.scatter:g} --seed {options.seed}"
     )
     if options.generations is not None:
@@ -85,9 +124,8 @@ def main(arguments: list[str]) -> None:
     print(table.to_string(index=False))
 
 
-def loop_of(problem: DesignProblem, scatter: float) -> Loop:
+def loop_of(problem: DesignProblem, scatter: float, make: Callable[[DesignProblem], Bench] = LaboratoryBench) -> Loop:
     """The loop of a configuration whose targets carry payloads."""
-    content = problem.config["robot"]
     robot = problem.loaded.robot
     columns: dict[str, list[float]] = {name: [] for name in (*robot.configuration, *PAYLOAD)}
     for target in problem.config["targets"]:
@@ -95,7 +133,7 @@ def loop_of(problem: DesignProblem, scatter: float) -> Loop:
         for name, value in zip(columns, values, strict=True):
             columns[name].append(float(value))
     points = points_from_table(table_of(pd.DataFrame(columns)), robot)
-    return Loop(problem, points, LaboratoryRobot.from_mapping(content), scatter)
+    return Loop(problem, points, make(problem), scatter)
 
 
 def table_of(frame: pd.DataFrame) -> Table:
@@ -162,14 +200,7 @@ def attained_with(loop: Loop, plan: Plan, stiffness: FloatArray, draw: int) -> f
     applied[list(coordinates.wrench)] = actual
     names = [coordinates.deflection[axis] for axis in noise.axes]
     deviations = dict(zip(names, np.sqrt(np.diag(noise.covariance)).tolist(), strict=True))
-    bench = Laboratory(
-        loop.laboratory,
-        true_stiffness=stiffness,
-        noise_std=deviations,
-        shared_reference=noise.shared_reference,
-        seed=draw,
-    )
-    measured = bench.measure(applied)
+    measured = loop.bench.measured(applied, stiffness, deviations, shared=noise.shared_reference, seed=draw)
     kept = [name for name in measured.columns if name in (*coordinates.deflection, *coordinates.deviation)]
     recordings = recordings_from_table(table_of(pd.concat([assumed, measured[kept]], axis=1)), robot)
     result = identify(robot, recordings, shared_reference=noise.shared_reference)
@@ -186,13 +217,9 @@ def nominal_model(problem: DesignProblem) -> Model:
 
 def error_of(loop: Loop, stiffness: FloatArray, model: Model | None) -> float:
     """Attained minus wanted pose at the targets under load, weighted as in the criterion `total`, in tolerances."""
-    robot, targets = loop.problem.loaded.robot, loop.problem.targets
+    targets = loop.problem.targets
     commands = loop.targets.configurations if model is None else compensate(model, loop.targets).commands
-    rows = pd.DataFrame(commands, columns=list(robot.configuration))
-    assert loop.targets.payload is not None
-    rows[list(PAYLOAD)] = loop.targets.payload
-    attained = Laboratory(loop.laboratory, true_stiffness=stiffness).attained(rows).to_numpy()
-    squares = ((attained - loop.targets.configurations) ** 2 * targets.importance).sum(axis=1)
+    squares = (loop.bench.errors(commands, loop.targets, stiffness) ** 2 * targets.importance).sum(axis=1)
     if targets.aggregate == "max":
         return float(np.sqrt(squares.max()))
     return float(np.sqrt(squares @ targets.weights / targets.weights.sum()))
