@@ -119,7 +119,11 @@ class Chain:
         robot = self.robot
         parts = [theta[s] for s in self.slices]
         for effect, part in zip(self.effects, parts, strict=True):
-            row = replace(row, own=effect.own_weight(row.own, row, part))
+            change = effect.own_weight_change(row, part)
+            if self.markers is None:
+                row = replace(row, own=row.own + change)
+            else:
+                row = replace(row, carried=row.carried + change)
         forward, pose_map, wrench = row.forward, row.pose_map, row.wrench
         compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
         if any(effect.changes_geometry for effect in self.effects):

@@ -129,9 +129,9 @@ class Effect(ABC):
         """True pose of the unloaded platform, from the one that geometry alone leads to."""
         return pose
 
-    def own_weight(self, own: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        """Actual actuator forces by the robot's own weight (n_p,), from the assumed ones."""
-        return own
+    def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
+        """Actual minus assumed actuator forces by the robot's own weight (n_p,)."""
+        return ca.SX.zeros(row.own.shape[0])
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Actual wrench (n,), from the assumed one."""

@@ -2,7 +2,7 @@
 
 The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
 beyond it turns by C·P·M about the joint, M being the moment there and P the projection across the axis. A prismatic
-joint's guide tilts about every direction.
+joint's guide tilts about every direction. In positions the weight of the links beyond the joint tilts it too.
 """
 
 import casadi as ca

@@ -27,7 +27,8 @@ class LinkCompliance(ArmEffect):
         return tuple(Parameter(f"{how}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for how in ("bending", "torsion"))
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        start, end = link_span(arm_of(self.robot), row.pose, self.leg)
+        robot = arm_of(self.robot)
+        start, end = link_span(robot, row.pose, self.leg)
         length = ca.norm_2(end - start)
         along = (end - start) / length
         load = with_links_beyond(arm_of(self.robot), wrench, row, self.leg + 2)

@@ -1,0 +1,82 @@
+"""What the links' own weight does where it shows: positions, and the sag that they hold."""
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.chain.arms import configurations, read_arm, recordings_of, write_arm
+from tests.oracle import Array
+from tests.robots.arms import ARMS, Oracle, serial_robot
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.joint_compliance import JointCompliance
+from expdesign.chain.effects.payload_mass_error_of_links import LinkMassError
+from expdesign.chain.markers import reading_of
+from expdesign.chain.row import row_data
+from expdesign.robots.robot_file import read_robot
+from expdesign.robots.serial import SerialRobot
+
+
+@pytest.mark.parametrize("name", ["ur5", "tiago"])
+def test_what_lies_beyond_a_joint_has_the_mass_and_centre_of_its_subtree(name: str) -> None:
+    robot = serial_robot(ARMS[name])
+    oracle = Oracle(robot)
+    count = len(robot.configuration)
+    q = np.random.default_rng(0).uniform(0.1, 0.3, count)
+    oracle.placement(q)
+    pin.centerOfMass(oracle.model, oracle.data, oracle.full(q), True)
+    symbol = ca.SX.sym("q", count)
+    for link in range(count):
+        beyond = np.arange(count) >= link
+        mass, moments = robot.tree.masses() @ beyond, robot.tree.weight(symbol, None, ca.SX(beyond.astype(float)))
+        found = np.array(ca.Function("moments", [symbol], [moments])(q)).ravel() / mass
+        joint = oracle.model.getJointId(robot.tree.joints[link].name)
+        centre = oracle.data.oMf[oracle.base].inverse() * (oracle.data.oMi[joint] * oracle.data.com[joint])
+        assert mass == pytest.approx(oracle.data.mass[joint], rel=1e-12)
+        np.testing.assert_allclose(found, centre, atol=1e-12)
+
+
+def _positions(robot: SerialRobot, effects: tuple[Effect, ...], parameters: list[float]) -> Array:
+    """Positions of a marker at the tip's origin, read in the base frame."""
+    robot.markers, robot.instrument = {"ball": np.zeros(3)}, np.zeros(6)
+    recordings = recordings_of(robot, configurations(6, seed=3), np.zeros((6, 3)))
+    chain = Chain(robot, effects, markers=reading_of(robot, recordings))
+    values = chain.start()
+    values[len(values) - len(parameters) :] = parameters
+    return chain.predict(row_data(recordings, robot), values)
+
+
+def test_a_heavier_link_is_a_urdf_with_a_heavier_link(tmp_path: Path) -> None:
+    robot = read_arm(tmp_path)
+    found = _positions(robot, (LinkMassError(robot, "link 4"),), [0.25])
+    other = tmp_path / "other"
+    other.mkdir()
+    file = write_arm(other)
+    urdf = other / "arm.urdf"
+    urdf.write_text(urdf.read_text().replace('<mass value="4.0"/>', '<mass value="5.0"/>'))
+    heavier = read_robot(file)
+    assert isinstance(heavier, SerialRobot)
+    plain = _positions(robot, (), [])
+    expected = _positions(heavier, (), [])
+    assert np.abs(expected - plain).max() > 1e-6
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+
+
+def test_a_bearing_tilts_under_the_weight_beyond_it(tmp_path: Path) -> None:
+    """The tilt about a horizontal axis through the waist is its compliance times the moment of what it carries."""
+    robot = read_arm(tmp_path)
+    tilted = _positions(robot, (JointCompliance(robot, "joint 2", ""),), [1e-6]) - _positions(robot, (), [])
+    q = configurations(6, seed=3)
+    model = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"))
+    data = model.createData()
+    for row, command in enumerate(q):
+        pin.centerOfMass(model, data, command, True)
+        waist = data.oMi[2].translation
+        arm = data.oMi[2] * data.com[2] - waist
+        turn = 1e-6 * np.cross(arm, data.mass[2] * robot.gravity)
+        assert abs(turn[2]) < 1e-15  # the waist's axis is vertical: all of it lies across
+        expected = np.cross(turn, robot.position(command) - waist)
+        np.testing.assert_allclose(tilted[row], expected, rtol=0.0, atol=1e-11)
