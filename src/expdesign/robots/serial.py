@@ -195,6 +195,8 @@ class SerialRobot(Robot):
 
     def jacobians(self, configurations: FloatArray) -> Jacobians:
         forward, rotation = self._kinematics(configurations)
+        # The column of a single joint comes back as a vector.
+        forward = forward.reshape(*configurations.shape[:-1], 6, len(self.configuration))
         finite = np.isfinite(forward).all(axis=(-2, -1))
         return Jacobians(forward, forward, rotation, np.where(finite, 1.0, np.inf))
 
