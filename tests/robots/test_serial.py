@@ -12,7 +12,7 @@ from expdesign.robots.kinematic_tree import FRAME_AXES, KinematicTree
 from expdesign.robots.serial import SerialRobot
 from expdesign.robots.urdf import read_urdf
 
-# A lift of two stages that follow a motor beside the chain, an arm with a tool, and a finger that hangs beside the chain.
+# A lift of two stages that follow a motor beside the chain, an arm with a tool, a finger that hangs beside the chain.
 ROBOT = """<robot name="r">
   <link name="base"/><link name="motor"/><link name="tip"/>
   <link name="middle"><inertial><mass value="4"/></inertial></link>
