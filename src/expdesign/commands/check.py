@@ -47,7 +47,7 @@ def command(
         model = model_from_document(document)
         robot_of = check_robot(model.chain.robot, str(file))
         print(f"{file}: identified model with {len(model.chain.effects)} effect(s) of a {robot_of}")
-    elif "vary" in content or "cases" in content:
+    elif {"vary", "cases", "config"} & set(content):
         print(f"{file}: {check_sweep(document)}")
     elif "experiment" in content or "schema_version" in content or "targets" in content:
         problem = problem_from_document(document)

@@ -7,7 +7,7 @@ from expdesign.coordinates import Coordinates
 from expdesign.design.body_axes import body_axes
 from expdesign.design.schema import ExperimentSection, NoiseSection, PointsSection, TargetSection
 from expdesign.errors import InputError
-from expdesign.files.schema import LARGEST
+from expdesign.files.schema import LARGEST, nearest
 from expdesign.files.yaml_reader import KeyPath, YamlDocument
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.instrument.reference_pose import ReferencedNoise
@@ -56,7 +56,7 @@ def read_noise(section: NoiseSection, robot: Robot, document: YamlDocument) -> D
 def axis_of(name: str, coordinates: Coordinates, document: YamlDocument, where: KeyPath) -> int:
     """Index of a pose coordinate by the name of its deflection; an `InputError` where there is none."""
     if name not in coordinates.deflection:
-        remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.deflection)}."
+        remedy = nearest(name, coordinates.deflection)
         raise InputError("unknown axis", where=document.where((*where, name)), remedy=remedy)
     return coordinates.deflection.index(name)
 

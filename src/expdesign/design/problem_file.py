@@ -17,7 +17,7 @@ from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
-from expdesign.files.schema import validate
+from expdesign.files.schema import nearest, validate
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
 from expdesign.loads.errors.source import LoadErrorSource
@@ -132,7 +132,7 @@ def _load(section: LoadSection, robot: Robot, document: YamlDocument) -> Load:
     own = {"mass_kg", *coordinates.centre_of_mass, "gravity"} if section.kind == "payload" else set(coordinates.wrench)
     for name in section.model_fields_set - own - {"kind"}:
         what = f"`{name}` has no meaning for a {section.kind} on a {robot.kind}"
-        remedy = f"Known here: {', '.join(f'`{k}`' for k in sorted(own))}."
+        remedy = nearest(name, sorted(own))
         raise InputError(what, where=document.where((*where, name)), remedy=remedy)
     if section.kind == "payload":
         if section.mass_kg is None:
@@ -155,7 +155,7 @@ def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) 
     for index, entry in enumerate(experiment.load_error):
         where: KeyPath = ("experiment", "load_error", index)
         if entry.source not in known:
-            remedy = f"Known: {', '.join(sorted(known))}."
+            remedy = nearest(entry.source, sorted(known))
             what = f"unknown source of load error `{entry.source}`"
             raise InputError(what, where=document.where((*where, "source")), remedy=remedy)
         kind = known[entry.source]
@@ -273,7 +273,7 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
     axes: dict[str, Quantity] = section.bounds or section.grid or {}
     for name in axes:
         if name not in robot.configuration:
-            remedy = f"Known here: {', '.join(f'`{k}`' for k in robot.configuration)}."
+            remedy = nearest(name, robot.configuration)
             raise InputError("unknown coordinate", where=document.where((*where, form, name)), remedy=remedy)
     return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
 
@@ -284,7 +284,7 @@ def _objectives(names: list[str], document: YamlDocument) -> tuple[Criterion, ..
     for index, name in enumerate(names):
         if name not in known:
             place = document.where(("objectives", index))
-            raise InputError(f"unknown criterion `{name}`", where=place, remedy=f"Known: {', '.join(known)}.")
+            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, known))
     if len(set(names)) != len(names):
         raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
     if len(names) < 2:

@@ -1,6 +1,7 @@
 """Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
 
 import difflib
+from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -52,9 +53,14 @@ class Section(BaseModel):
 
 def unknown_key(key: str, known: list[str]) -> PydanticCustomError:
     """The error for `key`, which names the nearest of `known` (or all of them, where none is near)."""
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    hint = f"Did you mean `{near[0]}`?" if near else "Known here: " + ", ".join(f"`{k}`" for k in known) + "."
-    return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": hint})
+    return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": nearest(key, known)})
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The remedy for an unknown name: the nearest known one, or all of them where none is near."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"Did you mean `{near[0]}`?" if near else "Known here: " + ", ".join(f"`{k}`" for k in names) + "."
 
 
 S = TypeVar("S", bound=BaseModel)
