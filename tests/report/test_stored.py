@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
+from tests.sweeps.small import SMALL
 
 from expdesign.errors import InputError
 from expdesign.report.blocks import DataTable, Download, Figure, KeyFigure, KeyFigures, Paragraph, Section, SideBySide
@@ -39,9 +41,18 @@ def test_the_page_from_its_text_is_the_page() -> None:
     assert page_text(page_from_text(text, "here")) == text
 
 
-def test_a_report_of_a_run_made_again_is_the_same(tmp_path: Path) -> None:
-    out = tmp_path / "identified"
-    assert call("identify", ROBOT, recordings_file(tmp_path), "--out", out) == 0
+@pytest.mark.parametrize("command", ["run", "identify", "diagnose", "montecarlo"])
+def test_a_report_made_again_is_the_same(tmp_path: Path, command: str) -> None:
+    """Of `compare` too: tests/comparison."""
+    out = tmp_path / "out"
+    inputs: list[object] = [ROBOT, recordings_file(tmp_path)] if command in ("identify", "diagnose") else [CONFIG]
+    if command == "montecarlo":
+        inputs += [plan_file(tmp_path), "--samples", 100]
+    if command == "run":
+        content = SMALL | {"optimiser": {"population": 8, "generations": 2, "polish": False}}
+        inputs = [tmp_path / "config.yaml"]
+        (tmp_path / "config.yaml").write_text(yaml.safe_dump(content))
+    assert call(command, *inputs, "--out", out) == 0
     first = (out / "report.html").read_bytes()
     (out / "report.html").unlink()
     assert call("report", out) == 0
