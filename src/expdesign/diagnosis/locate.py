@@ -21,6 +21,7 @@ from expdesign.robots.robot import Robot
 
 LEVEL = 0.01
 _FORCE_BINS = 5
+_ACROSS = {"joint_compliance"}
 _LOAD = {"payload_com_offset", "load_direction_tilt"}
 
 
@@ -94,10 +95,13 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
         if effect.variant == "diagonal" or len(candidate.directions) > 1:
             continue
         anywhere = effect.component in ("platform", "base", "instrument", "geometry") or effect.physics in _LOAD
-        if anywhere or (positions and effect.component.startswith(("joint", "link"))):
+        # A joint's own directions are any function of its torque; an arm's may also yield across its axis.
+        within = effect.component.startswith("link") or effect.physics in _ACROSS
+        if anywhere or within or (positions and effect.component.startswith("joint")):
             by_component.setdefault(effect.component, []).append(candidate.directions[0])
     for component, directions in by_component.items():
-        blocks[component] = np.concatenate(directions, axis=1)
+        known = [blocks[component]] if component in blocks else []
+        blocks[component] = np.concatenate([*known, *directions], axis=1)
     time = sample.rows.position.astype(float) if recordings.time is None else recordings.time - recordings.time[0]
     drift = time / max(float(np.ptp(time)), 1e-300)
     constant = np.repeat(np.eye(n)[None], len(recordings), axis=0)

@@ -27,7 +27,7 @@ class ThermalDrift(Effect):
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         places: list[tuple[str, str]] = []
         if points.marker is not None:
-            return places  # `instrument_drift` is what positions show of it
+            return places  # `thermal_drift_of_instruments` is what positions show of it
         if varies(points.temperature) or varies(points.leg_temperature):
             places += [(component, "") for component in (*legs_and_all(robot), "environment")]
         if points.time is not None and np.any(np.diff(points.time) > 0.0):
