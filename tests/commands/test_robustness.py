@@ -239,7 +239,7 @@ def test_check_knows_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     model = model_file(tmp_path)
     capsys.readouterr()
     assert call("check", model) == 0
-    assert "identified model with 0 effect(s) of a hexapod" in capsys.readouterr().out
+    assert "identified model with 0 effects of a hexapod" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("where", ["taken", "taken/below"])
@@ -276,3 +276,62 @@ def test_too_little_memory_is_a_message(capsys: pytest.CaptureFixture[str], monk
 
     monkeypatch.setattr(entry, "app", full)
     assert "memory" in refused(capsys, "check", ROOT / "configs" / "bipod.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("run", "robot"), "this is a robot, not a run configuration"),
+        (("evaluate", "plan", "config"), "this is a table, not a run configuration"),
+        (("identify", "config", "plan", "--out", "out"), "this is a run configuration, not a robot"),
+        (("compensate", "robot", "plan", "--out", "out"), "this is a robot, not an identified model"),
+        (("predict", "config", "plan", "--out", "out"), "this is a run configuration, not an identified model"),
+    ],
+)
+def test_a_file_in_the_place_of_another_is_called_by_its_name(
+    arguments: tuple[str, ...], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = {"robot": ROBOT, "config": CONFIG, "plan": plan_file(tmp_path), "out": tmp_path / "out"}
+    assert call(*(files.get(argument, argument) for argument in arguments)) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_a_column_in_another_unit_is_compared_with_the_known_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recordings = recordings_file(tmp_path)
+    recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mm"), encoding="utf-8")
+    assert call("check", recordings, "--robot", ROBOT) == 0
+    assert "dx_mm (is `dx_m` meant?)" in capsys.readouterr().err
+
+
+def test_a_comma_in_a_number_is_told_from_other_faults(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = plan_file(tmp_path)
+    plan.write_text(plan.read_text(encoding="utf-8").replace("26.5", '"26,5"', 1), encoding="utf-8")
+    assert call("evaluate", CONFIG, plan) == 2
+    assert "Write numbers with a point instead of a comma." in capsys.readouterr().err
+
+
+def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
+    config = tmp_path / "config.yaml"
+    config.write_text(text.replace("x_m: [-0.03, 0.03]", "x_m: [-30, 30]"), encoding="utf-8")
+    assert call("check", config) == 0
+    assert "check their units (m, rad)" in capsys.readouterr().err
+    config.write_text(text, encoding="utf-8")
+    assert call("check", config) == 0
+    assert "check their units" not in capsys.readouterr().err
+
+
+def test_a_folder_in_the_place_of_an_output_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path) == 2
+    assert "this is a folder, not a file" in capsys.readouterr().err
+
+
+def test_names_of_files_may_be_in_any_script(tmp_path: Path) -> None:
+    folder = tmp_path / "Kalibrierung Ø – 校准 ✓"
+    folder.mkdir()
+    plan = plan_file(folder)
+    assert call("simulate", CONFIG, plan, "--out", folder / "Aufnahmen ä.csv") == 0
+    assert call("identify", ROBOT, folder / "Aufnahmen ä.csv", "--out", folder / "Ergebnis – 结果") == 0
+    assert "Aufnahmen ä.csv" in (folder / "Ergebnis – 结果" / "report.html").read_text(encoding="utf-8")

@@ -103,7 +103,7 @@ def changed(folder: Path, **changes: object) -> Path:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"kind": "hexapod"}, "not a model file"),
+        ({"kind": "hexapod"}, "not an identified model"),
         ({"schema_version": 2}, "schema version 2"),
         ({"covariance": [[1.0]]}, "a matrix of"),
         ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),

@@ -7,7 +7,7 @@ import numpy as np
 import typer
 
 import expdesign
-from expdesign.commands.console import note, note_unknown_columns
+from expdesign.commands.console import counted, note, note_unknown_columns
 from expdesign.design.optimality.gradient_check import ACCEPTED, gradient_table
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document, require_regular
@@ -22,6 +22,10 @@ from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import read_robot, robot_from_document
 from expdesign.sweeps.runs import sweep_runs
+
+_SAMPLES = 2000
+_FEW = 0.01
+"""Share of reachable poses below which the units of `experiment.poses` are probably wrong."""
 
 
 def command(
@@ -46,7 +50,7 @@ def command(
     if content.get("kind") == "model":
         model = model_from_document(document)
         robot_of = check_robot(model.chain.robot, str(file))
-        print(f"{file}: identified model with {len(model.chain.effects)} effect(s) of a {robot_of}")
+        print(f"{file}: identified model with {counted(len(model.chain.effects), 'effect')} of a {robot_of}")
     elif {"vary", "cases", "config"} & set(content):
         print(f"{file}: {check_sweep(document)}")
     elif "experiment" in content or "schema_version" in content or "targets" in content:
@@ -111,11 +115,16 @@ def check_problem(problem: DesignProblem) -> str:
     space = problem.space
     genes = designs.reshape(len(designs), space.measurements, space.genes)
     share = require_identifiable(problem, genes)
+    poses = space.decode(space.sample(_SAMPLES, np.random.default_rng(problem.optimiser.seed)))[0]
+    reachable = float(problem.loaded.robot.usable(poses).mean())
+    if reachable < _FEW:
+        note(f"{problem.source}: hardly any pose in `experiment.poses` can be reached; check their units (m, rad)")
     continuous = int((~space.discrete).sum())
     return (
         f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {space.measurements} measurements with "
         f"{continuous} continuous and {space.genes - continuous} discrete variables each, "
-        f"{len(problem.targets.weights)} target(s); {share:.0%} of random designs identify what the targets need."
+        f"{counted(len(problem.targets.weights), 'target')}; {reachable:.0%} of the poses can be reached, "
+        f"{share:.0%} of random designs identify what the targets need."
     )
 
 

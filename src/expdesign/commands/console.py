@@ -1,5 +1,6 @@
 """Progress and notes on standard error; standard output belongs to results."""
 
+import difflib
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -8,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from expdesign.coordinates import SPATIAL
 from expdesign.recordings.recordings import Recordings
 
 _PLAIN_INTERVAL = 5.0
@@ -86,5 +88,18 @@ def note(text: str) -> None:
 def note_unknown_columns(recordings: Recordings) -> None:
     """Say which columns have no meaning here."""
     if len(recordings.extra.columns):
-        names = ", ".join(str(name) for name in recordings.extra.columns)
+        names = ", ".join(_with_near(str(name)) for name in recordings.extra.columns)
         note(f"{recordings.source}: columns without a meaning here, kept but not used: {names}")
+
+
+def _with_near(name: str) -> str:
+    """A column with the known one that it resembles: `dx_mm` is in another unit, `dxm` a slip of the pen."""
+    known = ["sequence", "series", "time_s", "split", "mass_kg"]
+    known += [column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names]
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+    return f"{name} (is `{near[0]}` meant?)" if near else name
+
+
+def counted(number: int, noun: str) -> str:
+    """`1 row`, `2 rows`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

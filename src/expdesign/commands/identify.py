@@ -8,7 +8,7 @@ import typer
 import expdesign as xd
 from expdesign.api.identify import recordings_of, require_prior
 from expdesign.api.inputs import robot_of
-from expdesign.commands.console import note, note_unknown_columns
+from expdesign.commands.console import counted, note, note_unknown_columns
 from expdesign.files.output import require_writable
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
@@ -63,7 +63,7 @@ def _summarise(result: Identification) -> None:
         note(f"lack of fit against replicates: p = {goodness.lack_of_fit.p_value:.3g}")
     outliers = int(result.influence.outlier.sum())
     if outliers:
-        note(f"{outliers} row(s) look like outliers; they are listed in the report")
+        note(f"{counted(outliers, 'row')} that may be outliers; see the report")
     held_out = rms(result.test_residuals)
     if held_out is not None:
         note(f"RMS of the test rows: {held_out:.3g} standard deviations")

@@ -17,6 +17,7 @@ from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.files.kinds import require_kind
 from expdesign.files.schema import nearest, validate
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
@@ -41,6 +42,7 @@ def read_problem(path: Path) -> DesignProblem:
 
 def problem_from_document(document: YamlDocument) -> DesignProblem:
     """The design problem that a YAML document describes; see `read_problem`."""
+    require_kind(document, "run configuration")
     section = validate(RunSection, document)
     robot, written = _robot(section, document)
     _gravity_matches(section, robot, document)

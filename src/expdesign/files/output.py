@@ -64,6 +64,8 @@ def write_file(path: Path, text: str) -> None:
     Raises:
         InputError: the file cannot be written.
     """
+    if path.is_dir():
+        raise InputError("this is a folder, not a file", where=str(path), remedy="Name a file in it.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, scratch = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)

@@ -79,6 +79,8 @@ class Table:
                 text = str(cells.iloc[wrong[0]]).strip()
                 what = "the cell is empty" if text == "" else f"`{text[:40]}` is not a finite number"
                 remedy = "Fill it in, or remove the row." if text == "" else "Correct it, or remove the row."
+                if "," in text:
+                    remedy = "Write numbers with a point instead of a comma."
                 raise InputError(what, where=self.where(int(wrong[0]), column), remedy=remedy)
             large = np.flatnonzero(np.abs(values[:, index]) > LARGEST)
             if large.size:

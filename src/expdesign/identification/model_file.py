@@ -20,6 +20,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.markers import MarkerReading
 from expdesign.errors import InputError
+from expdesign.files.kinds import require_kind
 from expdesign.files.schema import Number, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.fit import Fit
@@ -126,6 +127,7 @@ def read_model(path: Path) -> Model:
 
 def model_from_document(document: YamlDocument) -> Model:
     """The model in a document; see `read_model`."""
+    require_kind(document, "identified model")
     content = document.content
     if not isinstance(content, dict) or content.get("kind") != "model":
         remedy = "`expdesign identify` and `expdesign diagnose` write model files (`kind: model`)."

@@ -68,7 +68,9 @@ def read_deflections(table: Table, coordinates: Coordinates, order: IntArray) ->
             what = "recordings of marker positions are not supported for this kind of robot"
             raise InputError(what, where=table.where(), remedy="Convert them to deflections.")
         columns = ", ".join(coordinates.deflection)
-        raise InputError("there is no measured column", where=table.where(), remedy=f"At least one of {columns}.")
+        raise InputError(
+            "there is no measured column", where=table.where(), remedy=f"Fill in at least one of {columns}."
+        )
     if table.has("px_m"):
         what = f"there are marker positions beside the deflections {coordinates.deflection[axes[0]]} ..."
         raise InputError(what, where=table.where(column="px_m"), remedy="One file holds one of them; take one out.")

@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
+from expdesign.files.kinds import require_kind
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.plugins import implementations
 from expdesign.robots.robot import Robot
@@ -24,6 +25,7 @@ def read_robot(path: Path) -> Robot:
 
 def robot_from_document(document: YamlDocument) -> Robot:
     """The robot described by a mapping with the keys of a robot file; see `read_robot`."""
+    require_kind(document, "robot")
     content = document.content
     if not isinstance(content, dict):
         remedy = "A robot file has the keys `name`, `kind`, ..."
