@@ -177,7 +177,7 @@ def recordings_with(folder: Path, **columns: str) -> Path:
     ("columns", "word"),
     [
         ({"sx_m": "1e-200"}, "row 2, column sx_m"),
-        ({"px_m": "0", "py_m": "0", "pz_m": "0", "marker": "a"}, "column px_m"),
+        ({"px_m": "0", "py_m": "0", "pz_m": "0", "marker": "a"}, "marker positions beside the deflections"),
         (dict.fromkeys(("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"), "0"), "every deflection is 0"),
     ],
 )
