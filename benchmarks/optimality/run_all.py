@@ -1,7 +1,7 @@
 """All benchmarks of the design search, one after the other: `python -m benchmarks.optimality.run_all`.
 
-Takes about an hour; each is a process of its own, and each can be run alone. FIGAROH is compared where `--figaroh`
-names an interpreter that has it.
+Takes about twenty minutes of processor time; each is a process of its own, and each can be run alone. FIGAROH is
+compared where `--figaroh` names an interpreter that has it.
 """
 
 import argparse
@@ -18,6 +18,7 @@ def main() -> None:
         ("benchmarks.optimality.hypervolume", ["script"]),
         ("benchmarks.optimality.against_figaroh", ["--python", arguments.figaroh]),
         ("benchmarks.optimality.differential_evolution", []),
+        ("benchmarks.optimality.bounds", []),
         ("benchmarks.optimality.scale", []),
         ("benchmarks.evaluation", ["--results", "results/benchmarks"]),
     ):

@@ -100,7 +100,9 @@ def sizes(config: dict[str, Any], folder: Path) -> pd.DataFrame:
                 / count,
                 "bound on DUIR (s)": seconds(lambda p=problem: duir_lower_bound(p), 1),
                 "bound on total (s)": seconds(lambda p=problem: total_lower_bound(p), 1),
-                "polish (s)": seconds(lambda p=problem, d=drawn: polish(p, d), 1),
+                "polish (s)": f"{seconds(lambda p=problem, d=drawn: polish(p, d), 1):.3g}"
+                if targets == 1
+                else "not measured",
             }
         )
         print(rows[-1], flush=True)
@@ -128,23 +130,28 @@ def candidates(config: dict[str, Any], folder: Path) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def main(path: Path) -> None:
+def main(path: Path, only: str | None) -> None:
     config = yaml.safe_load(path.read_text(encoding="utf-8"))
-    command = f"python -m benchmarks.optimality.scale {path}"
-    found = candidates(config, path.parent)
-    notes = [
-        f"Configuration {path} with a grid of poses: {config['experiment']['measurements']} of so many candidates by "
-        "the relaxation, rounding and exchange; processor seconds of everything."
-    ]
-    write("candidates", "Choosing from many candidates", command, 1, found, notes)
-    notes = [
-        f"Variations of {path}; processor seconds. The polish pursues fewer points the more variables there are: with "
-        "1,000 only the ends of the front, the least total and one between.",
-    ]
-    write("scale", "What each step costs", command, 1, sizes(config, path.parent), notes)
+    command = f"python -m benchmarks.optimality.scale {path} --only"
+    if only != "sizes":
+        notes = [
+            f"Configuration {path} with a grid of poses: {config['experiment']['measurements']} of so many candidates "
+            "by the relaxation, rounding and exchange; processor seconds of everything."
+        ]
+        found = candidates(config, path.parent)
+        write("candidates", "Choosing from many candidates", f"{command} candidates", 1, found, notes)
+    if only != "candidates":
+        notes = [
+            f"Variations of {path}; processor seconds. The polish pursues fewer points, and these less far, the more "
+            "variables there are: with 1,000 only the ends of the front, the least total and one point between, in a "
+            "few steps each.",
+        ]
+        write("scale", "What each step costs", f"{command} sizes", 1, sizes(config, path.parent), notes)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("config", nargs="?", type=Path, default=Path("configs/hexapod-h1.yaml"))
-    main(parser.parse_args().config)
+    parser.add_argument("--only", choices=["candidates", "sizes"], help="one of the two tables")
+    arguments = parser.parse_args()
+    main(arguments.config, arguments.only)

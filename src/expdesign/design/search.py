@@ -87,10 +87,11 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
     genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
     if polished:
-        refined = early
+        refined = None
         for number, refined in enumerate(fine_rounds(problem, early, genes), start=1):
             known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
-        genes = np.concatenate([genes, early, refined])
+        # What the refinement left out as rough, the others would bring back.
+        genes = np.concatenate([genes, early]) if refined is None or len(refined) == 0 else refined
     values, violations = population.objectives(genes)
     return _front(problem, genes, values, violations, known.point, population.evaluations)
 

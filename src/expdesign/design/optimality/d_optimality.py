@@ -63,7 +63,7 @@ def _weights(rows: FloatArray, tolerance: float = 1e-3) -> tuple[FloatArray, flo
             weights = np.where(back & (weights < 1e-8), 1e-4, weights)
             alive = np.flatnonzero((weights > 1e-8) | back)
             sensitivities = sensitivities[alive]
-        weights[alive] *= sensitivities / parameters
+        weights[alive] *= (sensitivities / parameters) ** 1.7
         weights[weights < 1e-9] = 0.0
         weights /= weights.sum()
     return weights, bound

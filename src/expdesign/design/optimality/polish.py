@@ -30,7 +30,7 @@ _DESCENT: tuple[Round, ...] = ((False, 20, 0.3),)
 _FINE: tuple[Round, ...] = ((True, 12, 0.5), (True, 20, 0.5), (False, 60, 1.0))
 TARGET = 1e-4
 """KKT proximity at which a design counts as finished."""
-_CHILDREN, _RESTARTS, _CAPACITY = 24, 6, 1_200_000_000
+_CHILDREN, _RESTARTS, _CAPACITY = 24, 6, 400_000_000
 
 
 def polish(
@@ -98,11 +98,13 @@ class _Polish:
         known = known_criteria()
         further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
         self._problem = problem
-        # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued.
+        # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued, and
+        # not to the end.
         variables = problem.space.measurements * int((~problem.space.discrete).sum())
         affordable = max(1, _CAPACITY // variables**3)
         self._restarts = min(_RESTARTS, max(1, affordable // 20))
         self._points = min(points, affordable)
+        self._part = min(1.0, 0.25 * _CAPACITY / variables**3)
         self._objectives = Objectives(problem, further)
         self._count = self._objectives.count
         self._robot = problem.loaded.robot
@@ -207,7 +209,7 @@ class _Polish:
     def _minimise(self, starts: FloatArray, centres: FloatArray, weights: FloatArray, iterations: int) -> FloatArray:
         pieces = self._objectives.scalarised(centres, weights)
         search = MinimaxSearch(self._problem, pieces, self._objectives.tie(starts))
-        return search.minimise(starts, iterations=iterations, radius=0.1)
+        return search.minimise(starts, iterations=max(2, round(self._part * iterations)), radius=0.1)
 
 
 def _achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
