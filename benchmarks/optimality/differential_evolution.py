@@ -83,8 +83,8 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
     same = _first(ours, history[-1][1])
     notes = [
         f"Configuration {path}; seconds are processor seconds of one thread. No plan has a total below {bound:.4g}.",
-        f"Differential evolution's best total, {history[-1][1]:.5g}, was there after {last:.1f} s; this program's was as "
-        f"low after {same:.2f} s, {last / same:.0f} times faster, with a whole front.",
+        f"Differential evolution came to {history[-1][1]:.5g} after {last:.1f} s; this program had as little "
+        f"after {same:.2f} s, {last / same:.0f} times faster, with a whole front.",
     ]
     command = f"python -m benchmarks.optimality.differential_evolution {path} --seconds {seconds:g}"
     write(
