@@ -138,7 +138,7 @@ def test_predictions_are_certain_only_where_the_tip_is_turned_as_before(arm: Ser
     assert found.deviations[:3].max() < 5e-4
     # The place that is held is wrong, and turns by what the arm sags: some 1e-3 rad times 0.13 m.
     assert np.abs(found.deflections - truth.deflections)[:3].max() < 2e-4
-    assert np.abs((found.deflections - truth.deflections) / found.deviations)[3:].max() < 3.0
+    assert np.abs((found.deflections - truth.deflections) / found.deviations)[3:].max() < 5.0
     assert found.deviations[3:].max() > 0.05
     assert predict(model, truth, platform=True).deflections.shape == (6, 6)
     with pytest.raises(InputError, match="knows no marker `cube`"):
