@@ -56,11 +56,12 @@ def findings(
     scale = 1.0
     if not search.known_noise:
         scale = model.fit.chi2 / max(search.sample.readings - model.fit.rank, 1)
+    inflation = 1.0
     if spread is not None and spread.inflation > _NOTEWORTHY:
-        scale = spread.inflation
+        scale = inflation = spread.inflation
     for index, candidate in enumerate(model.candidates):
         without = search.without(model, index)
-        stands = standing(model, index, without, alternatives[index])
+        stands = standing(model, index, without, alternatives[index], inflation)
         values = reported(candidate.effect, model.fit, model.fit.chain.slices[index], scale)
         effect = candidate.effect
         finding = Finding(

@@ -40,7 +40,7 @@ class Standing:
     rival: Model | None
 
 
-def standing(model: Model, index: int, without: Model, alternatives: list[Model]) -> Standing:
+def standing(model: Model, index: int, without: Model, alternatives: list[Model], inflation: float = 1.0) -> Standing:
     """Standing of effect `index` of a model.
 
     Args:
@@ -48,11 +48,12 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
         index: of the effect.
         without: the model without the effect.
         alternatives: models with something else in its place.
+        inflation: by which residuals say less than as many independent rows would (`dispersion`).
     """
     chosen = model.candidates[index].effect
     others = {m.keys: m for m in (without, *alternatives) if m.keys != model.keys}
     misfits = np.array([model.misfit, *(m.misfit for m in others.values())])
-    weights = np.exp(-0.5 * (misfits - misfits.min()) / TEMPERATURE)
+    weights = np.exp(-0.5 * (misfits - misfits.min()) / (TEMPERATURE * inflation))
     same = [True]
     rivals: dict[str, float] = {}
     nearest: Model | None = None
@@ -62,7 +63,7 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
         same.append(agrees)
         for effect in extra:
             if effect.physics != chosen.physics:
-                gap = other.misfit - model.misfit
+                gap = (other.misfit - model.misfit) / inflation
                 rivals[effect.physics] = min(gap, rivals.get(effect.physics, np.inf))
                 if gap < INDISTINGUISHABLE and (nearest is None or other.misfit < nearest.misfit):
                     nearest = other

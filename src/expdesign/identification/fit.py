@@ -16,6 +16,8 @@ RANK_TOLERANCE = 1e-9
 MOST_STEPS = 60
 CONVERGED = 1e-10
 """Relative fall of the sum of squares below which a fit has settled."""
+_ROUNDING = 1e-6
+"""Standard deviations; see `_telling`."""
 LARGEST_DAMPING = 1e8
 IDLE_DEVIATION = 1.0
 """Relative standard deviation of the compliance of an idle actuator, which stays that of the robot file."""
@@ -183,10 +185,20 @@ def _stacked(
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals (M,) and derivatives of the prediction per scaled parameter (M, p), those of a prior included."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
-    slopes = as_matrix(sensitivities) * scales
+    slopes = _telling(as_matrix(sensitivities) * scales)
     if prior is not None:
         slopes = np.vstack([slopes, np.diag(scales / prior[1])])
     return _with_prior(residuals.ravel(), values, prior), slopes
+
+
+def _telling(matrix: FloatArray) -> FloatArray:
+    """Sensitivities per scaled parameter (M, p), without those that are nothing but rounding.
+
+    A parameter that would have to be a million times its typical size to move the readings, all together, by one
+    standard deviation is not determined by them.
+    """
+    matrix[:, np.linalg.norm(matrix, axis=0) < _ROUNDING] = 0.0
+    return matrix
 
 
 def linear_fit(
@@ -206,7 +218,7 @@ def linear_fit(
         prior: see `fit`.
     """
     scales = chain.scales()
-    matrix = as_matrix(sensitivities) * scales
+    matrix = _telling(as_matrix(sensitivities) * scales)
     step, covariance, determined, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
     remaining = residuals - sensitivities @ (step * scales)
     return _as_fit(chain, start + step * scales, covariance, determined, rank, remaining, sensitivities, prior)
@@ -216,7 +228,7 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
     """The fit at given parameter values."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
-    matrix = as_matrix(sensitivities) * scales
+    matrix = _telling(as_matrix(sensitivities) * scales)
     _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
     return _as_fit(chain, values, covariance, determined, rank, residuals, sensitivities, prior)
 

@@ -7,7 +7,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.support import over_pose, powers, with_powers
+from expdesign.chain.support import measured_axes, over_pose, powers, with_powers
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
@@ -32,7 +32,10 @@ class SupportCompliance(Effect):
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         if not isinstance(robot, Body):
             return []
-        places = [("base", "axes"), ("base", "rotation"), ("base", "centre")]
+        places = [("base", "axes"), ("base", "rotation")]
+        if measured_axes(points) & {0, 1, 2} or np.ptp(points.wrenches[:, :3], axis=0).any():
+            # Pure moments and rotations say nothing of where a body turns.
+            places.append(("base", "centre"))
         for ending in over_pose(points, robot.configuration):
             places += [("base", f"axes{ending}"), ("base", f"rotation{ending}")]
         return places

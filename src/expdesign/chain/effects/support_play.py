@@ -55,7 +55,7 @@ class SupportPlay(Effect):
         scale = 10.0
         return with_powers(
             (
-                Parameter(f"gap_{motion}", 1e-5),
+                Parameter(f"gap_{motion}", 1e-5, low=0.0, high=0.1),
                 Parameter(f"changeover_{force}", scale, low=-1e5, high=1e5, shape=True),
                 Parameter(f"width_{force}", scale, neutral=10.0, low=1e-2, high=1e5, shape=True),
             ),
