@@ -1,0 +1,58 @@
+"""Residuals that are alike say less than their number; intervals and probabilities allow for it."""
+
+import numpy as np
+import pytest
+from tests.chain.bodies import BODY, recordings
+
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.confirmation import _blocks, _gain
+from expdesign.diagnosis.dispersion import dispersion
+from expdesign.diagnosis.sample import Sample
+from expdesign.identification.fit import Data
+from expdesign.identification.whitening import Whitening
+
+
+def sample(count: int) -> Sample:
+    points = recordings(count=count, axes=(3, 4))
+    assert points.deviations is not None
+    data = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    return Sample.of(data, np.ones(count, dtype=bool))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
+def test_effective_rows_are_those_that_give_the_mean_its_variance(correlation: float) -> None:
+    """Oracle: the variance of the mean of a first-order autoregression, over 4000 draws (standard error 2 %)."""
+    count, draws = 400, 4000
+    generator = np.random.default_rng(0)
+    own = generator.standard_normal((draws, count, 2)) * np.sqrt(1.0 - correlation**2)
+    series = np.empty_like(own)
+    series[:, 0] = generator.standard_normal((draws, 2))
+    for row in range(1, count):
+        series[:, row] = correlation * series[:, row - 1] + own[:, row]
+    independent = 1.0 / series.mean(axis=1).var()
+    found = dispersion(series[0], sample(count))
+    assert found.mean_square == pytest.approx(1.0, abs=0.25)
+    assert found.correlation == pytest.approx(correlation, abs=0.12)
+    exact = count * (1.0 - correlation) / (1.0 + correlation)
+    assert independent == pytest.approx(exact, rel=0.1)
+
+
+def test_rows_that_do_not_count_and_ends_of_series_join_nothing() -> None:
+    chosen = sample(60)
+    counts = np.arange(60) % 2 == 0
+    alternating = np.ones((60, 2)) * counts[:, None]
+    assert dispersion(alternating, chosen.restricted(counts)).correlation == 0.0
+
+
+def test_gain_of_nothing_is_not_significant_and_a_halved_error_is() -> None:
+    generator = np.random.default_rng(1)
+    blocks = _blocks(np.ones(120, dtype=bool))
+    assert blocks is not None
+    noise = generator.standard_normal((200, 2, 120)) ** 2
+    p_values = np.array([_gain(a, b, blocks).p_value for a, b in noise])
+    assert 0.02 < (p_values < 0.05).mean() < 0.09  # 5 % of 200, standard error 1.5 %
+    assert _gain(4.0 * noise[0, 0], noise[0, 1], blocks).p_value < 1e-2
+
+
+def test_few_held_out_rows_say_nothing_of_single_effects() -> None:
+    assert _blocks(np.arange(100) < 10) is None
