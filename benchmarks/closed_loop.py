@@ -58,7 +58,9 @@ class Loop:
 
 
 class Bench(Protocol):
-    """A robot as it really is, with any stiffness, and an instrument."""
+    """A robot as it really is, with any stiffness, and an instrument; `place` says whose robot it is."""
+
+    place: str
 
     def measured(
         self, rows: pd.DataFrame, stiffness: FloatArray, deviations: dict[str, float], *, shared: bool, seed: int
@@ -71,6 +73,8 @@ class Bench(Protocol):
 
 class LaboratoryBench:
     """A parallel robot in the virtual laboratory."""
+
+    place = "in the virtual laboratory"
 
     def __init__(self, problem: DesignProblem) -> None:
         self.names = list(problem.loaded.robot.configuration)
@@ -114,11 +118,12 @@ def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = Laborato
     )
     if options.generations is not None:
         command += f" --generations {options.generations}"
+    told = explanation(options.config, options.repetitions, options.scatter, loop.bench.place)
     with output_folder(options.out) as scratch:
         write_file(scratch / "attained.csv", csv_text(table))
         write_file(scratch / "repetitions.csv", csv_text(pd.DataFrame(attained).round(5)))
-        write_file(scratch / "report.html", report_of(table, command, options.config, options.scatter))
-        write_file(scratch / "README.md", text_of(table, command, options.config, options.repetitions, options.scatter))
+        write_file(scratch / "report.html", report_of(table, command, options.config, told))
+        write_file(scratch / "README.md", text_of(table, command, told))
         for name, plan in plans.items():
             write_file(scratch / f"plan-{name}.csv", csv_text(plan_frame(plan, loop.problem.loaded, False)))
     print(table.to_string(index=False))
@@ -250,11 +255,11 @@ def summary(attained: dict[str, FloatArray], predicted: dict[str, FloatArray]) -
     return pd.DataFrame(rows).sort_values("mean", kind="stable", ignore_index=True)
 
 
-def explanation(config: Path, count: int, scatter: float) -> str:
+def explanation(config: Path, count: int, scatter: float, place: str) -> str:
     """What was done, in one paragraph."""
     return (
         f"{count} repetitions of `{config}`; true stiffnesses scattered by {100 * scatter:g} % (1 σ), noise and load "
-        "errors drawn anew each time, the same for all plans; measured and commanded in the virtual laboratory. Error "
+        f"errors drawn anew each time, the same for all plans; measured and commanded {place}. Error "
         "attained at the targets, in tolerances: √(mean over targets of Σ (error / tolerance)²). Its RMS is what the "
         "criterion `total` predicts. The random plans are drawn anew each time. The difference is to the plan by "
         "`total`, repetition by repetition. ± is one standard error."
@@ -280,10 +285,10 @@ def cells(table: pd.DataFrame) -> list[list[str]]:
     ]
 
 
-def text_of(table: pd.DataFrame, command: str, config: Path, repetitions: int, scatter: float) -> str:
+def text_of(table: pd.DataFrame, command: str, told: str) -> str:
     """The result as Markdown."""
     lines = [f"| {' | '.join(row)} |" for row in (COLUMNS, ("---",) * len(COLUMNS), *cells(table))]
-    body = "\n".join(textwrap.wrap(explanation(config, repetitions, scatter), 120))
+    body = "\n".join(textwrap.wrap(told, 120))
     return (
         f"# Closed loop: plan, measure, identify, compensate\n\n```\n{command}\n```\n\n{body}\n\n"
         + "\n".join(lines)
@@ -291,7 +296,7 @@ def text_of(table: pd.DataFrame, command: str, config: Path, repetitions: int, s
     )
 
 
-def report_of(table: pd.DataFrame, command: str, config: Path, scatter: float) -> str:
+def report_of(table: pd.DataFrame, command: str, config: Path, told: str) -> str:
     """The result as a page."""
     plans = table[~table["plan_by"].isin([UNIDENTIFIED, UNCOMPENSATED])]
     bars = {
@@ -310,8 +315,7 @@ def report_of(table: pd.DataFrame, command: str, config: Path, scatter: float) -
         "Mean error at the targets after plan, experiment, identification and compensation; bars are standard errors.",
         "Bar chart of the attained error per criterion; the table holds the same numbers.",
     )
-    caption = explanation(config, int(table["repetitions"].iloc[0]), scatter)
-    rows = DataTable("table", caption, COLUMNS, cells(table), Download("attained.csv", csv_text(table)))
+    rows = DataTable("table", told, COLUMNS, cells(table), Download("attained.csv", csv_text(table)))
     sections = (
         Section("result", "Attained accuracy", [figure, rows]),
         Section("again", "Again", [Steps([("", command)])]),

@@ -28,6 +28,8 @@ _SETTLED = 1e-13
 class ArmBench:
     """A serial robot without joints that mimic others."""
 
+    place = "with pinocchio in the arm's place"
+
     def __init__(self, problem: DesignProblem) -> None:
         robot = problem.loaded.robot
         assert isinstance(robot, SerialRobot)
