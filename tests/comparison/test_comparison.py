@@ -78,7 +78,7 @@ OTHER: dict[str, tuple[str, Any, str]] = {
     "tolerance": ("targets.0.tolerance.dx_m", 3e-6, "`targets[0].tolerance.dx_m`"),
     "pose": ("targets.0.pose", [0.11, 0.6], "`targets[0].pose[0]`"),
     "noise": ("experiment.deflection_noise.std.dx_m", 3e-6, "`experiment.deflection_noise.std.dx_m`"),
-    "averaging": ("aggregate", "max", "`aggregate` is 'mean' against 'max'"),
+    "averaging": ("aggregate", "max", "`aggregate` is 'max' here and 'mean' there"),
 }
 
 

@@ -28,7 +28,7 @@ def require_comparable(problems: list[DesignProblem]) -> None:
 
 
 def differences(first: DesignProblem, second: DesignProblem) -> list[str]:
-    """What differs between two configurations so that their accuracies do not mean the same, in words."""
+    """What differs between two configurations so that their accuracies do not mean the same, in words (`here` the second)."""
     found: list[str] = []
     for path in PARTS:
         pair = []
@@ -51,8 +51,8 @@ def _differences(first: Any, second: Any, place: str) -> list[str]:
     if first == second:
         return []
     if isinstance(first, list) and isinstance(second, list):
-        return [f"`{place}` has {len(first)} entries against {len(second)}"]
-    return [f"`{place}` is {_said(first)} against {_said(second)}"]
+        return [f"`{place}` has {len(second)} entries here and {len(first)} there"]
+    return [f"`{place}` is {_said(second)} here and {_said(first)} there"]
 
 
 def _said(value: Any) -> str:
