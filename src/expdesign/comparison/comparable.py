@@ -28,7 +28,7 @@ def require_comparable(problems: list[DesignProblem]) -> None:
 
 
 def differences(first: DesignProblem, second: DesignProblem) -> list[str]:
-    """What differs between two configurations so that their accuracies do not mean the same, in words (`here` the second)."""
+    """What differs so that accuracies of two configurations do not mean the same, in words (`here`: in the second)."""
     found: list[str] = []
     for path in PARTS:
         pair = []
