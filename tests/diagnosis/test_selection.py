@@ -136,8 +136,8 @@ def test_an_interval_ends_where_the_parameter_does() -> None:
 
 @pytest.mark.parametrize("marked", [False, True])
 def test_held_out_rows_are_not_fitted(marked: bool) -> None:
-    """Noise of known size: √(1 + p/M) on rows that were not fitted, √(1 − p/M) on those that were."""
-    squares = np.zeros(2)
+    """Noise of known size: √(1 + p/M) on rows that were not fitted, √(1 − p/M) on those that were, and no surprise."""
+    squares = np.zeros(3)
     count, rows = 150, np.arange(24)
     test = rows % 4 == 0 if marked else np.zeros(24, dtype=bool)
     first = sample_of(NAME, simulated(NAME), ~test)
@@ -146,14 +146,15 @@ def test_held_out_rows_are_not_fitted(marked: bool) -> None:
         base = base_fit(NAME, sample)
         errors = held_out(base, base, sample, test, np.zeros(24, dtype=bool))
         assert errors.test_after == pytest.approx(errors.test_before, rel=1e-9)
-        squares += [errors.train_before**2, errors.test_before**2]
+        squares += [errors.train_before**2, errors.test_before**2, errors.test_surprise**2]
     readings = 2 * int((~test).sum())
-    train, held = squares / count
+    train, held, surprise = squares / count
     assert train == pytest.approx(1.0 - 2.0 / readings, abs=4.0 * np.sqrt(2.0 / (readings * count)))
     held_readings = 2 * int(test.sum()) if marked else readings
     assert held > train
     # The leverage of held-out rows is about p/M of the fitted ones, at most a few times that.
     assert 1.0 - 4.0 * np.sqrt(2.0 / (held_readings * count)) < held < 1.0 + 6.0 * 2.0 / readings
+    assert surprise == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (held_readings * count)))
 
 
 def test_a_smooth_mismatch_is_corrected_and_noise_is_not() -> None:

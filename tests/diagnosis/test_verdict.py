@@ -11,7 +11,7 @@ from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.selection import MOST_EFFECTS, Model
 from expdesign.diagnosis.verdict import beyond_limits, doubt, verdict_without
 
-GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, "")
+GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_a_mismatch_that_remains_is_no_explanation(one: Model) -> None:
 
 
 def test_what_does_not_predict_is_no_explanation(one: Model) -> None:
-    bad = replace(GOOD, test_after=1.5)
+    bad = replace(GOOD, test_surprise=1.5)
     assert "not predicted" in doubt(one, (800.0, 200), (200.0, 199), bad, most=MOST_EFFECTS, known_noise=True)
 
 

@@ -18,6 +18,9 @@ class HeldOut:
     Attributes:
         train_before, train_after: of the base model and the model with effects on the fitted rows.
         test_before, test_after: the same on rows that were not fitted.
+        test_surprise: of the model with effects on those rows, every residual divided by the standard deviation that
+            its prediction is expected to miss by, √(1 + h) with h the variance that the fitted parameters bring in; 1
+            for a model that is right, however few the rows.
         how: in words.
     """
 
@@ -25,6 +28,7 @@ class HeldOut:
     train_after: float
     test_before: float
     test_after: float
+    test_surprise: float
     how: str
 
 
@@ -38,9 +42,10 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
     if test.any():
         before, after = (_rms_on(f, sample, test) for f in (base, model))
-        return HeldOut(train_before, train_after, before, after, f"{int(test.sum())} rows marked `test`")
+        surprise = _surprise_on(model, sample, test)
+        return HeldOut(train_before, train_after, before, after, surprise, f"{int(test.sum())} rows marked `test`")
     folds = folds_of(sample)
-    squares = np.zeros(2)
+    squares = np.zeros(3)
     count = 0
     for fold in range(int(folds.max()) + 1):
         left_out = (folds == fold) & kept
@@ -50,11 +55,11 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
         for index, original in enumerate((base, model)):
             refitted = fit(original.chain, fitted, original.values if original.chain.effects else None)
             squares[index] += _rms_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
+        squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         count += int(left_out.sum())
-    before, after = np.sqrt(squares / max(count, 1))
-    return HeldOut(
-        train_before, train_after, float(before), float(after), f"cross-validation in {FOLDS} blocks of series"
-    )
+    before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
+    how = f"cross-validation in {FOLDS} blocks of series"
+    return HeldOut(train_before, train_after, before, after, surprise, how)
 
 
 def folds_of(sample: Sample) -> IntArray:
@@ -68,3 +73,15 @@ def folds_of(sample: Sample) -> IntArray:
 def _rms_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
     everything = Sample.of(sample, np.ones(len(sample.counts), dtype=bool))
     return rms(everything.residuals(fitted.chain, fitted.values), chosen)
+
+
+def _surprise_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
+    """RMS of whitened residuals of rows that were not fitted, each divided by its expected size √(1 + s·Σ·sᵀ).
+
+    Parameters that the fitted rows do not determine count as known, so that ignorance excuses nothing.
+    """
+    residuals, sensitivities = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
+    s = sensitivities[..., fitted.determined]
+    covariance = fitted.covariance[np.ix_(fitted.determined, fitted.determined)]
+    expected = 1.0 + np.einsum("nkp,pq,nkq->nk", s, covariance, s)
+    return rms(residuals / np.sqrt(expected), chosen)

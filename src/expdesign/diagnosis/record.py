@@ -32,6 +32,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "train_after": errors.train_after,
             "test_before": errors.test_before,
             "test_after": errors.test_after,
+            "test_surprise": errors.test_surprise,
             "held_out": errors.how,
         },
         "smooth_correction": _correction(diagnosis),

@@ -19,7 +19,7 @@ CONSISTENT = 1e-3
 RESIDUAL_SHARE = 0.05
 """Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
 PREDICTS = 1.3
-"""RMS of held-out residuals above which a model describes the recordings but does not predict."""
+"""`HeldOut.test_surprise` above which a model describes the recordings but does not predict."""
 HALVED = 0.7
 """Factor on held-out RMS that halves its square: what an imitation has to reach to be handed on as a model."""
 _SHOWS = 3.0
@@ -53,7 +53,7 @@ def doubt(
     at_limit = beyond_limits(model)
     if at_limit:
         return f"{at_limit} is at the limit of what is physically possible"
-    if errors.test_after > PREDICTS:
+    if errors.test_surprise > PREDICTS:
         return "recordings that were not fitted are not predicted"
     many = len(model.candidates) >= most
     if not known_noise:
