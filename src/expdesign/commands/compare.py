@@ -9,12 +9,14 @@ import expdesign as xd
 from expdesign.api.compare import RANDOM, SAMPLES
 from expdesign.commands.console import note, stages
 from expdesign.errors import InputError
-from expdesign.files.output import require_writable
+from expdesign.files.output import new_folder, require_writable
 
 
 def command(
     configs: Annotated[list[Path], typer.Argument(help="Run configurations (YAML).")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results/compare"),
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results; a new one under results/ if left out.")
+    ] = None,
     plan: Annotated[list[str] | None, typer.Option(help="A further plan, NAME=FILE.csv; can be repeated.")] = None,
     separate: Annotated[
         bool, typer.Option("--separate", help="Allow other targets, tolerances or noise; nothing is overlaid then.")
@@ -30,7 +32,8 @@ def command(
 
     Example: expdesign compare configs/hexapod-h1.yaml --plan mine=plan.csv --out results/compare
     """
-    require_writable(out)
+    folder = out or new_folder("compare")
+    require_writable(folder)
     plans = dict(_named(text) for text in plan or [])
     with stages() as report:
         result = xd.compare(
@@ -43,7 +46,7 @@ def command(
             seed=seed,
             report=report,
         )
-    page = result.save(out)
+    page = result.save(folder)
     for name, judgement in zip(result.names, result.judgements, strict=True):
         best = judgement.best
         note(

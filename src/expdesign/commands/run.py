@@ -7,7 +7,7 @@ import typer
 
 import expdesign as xd
 from expdesign.commands.console import note, stages
-from expdesign.files.output import require_writable
+from expdesign.files.output import new_folder, require_writable
 
 
 def command(
@@ -20,7 +20,7 @@ def command(
 
     Example: expdesign run configs/hexapod-h1.yaml --out results/mine
     """
-    folder = out or _new_folder(config)
+    folder = out or new_folder(config.stem)
     require_writable(folder)
     with stages() as report:
         result = xd.run(config, report=report)
@@ -36,11 +36,3 @@ def command(
     if result.protocol is not None:
         note(f"{folder / 'poses.csv'} has every pose to measure, references included; `expdesign correct` reads it")
     print(page)
-
-
-def _new_folder(config: Path) -> Path:
-    """A folder under `results/` that does not exist yet."""
-    number = 1
-    while (folder := Path("results") / f"{config.stem}-run-{number}").exists():
-        number += 1
-    return folder

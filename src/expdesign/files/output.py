@@ -42,6 +42,14 @@ def output_folder(folder: Path) -> Iterator[Path]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
+def new_folder(name: str) -> Path:
+    """A folder under `results/` that does not exist yet."""
+    number = 1
+    while (folder := Path("results") / f"{name}-run-{number}").exists():
+        number += 1
+    return folder
+
+
 def require_writable(folder: Path) -> None:
     """Raise an `InputError` where a folder plainly cannot be made or written: before the work instead of after it."""
     try:
