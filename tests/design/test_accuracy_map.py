@@ -1,6 +1,7 @@
 """Maps of the error to expect: at every point they are what a target at that point would have."""
 
 from copy import deepcopy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 
 from expdesign.criteria.total import Total
 from expdesign.design.accuracy_map import accuracy_maps
+from expdesign.design.problem_file import read_problem
+from expdesign.design.start import reachable_measurements
 
 
 def genes_of(case: Any, count: int) -> Any:
@@ -61,3 +64,21 @@ def test_a_plane_in_which_nothing_varies_is_left_out() -> None:
     content["targets"] = content["targets"][:1]
     content["targets"][0]["pose"][1] = 0.0
     assert [chart.axes for chart in accuracy_maps(problem(content), points=2)] == [(0, 2)]
+
+
+def test_an_actuator_that_nothing_determines_and_nothing_needs_leaves_the_map_known() -> None:
+    """The first joint of an arm turns about the vertical: weights load it neither in the plan nor on the map."""
+    case = read_problem(Path(__file__).parents[2] / "configs" / "ur5.yaml")
+    genes = reachable_measurements(case, case.space.measurements, np.random.default_rng(2))[None]
+    assessment = case.assess(*case.space.decode(genes))
+    assert assessment.rank[0] < assessment.parameters
+    noise, load = assessment.parameter_covariance
+    assert np.isnan(noise[0, 0]).all()
+    assert np.isfinite(noise[0, 1:, 1:]).all()
+    chart = accuracy_maps(case, points=5)[0]
+    rms = chart.rms((noise + load)[0])
+    usable = np.isfinite(chart.weight).all(axis=(-2, -1))
+    assert usable.any()
+    assert np.isfinite(rms[usable]).all()
+    blind = np.full_like(noise[0], np.nan)
+    assert np.isnan(chart.rms(blind)).all()

@@ -204,9 +204,13 @@ class Assessment:
     def parameter_covariance(self) -> tuple[FloatArray, FloatArray]:
         """Covariances of the identified compliances (m²/N² …) due to noise, M⁻¹, and due to load errors.
 
-        Shape (b, n_p, n_p) each; NaN for designs that leave a compliance undetermined.
+        Shape (b, n_p, n_p) each; NaN in the rows and columns of compliances that a design leaves undetermined.
         """
-        known = ((self.rank == self.parameters) & self._exists)[:, None, None]
+        determined = np.repeat(self._exists[:, None], self.parameters, axis=1)
+        for index in np.flatnonzero((self.rank < self.parameters) & self._exists):
+            _, _, right = np.linalg.svd(self._factors[1][index] / self._scale[index])
+            determined[index] = np.linalg.norm(right[int(self.rank[index]) :], axis=0) <= 1e3 * RANK_TOLERANCE
+        known = determined[:, :, None] & determined[:, None, :]
         root, errors = self._estimator[0], self._parameter_error
         noise = np.where(known, root @ root.swapaxes(-1, -2), np.nan)
         return noise, np.where(known, errors @ errors.swapaxes(-1, -2), np.nan)

@@ -16,6 +16,8 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
 from expdesign.robots.robot import CONDITION_LIMIT
 
+_IDLE = 1e-9
+"""Share of the deflection below which an actuator carries nothing."""
 POINTS = 17
 """Points along each side of a map."""
 
@@ -39,8 +41,14 @@ class AccuracyMap:
     weight: FloatArray
 
     def rms(self, covariance: FloatArray) -> FloatArray:
-        """RMS error in tolerances, shape (..., v, u), from covariances of the compliances (..., n_p, n_p)."""
-        squares = np.einsum("vupq,...pq->...vu", self.weight, covariance)
+        """RMS error in tolerances, shape (..., v, u), from covariances of the compliances (..., n_p, n_p).
+
+        NaN in the covariance marks compliances that are not determined; the error is known where they do not count.
+        """
+        unknown = np.isnan(covariance)
+        squares = np.einsum("vupq,...pq->...vu", self.weight, np.where(unknown, 0.0, covariance))
+        counts = np.einsum("vupq,...pq->...vu", (self.weight != 0.0).astype(float), unknown.astype(float)) > 0.0
+        squares = np.where(counts, np.nan, squares)
         rms: FloatArray = np.sqrt(np.maximum(squares, 0.0))
         return rms
 
@@ -94,6 +102,10 @@ def _weights(problem: DesignProblem, target: int, grid: FloatArray) -> FloatArra
     observation = measured.observation
     if problem.config["targets"][target].get("tolerance_axes") == "body":
         observation = body_axes(robot, grid) @ observation
+    # An actuator that carries nothing there (a joint about the vertical) has a column of rounding errors.
+    size = np.abs(observation).max(axis=-2) * loaded.scale
+    carries = size > _IDLE * size.max(axis=-1, keepdims=True)
+    observation = np.where(carries[..., None, :], observation, 0.0)
     rows = np.where(usable[..., None, None], observation, np.nan)
     importance = problem.targets.importance[target]
     weight: FloatArray = np.einsum("i,vuip,vuiq->vupq", importance, rows, rows)

@@ -18,7 +18,10 @@ function mapView(charts, designs) {
     const [across, up] = charts[index].grid;
     return up.map((_, row) => across.map((__, column) => {
       const start = (row * across.length + column) * covariance.length;
-      const square = covariance.reduce((sum, entry, place) => sum + entry * weights[index][start + place], 0);
+      const square = covariance.reduce((sum, entry, place) => {
+        const weight = weights[index][start + place];
+        return weight === 0 ? sum : sum + entry * weight;  // what is not determined need not count here
+      }, 0);
       return Number.isFinite(square) ? Math.sqrt(Math.max(0, square)) : null;
     }));
   }
