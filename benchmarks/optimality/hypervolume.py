@@ -200,5 +200,5 @@ if __name__ == "__main__":
     parser.add_argument("config", nargs="?", type=Path, default=Path("configs/hexapod-h1.yaml"))
     parser.add_argument("--seconds", type=float)
     arguments = parser.parse_args()
-    budget = {"script": 420.0, "plain": 150.0}[arguments.which]
+    budget = {"script": 316.0, "plain": 66.0}[arguments.which]
     main(arguments.which, arguments.config, arguments.seconds or budget)
