@@ -104,6 +104,6 @@ def _first(trace: list[tuple[float, float]], level: float) -> float:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("config", nargs="?", type=Path, default=Path("configs/hexapod-h1.yaml"))
-    parser.add_argument("--seconds", type=float, default=120.0)
+    parser.add_argument("--seconds", type=float, default=25.0)
     arguments = parser.parse_args()
     main(arguments.config, arguments.seconds)
