@@ -106,10 +106,11 @@ def fit(
         enough: fall of the sum of squares in one step below which a fit has settled, beside `CONVERGED`.
     """
     start = chain.start() if start is None else start
-    if prior is None and data.idle is not None:
-        prior = idle_knowledge(data.idle, len(chain.parameters))
     if prior is None:
         prior = chain.knowledge()
+        idle = None if data.idle is None else idle_knowledge(data.idle, len(chain.parameters))
+        if idle is not None:
+            prior = idle if prior is None else (prior[0], np.minimum(prior[1], idle[1]))
     if not chain.effects and chain.markers is None:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)

@@ -12,6 +12,9 @@ from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
 
+_LENGTH, _ANGLE = 0.005, 0.02
+"""m, rad; how well links are made (standard deviation), which holds what deflections do not determine."""
+
 
 class ArmGeometry(ArmEffect):
     """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
@@ -28,10 +31,10 @@ class ArmGeometry(ArmEffect):
 
     def describe(self) -> tuple[Parameter, ...]:
         if self.component.startswith("link"):
-            units = [("m", 0.1) if len(axis) == 1 else ("rad", 0.5) for axis in FRAME_AXES]
+            units = [("m", 0.1, _LENGTH) if len(axis) == 1 else ("rad", 0.5, _ANGLE) for axis in FRAME_AXES]
             return tuple(
-                Parameter(f"frame_{axis}_{unit}", 1e-3, low=-high, high=high)
-                for axis, (unit, high) in zip(FRAME_AXES, units, strict=True)
+                Parameter(f"frame_{axis}_{unit}", 1e-3, low=-high, high=high, spread=spread)
+                for axis, (unit, high, spread) in zip(FRAME_AXES, units, strict=True)
             )
         if turning(self.robot, self.legs):
             return (Parameter("offset_rad", 1e-3, low=-0.5, high=0.5),)
