@@ -25,8 +25,11 @@ ROBOT = "irregular"
 
 
 def effect(physics: str, component: str, variant: str = "", name: str = ROBOT) -> Effect:
-    kind = next(kind for kind in KINDS if kind.physics == physics)
-    return kind(robot(name), component, variant)
+    here, points = robot(name), recordings(name)
+    kinds = [kind for kind in KINDS if kind.physics == physics]
+    # Some physics is another effect on another kind of robot.
+    kind = next((kind for kind in kinds if kind.places(here, points)), kinds[0])
+    return kind(here, component, variant)
 
 
 def predicted(one: Effect, parameters: list[float], frame: pd.DataFrame) -> Array:
