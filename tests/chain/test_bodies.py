@@ -18,6 +18,7 @@ from expdesign.chain.effects.support_creep import SupportCreep
 from expdesign.chain.effects.support_friction import SupportFriction
 from expdesign.chain.effects.support_nonlinearity import SupportNonlinearity
 from expdesign.chain.effects.support_play import SupportPlay
+from expdesign.chain.effects.support_rocking import SupportRocking
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
@@ -87,6 +88,21 @@ def test_play_jumps_by_its_gap_and_only_where_the_whole_load_changes_sign() -> N
     assert not found[:, [0, 1, 2, 3, 5]].any()
 
 
+def test_rocking_turns_about_a_line_and_jumps_where_the_moment_about_that_line_changes_sign() -> None:
+    """Oracle: the points of the line stay, and the origin of P moves on a circle about it."""
+    gap, across, height = 1e-4, 0.3, -0.2
+    found = predicted((SupportRocking(BODY, "base", "rocking about y"),), [gap, across, height, 0.0, 1e-2], LIFTING)
+    arm = BODY.home + LIFTING.configurations[:, :3] - np.array([across, 0.0, height])
+    arm[:, 1] = 0.0
+    loads = (LIFTING.absolute, LIFTING.absolute - LIFTING.wrenches)
+    whole, before = (load[:, 4] + arm[:, 2] * load[:, 0] - arm[:, 0] * load[:, 2] for load in loads)
+    turn = 0.5 * gap * (np.sign(whole) - np.sign(before))
+    far = (np.abs(whole) > 1.0) & (np.abs(before) > 1.0)
+    assert (turn[far] != 0.0).any()
+    expected = np.column_stack([turn * arm[:, 2], 0.0 * turn, -turn * arm[:, 0], 0.0 * turn, turn, 0.0 * turn])
+    np.testing.assert_allclose(found[far], expected[far], rtol=0.0, atol=1e-8)
+
+
 def test_friction_follows_the_play_operator() -> None:
     friction, compliance = 25.0, 3e-6
     found = predicted((SupportFriction(BODY, "base", "about x"),), [compliance, friction], LIFTING)
@@ -103,13 +119,16 @@ def test_lift_off_adds_compliance_beyond_a_load_alone() -> None:
     np.testing.assert_allclose(found[:, 3], expected, rtol=1e-12, atol=1e-20)
 
 
-def diagnosed(effects: tuple[Effect, ...], values: list[float], axes: tuple[int, ...], *, count: int) -> Diagnosis:
-    """Diagnosis of simulated recordings with the noise that they state, a third of the rows held out."""
+def diagnosed(
+    effects: tuple[Effect, ...], values: list[float], axes: tuple[int, ...], *, count: int, stated: bool = True
+) -> Diagnosis:
+    """Diagnosis of simulated recordings with the noise that they state (or do not), a third of the rows held out."""
     points = recordings(count=count, axes=axes)
     exact = predicted(effects, np.array(values), points)[:, list(axes)]
     noise = np.random.default_rng(3).standard_normal(exact.shape) * np.array(DEVIATIONS)[list(axes)]
     test = np.arange(count) // 10 % 3 == 1
-    return diagnose(BODY, replace(points, deflections=exact + noise, test=test))
+    deviations = points.deviations if stated else None
+    return diagnose(BODY, replace(points, deflections=exact + noise, deviations=deviations, test=test))
 
 
 def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
@@ -123,6 +142,33 @@ def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
     assert result.errors.test_before > 5.0
     compliance = next(f for f in result.findings if f.physics == "base_compliance")
     assert compliance.parameters["compliance_rz_rz_rad_per_Nm"][2] > 1e299, "what was not measured is not known"
+
+
+def test_play_of_a_foot_is_found_as_rocking_about_a_line_on_the_ground() -> None:
+    """The line is 0.25 m to the side of the body's origin and below it, so that forces change the play over too."""
+    effects = (BaseCompliance(BODY, "base", "diagonal"), SupportRocking(BODY, "base", "rocking about y"))
+    compliances = [2e-8, 2e-8, 1e-8, 2e-7, 3e-7, 1e-7]
+    result = diagnosed(effects, [*compliances, 2e-4, 0.25, 0.0, 0.0, 1.0], (0, 2, 4), count=150)
+    assert result.verdict == "explained"
+    assert {f.physics for f in result.findings} == {"base_compliance", "joint_backlash"}
+    play = next(f for f in result.findings if f.physics == "joint_backlash")
+    for name, truth in {"gap_rad": 2e-4, "axis_x_m": 0.25, "axis_z_m": 0.0}.items():
+        estimate, low, high = play.parameters[name]
+        assert estimate - 2.0 * (estimate - low) < truth < estimate + 2.0 * (high - estimate), name
+    assert result.errors.test_after < 1.2
+
+
+def test_a_body_without_standard_deviations_is_judged_by_the_noise_that_the_explanation_leaves() -> None:
+    """No compliance is fitted at first: all that was read is what the base model leaves."""
+    effects = (SupportCompliance(BODY, "base", "axes"),)
+    values = [2e-6, 3e-6, 1e-6]
+    known = diagnosed(effects, values, (3, 4), count=60)
+    estimated = diagnosed(effects, values, (3, 4), count=60, stated=False)
+    assert estimated.verdict == "explained"
+    assert [f.physics for f in estimated.findings] == ["base_compliance"]
+    assert estimated.errors.train_after == pytest.approx(1.0, abs=0.1)
+    assert estimated.errors.test_after == pytest.approx(known.errors.test_after, rel=0.2)
+    assert estimated.errors.test_before == pytest.approx(known.errors.test_before, rel=0.2)
 
 
 def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:

@@ -117,6 +117,9 @@ def diagnose(
     before = (base.chi2, _dof(base, sample))
     after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
     p_before, p_after = (_p_value(each, noise) for each in (before, after))
+    if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:
+        # What the base model leaves is noise and the physics that was found; the noise is what the chosen model leaves.
+        errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
     verdict = verdict_without(p_before, known_noise=noise.known)
     if found:
         reason = doubt(model, before, after, errors, most=search.most_effects, known_noise=noise.known)

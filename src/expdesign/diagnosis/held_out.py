@@ -1,6 +1,6 @@
 """Error on recordings that were not fitted: the rows marked `test`, or cross-validation blocked by series."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,17 @@ class HeldOut:
     test_after: float
     test_surprise: float
     how: str
+
+    def divided_by(self, level: float) -> "HeldOut":
+        """The same errors in units of another noise level, given as a multiple of the present one."""
+        return replace(
+            self,
+            train_before=self.train_before / level,
+            train_after=self.train_after / level,
+            test_before=self.test_before / level,
+            test_after=self.test_after / level,
+            test_surprise=self.test_surprise / level,
+        )
 
 
 def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: BoolArray) -> HeldOut:

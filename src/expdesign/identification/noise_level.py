@@ -115,9 +115,9 @@ def noise_from_residuals(recordings: Recordings, translations: int, fit: Callabl
 
 def _update(recordings: Recordings, level: NoiseGroup, current: Fit) -> NoiseGroup:
     """One step of the iteration for one kind of readings."""
-    rows = current.sensitivities[:, level.columns].reshape(-1, len(current.values))
-    used = float(((rows @ current.covariance) * rows).sum())
-    dof = len(rows) - used
+    chosen = current.sensitivities[:, level.columns]
+    used = float(np.einsum("nkp,pq,nkq->", chosen, current.covariance, chosen))
+    dof = chosen.shape[0] * chosen.shape[1] - used
     if dof < 0.5:
         what = f"the {level.name} leave no reading over from which their noise could be estimated"
         remedy = "State standard deviations (sx_m ...), or measure more."
