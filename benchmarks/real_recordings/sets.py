@@ -44,7 +44,7 @@ CASES = (
     *(Case("jaibot-tilt", condition, others=_but(condition)) for condition in _CONDITIONS),
     *(Case("jaibot-column", condition, others=_but(condition)) for condition in _CONDITIONS),
     Case("tiago-forceplate", "recordings", others=("recordings_after_stop",)),
-    *(Case("jaibot-prism", f"{condition}_by_station") for condition in _CONDITIONS),
+    *(Case("jaibot-prism", f"{c}_by_station", others=_but(c, "_by_station")) for c in _CONDITIONS),
     Case("jaibot-prism", "flat"),
     Case("jaibot-prism", "flat", "robot_marker_known.yaml"),
 )

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.chain.bodies import BODY, DEVIATIONS, recordings
+from tests.chain.bodies import BODY, DEVIATIONS, recordings, rows
 from tests.chain.test_every_effect import COMPONENTS, IDENTIFIERS
+from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain import chain as chain_module
@@ -20,13 +21,26 @@ from expdesign.chain.effects.support_nonlinearity import SupportNonlinearity
 from expdesign.chain.effects.support_play import SupportPlay
 from expdesign.chain.effects.support_rocking import SupportRocking
 from expdesign.chain.row import row_data
+from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
+from expdesign.identification.fit import Data, Fit, summarise
+from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 
 LIFTING = recordings(lifting=True)
 EFFECTS = library(BODY, LIFTING)
 each_effect = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.key)
+
+
+def test_an_error_of_a_weight_is_offered_only_where_weights_were_put_on() -> None:
+    """Wrenches that somebody measured, changes or not, hold no weight that could be forgotten or off its centre."""
+    frame = rows().drop(columns=[f"abs_{name}" for name in SPATIAL.wrench])
+    of_weights = {"payload_mass_error", "payload_com_offset"}
+    assert not of_weights & {effect.physics for effect in library(BODY, read(frame, BODY))}
+    weights = frame.drop(columns=list(SPATIAL.wrench)).assign(mass_kg=np.resize([0.0, 5.0, 9.0], len(frame)))
+    weights = weights.assign(com_x_m=0.1, com_y_m=0.0, com_z_m=0.2)
+    assert of_weights <= {effect.physics for effect in library(BODY, read(weights, BODY))}
 
 
 def predicted(effects: tuple[Effect, ...], values: Array, points: Recordings) -> Array:
@@ -187,3 +201,37 @@ def test_a_turned_sensor_is_found_only_beside_what_it_turns() -> None:
     effects = (SupportCompliance(BODY, "base", "axes"), InstrumentMisalignment(BODY, "instrument", "about z"))
     result = diagnosed(effects, [2e-6, 2.5e-6, 0.0, 0.1], (3, 4), count=150)
     assert {f.physics for f in result.findings} == {"base_compliance", "instrument_misalignment"}
+
+
+def test_moments_of_a_weight_do_not_determine_single_elements_of_a_compliance() -> None:
+    """M·g = 0 in all rows hides λ·g·gᵀ in C: a level body's C_zz alone, and more elements of one that is tilted.
+
+    Oracle: a compliance changed that way turns alike. With one moment along gravity all is determined.
+    """
+    effect, data = SupportCompliance(BODY, "base", "rotation"), recordings(count=80, axes=(3, 4, 5))
+    for gravity in (np.array([0.0, 0.0, -1.0]), np.array([0.6, 0.0, -0.8])):
+        points = replace(data, wrenches=_across(data.wrenches, gravity), absolute=_across(data.absolute, gravity))
+        values = np.array([2e-6, 3e-6, 1e-6, 2e-7, 0.0, 0.0])
+        hidden = 1e-6 * np.array([*gravity**2, *(gravity[i] * gravity[j] for i, j in ((0, 1), (0, 2), (1, 2)))])
+        np.testing.assert_allclose(
+            predicted((effect,), values + hidden, points), predicted((effect,), values, points), rtol=1e-9, atol=1e-14
+        )
+        for moment, determined in ((0.0, False), (5.0, True)):
+            loaded = points.wrenches.copy()
+            loaded[7, 3:] += moment * gravity
+            assert _fitted(effect, values, replace(points, wrenches=loaded)).determined[2] == determined
+    tilted = replace(data, wrenches=_across(data.wrenches, np.array([0.6, 0.0, -0.8])))
+    undetermined = ~_fitted(effect, values, tilted).determined
+    np.testing.assert_array_equal(undetermined, [True, False, True, False, True, False])
+
+
+def _across(wrenches: Array, gravity: Array) -> Array:
+    """Wrenches (N, 6) without the moment along gravity."""
+    along = np.outer(wrenches[:, 3:] @ gravity, gravity)
+    return np.hstack([wrenches[:, :3], wrenches[:, 3:] - along])
+
+
+def _fitted(effect: Effect, values: Array, points: Recordings) -> Fit:
+    assert points.deviations is not None
+    data = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    return summarise(Chain(BODY, (effect,)), data, values)

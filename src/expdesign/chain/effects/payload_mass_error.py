@@ -12,6 +12,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 _RELATIVE_WIDTH = 0.02
@@ -32,6 +33,8 @@ class PayloadMassError(Effect):
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
         if np.any(points.absolute != points.wrenches):
             return []  # changes of a load are no weights
+        if isinstance(robot, Body) and points.payload is None:
+            return []  # what acts on a body without payload columns is what a force plate read, nothing was weighed
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
         if len(sizes) < 2:
             return []
