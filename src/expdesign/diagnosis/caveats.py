@@ -39,8 +39,8 @@ def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -
 def _without_moment(sample: Sample, model: Model) -> list[str]:
     """Directions about which no load of a body had a moment, where that leaves parameters undetermined.
 
-    The moment of a weight is r × (m g), which has no part along g: with M·g = 0 in all rows C and C + λ·g·gᵀ turn alike,
-    and where g is not an axis of O that concerns all elements of C.
+    The moment of a weight is r × (m g), which has no part along g: with M·g = 0 in all rows C and C + λ·g·gᵀ turn
+    alike, and where g is not an axis of O that concerns all elements of C.
     """
     if not isinstance(model.fit.chain.robot, Body) or model.fit.determined.all():
         return []
