@@ -74,7 +74,7 @@ def test_a_file_is_written_in_one_step(tmp_path: Path) -> None:
     assert names(target.parent) == ["plan.csv"]
     with pytest.raises(InputError, match="cannot be written"):
         write_file(target / "below.csv", "x")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="this is a folder"):
         write_file(target.parent, "x")
     assert names(tmp_path) == ["deep"]
     assert names(target.parent) == ["plan.csv"]

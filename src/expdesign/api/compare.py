@@ -177,7 +177,9 @@ def _require_settings(
 ) -> None:
     if not configs:
         raise InputError("no configuration is given", remedy="Name at least one.")
-    least = {"samples": (samples, 2), "random": (random, 0), "generations": (generations or 1, 1), "seed": (seed, 0)}
+    least = {"samples": (samples, 2), "random": (random, 0), "seed": (seed, 0)}
+    if generations is not None:
+        least["generations"] = (generations, 1)
     for name, (value, smallest) in least.items():
         if value < smallest:
             raise InputError(f"{value} is too small", where=f"--{name}", remedy=f"Use at least {smallest}.")

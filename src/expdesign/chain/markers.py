@@ -21,7 +21,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.errors import InputError
+from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.bipod import Bipod
 from expdesign.robots.body import Body
@@ -34,6 +34,8 @@ SMALLEST_TURN = 0.02
 """rad (RMS); a tip that turns by less, as links may be misaligned, does not tell a marker from the instrument."""
 _HELD = 1e-6
 """m; standard deviation of a coordinate that is held."""
+_ON_A_LINE = 1e-9
+"""Ratio of the singular values of readings below which they lie on one line."""
 MARKER_SPREAD = 1.0
 """m; standard deviation of a marker's place on the tip before anything is measured."""
 COMPLIANCE_SPREAD = 3.0
@@ -145,6 +147,7 @@ def reading_of(robot: Robot, points: LoadedPoints) -> MarkerReading | None:
 
     Raises:
         InputError: the robot is of a kind whose platform has no orientation.
+        NotIdentifiableError: the instrument's pose is unknown and the fitted positions do not determine it.
     """
     if points.marker is None:
         return None
@@ -156,8 +159,19 @@ def reading_of(robot: Robot, points: LoadedPoints) -> MarkerReading | None:
     if not isinstance(points, Recordings):
         return replace(reading, start=np.zeros(len(reading.parameters)))
     if robot.instrument is None:
+        _require_registration(points)
         reading = replace(reading, held=_held(reading, robot, points))
     return replace(reading, start=_start(reading, robot, points))
+
+
+def _require_registration(recordings: Recordings) -> None:
+    """Raise where the fitted readings are fewer than three points, or lie on one line: they place no instrument."""
+    readings = recordings.deflections[~recordings.test]
+    sizes = np.linalg.svd(readings - readings.mean(axis=0), compute_uv=False) if len(readings) > 2 else np.zeros(2)
+    if sizes[1] <= _ON_A_LINE * sizes[0]:
+        what = "the fitted positions do not tell where the instrument stands"
+        remedy = "Record at least three that do not lie on one line, or give `instrument` in the robot file."
+        raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
 
 
 def _held(reading: MarkerReading, robot: Robot, recordings: Recordings) -> tuple[tuple[str, str], ...]:

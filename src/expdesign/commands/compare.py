@@ -34,7 +34,7 @@ def command(
     """
     folder = out or new_folder("compare")
     require_writable(folder)
-    plans = dict(_named(text) for text in plan or [])
+    plans = _plans(plan or [])
     with stages() as report:
         result = xd.compare(
             *configs,
@@ -54,6 +54,16 @@ def command(
             f"tolerances, design by {judgement.contenders[best].name}"
         )
     print(page)
+
+
+def _plans(texts: list[str]) -> dict[str, Path]:
+    plans: dict[str, Path] = {}
+    for name, file in map(_named, texts):
+        if name in plans:
+            remedy = "Give each plan a name of its own."
+            raise InputError(f"there are two plans `{name}`", where="--plan", remedy=remedy)
+        plans[name] = file
+    return plans
 
 
 def _named(text: str) -> tuple[str, Path]:

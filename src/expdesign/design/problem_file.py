@@ -45,6 +45,10 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     require_kind(document, "run configuration")
     section = validate(RunSection, document)
     robot, written = _robot(section, document)
+    if not len(robot.stiffness):
+        what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
+        remedy = "`expdesign diagnose` finds from recordings what it stands on."
+        raise InputError(what, where=document.where(("robot",)), remedy=remedy)
     _gravity_matches(section, robot, document)
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)

@@ -222,8 +222,9 @@ def _require_determined(robot: Robot, recordings: Recordings, base: Fit, idle: B
     known |= False if idle is None else idle
     if not known.all():
         legs = ", ".join(name for name, one in zip(robot.actuators, known, strict=True) if not one)
-        remedy = "Add recordings in which every actuator carries load."
-        raise NotIdentifiableError(f"no load reaches {legs}", where=recordings.source, remedy=remedy)
+        remedy = "Add recordings in which every actuator carries load and moves an axis that is measured."
+        what = f"no load reaches {legs}, or no measured axis shows it"
+        raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
 
 
 def _p_value(chi2: tuple[float, int], noise: NoiseLevel) -> float:

@@ -333,7 +333,8 @@ class Search:
         """The model refitted without the rows that stand out, or None where no row does."""
         flagged = current.outliers.copy()
         model = current
-        while int(flagged.sum()) < max(1, int(self.sample.counts.sum()) // 10):
+        rows = int(self.sample.counts.sum())
+        while int(flagged.sum()) < min(max(1, rows // 10), rows - 1):  # a row to fit has to stay
             distances = row_distances(model.fit)
             distances[flagged] = 0.0
             worst = int(np.argmax(distances))

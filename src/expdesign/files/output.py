@@ -61,9 +61,11 @@ def require_writable(folder: Path) -> None:
     if not above.is_dir():
         what = "is a file, not a folder" if above == folder else f"cannot be made, because {above} is a file"
         raise InputError(what, where=str(folder), remedy="Name another folder.")
-    if not os.access(above, os.W_OK | os.X_OK):
-        what = f"cannot be written (no right to write in {above})"
-        raise InputError(what, where=str(folder), remedy="Name a place that is writable.")
+    try:
+        Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=above)).rmdir()  # rights alone do not tell
+    except OSError as error:
+        what = f"cannot be written ({error.strerror or error} in {above})"
+        raise InputError(what, where=str(folder), remedy="Name a place that is writable.") from None
 
 
 def write_file(path: Path, text: str) -> None:

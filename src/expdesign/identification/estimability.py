@@ -54,6 +54,9 @@ def require_estimable(
     columns = np.linalg.norm(matrix, axis=0)
     where = recordings.source
     largest = float(columns.max(initial=0.0))
+    if largest == 0.0 and np.any(forces):
+        remedy = "Record other axes, or other poses."
+        raise NotIdentifiableError("no actuator moves any of the measured axes", where=where, remedy=remedy)
     if largest == 0.0:
         raise NotIdentifiableError("no row has a load", where=where, remedy="Record loaded states.")
     idle = np.flatnonzero(columns <= RANK_TOLERANCE * largest)

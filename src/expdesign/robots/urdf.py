@@ -246,6 +246,8 @@ def _name(element: ElementTree.Element, what: str, source: str) -> str:
 
 
 def _nearest(name: str, known: list[str]) -> str:
+    if not known:
+        return "The file describes none at all."
     near = difflib.get_close_matches(name, known, n=1)
     return f"Did you mean `{near[0]}`?" if near else f"Known: {', '.join(known[:12])}."
 

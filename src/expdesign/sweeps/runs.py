@@ -11,6 +11,7 @@ from typing import Any
 
 from expdesign.design.problem_file import problem_from_document, resolved_config
 from expdesign.errors import InputError
+from expdesign.files.kinds import require_kind
 from expdesign.files.schema import validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.robots.robot import Robot
@@ -47,6 +48,7 @@ def sweep_runs(document: YamlDocument, version: str) -> list[SweepRun]:
         InputError: the sweep, its configuration, or a value is wrong.
         SingularConfigurationError: the robot is singular at a target.
     """
+    require_kind(document, "sweep")
     sweep = validate(SweepSection, document)
     base = _base(sweep, document)
     runs, robots, tried = [], _Robots(), set[str]()
@@ -95,6 +97,7 @@ def _base(sweep: SweepSection, document: YamlDocument) -> dict[str, Any]:
         found = read_yaml(path)
     else:
         found = document.part("config")
+    require_kind(found, "run configuration")
     if not isinstance(found.content, dict):
         raise InputError("a run configuration is needed here", where=found.where(), remedy="See `expdesign new`.")
     content = copy.deepcopy(found.content)
