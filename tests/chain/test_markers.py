@@ -22,6 +22,7 @@ from expdesign.errors import InputError
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.fit import Data, fit
 from expdesign.identification.model_file import Model, model_from_document, model_text
+from expdesign.identification.noise_level import noise_from_replicates
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.serial import SerialRobot
@@ -179,3 +180,21 @@ def test_a_model_of_positions_is_read_back_number_for_number(arm: SerialRobot, t
     model = model_from_document(read_yaml(tmp_path / "model.yaml"))
     np.testing.assert_allclose(model.values, result.values, rtol=1e-14)
     np.testing.assert_allclose(model.chain.predict(rows, model.values), chain.predict(rows, result.values), atol=1e-12)
+
+
+def test_markers_read_at_one_configuration_are_no_replicates_of_each_other(arm: SerialRobot) -> None:
+    """The noise level comes from readings of one marker; two markers are apart by their places."""
+    first = measured(arm, configurations(12, 5), seed=1)
+    again = measured(arm, configurations(12, 5), seed=2)
+    readings = np.concatenate([first.deflections, again.deflections])
+    place = np.array([0.1, -0.05, 0.02])
+    empty = recordings_of(arm, np.tile(configurations(12, 5), (2, 1)), readings)
+    names = ("ball", "other")
+    apart = replace(empty, deflections=readings + np.repeat([[0.0] * 3, place], 12, axis=0), deviations=None)
+    apart = replace(apart, marker=np.repeat([0, 1], 12), markers=names)
+    assert noise_from_replicates(apart, 3, shared_reference=False) is None
+    alike = replace(empty, deviations=None)
+    level = noise_from_replicates(alike, 3, shared_reference=False)
+    assert level is not None
+    # 36 degrees of freedom: the standard error of a deviation is 1/√72 of it.
+    assert level.deviations[0, 0] == pytest.approx(DEVIATION, rel=4.0 / np.sqrt(72.0))
