@@ -243,11 +243,14 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
         _scatter(result, "sequence", recordings.sequence[::step].astype(float), "sequence", step),
         *([_leg_figure(result)] if result.robot.actuators and recordings.marker is None else []),
     ]
-    size = np.linalg.norm(recordings.wrenches[:, : robot.coordinates.translations], axis=1)
-    blocks.append(_scatter(result, "load", size[::step], "size of the load, N", step))
+    forces, moments = np.split(recordings.wrenches, [robot.coordinates.translations], axis=1)
+    part, unit = (forces, "N") if forces.any() else (moments, "N·m")
+    size = np.linalg.norm(part, axis=1)
+    blocks.append(_scatter(result, "load", size[::step], f"size of the load, {unit}", step))
     coordinate = _telling_coordinate(result)
     poses = recordings.configurations[::step, robot.configuration.index(coordinate)]
-    blocks.append(_scatter(result, "pose", poses, f"{coordinate}, the pose coordinate that tells most", step))
+    if np.ptp(poses) > 0.0:
+        blocks.append(_scatter(result, "pose", poses, f"{coordinate}, the pose coordinate that tells most", step))
     if recordings.time is not None:
         blocks.append(_scatter(result, "time", recordings.time[::step], "time, s", step))
     half = (len(blocks) + 1) // 2
@@ -297,17 +300,20 @@ def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str, step:
 
 
 def _leg_figure(result: Diagnosis) -> Figure:
-    """Residuals as length changes of the actuators."""
+    """Residuals as motions of the actuators."""
     names = result.robot.actuators
+    motion, part = (
+        ("motions of the joints", "joint") if result.robot.kind == "serial" else ("length changes of the legs", "leg")
+    )
     before, after = (_in_legs(result, residuals) for residuals in (result.base.residuals, result.model.fit.residuals))
     return _bars(
         result,
         "legs-figure",
-        "Residuals as length changes of the legs",
+        f"Residuals as {motion}",
         list(names),
         list(before),
         list(after),
-        "Least-squares projection of the residuals onto each leg alone, in standard deviations of that projection.",
+        f"Least-squares projection of the residuals onto each {part} alone, in standard deviations of that projection.",
     )
 
 
