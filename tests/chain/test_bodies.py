@@ -24,7 +24,7 @@ from expdesign.chain.row import row_data
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
-from expdesign.identification.fit import Data, Fit, summarise
+from expdesign.identification.fit import Data, Fit, fit, summarise
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 
@@ -223,6 +223,30 @@ def test_moments_of_a_weight_do_not_determine_single_elements_of_a_compliance() 
     tilted = replace(data, wrenches=_across(data.wrenches, np.array([0.6, 0.0, -0.8])))
     undetermined = ~_fitted(effect, values, tilted).determined
     np.testing.assert_array_equal(undetermined, [True, False, True, False, True, False])
+
+
+def test_what_a_weight_does_not_tell_stays_small_and_serves_other_loads() -> None:
+    """On a floor that leans by 0.5° M_z is 0.009 M_y, and C_yz·M_z would do what C_yy·M_y does.
+
+    The body leans otherwise in the second file, where a compliance that is shared out wrongly misses by far.
+    """
+    effects = (SupportCompliance(BODY, "base", "rotation"), SupportNonlinearity(BODY, "base", "lift-off about x"))
+    truth = np.array([2e-6, 3e-6, 0.0, 2e-7, 0.0, 0.0, 1e-6, 40.0])
+    first, second = np.array([0.0, 0.009, -1.0]), np.array([0.015, -0.01, -1.0])
+    data = recordings(count=80, axes=(3, 4))
+    points, others = (
+        replace(data, wrenches=_across(data.wrenches, g), absolute=_across(data.absolute, g))
+        for g in (first / np.linalg.norm(first), second / np.linalg.norm(second))
+    )
+    points = replace(points, deflections=predicted(effects, truth, points)[:, 3:5])
+    assert points.deviations is not None
+    fitting = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    chain = Chain(BODY, effects)
+    found = fit(chain, fitting, np.array([*np.zeros(6), 1e-6, 20.0]))
+    assert not found.determined.all()
+    assert found.chi2 < 1e-3
+    miss = (predicted(effects, found.values, others) - predicted(effects, truth, others))[:, 3:5]
+    assert np.sqrt((miss**2).mean()) < 0.5 * DEVIATIONS[3]
 
 
 def _across(wrenches: Array, gravity: Array) -> Array:

@@ -18,6 +18,8 @@ CONVERGED = 1e-10
 """Relative fall of the sum of squares below which a fit has settled."""
 _ROUNDING = 1e-6
 """Standard deviations; see `_telling`."""
+_ROUNDED_DATA = 1e-7
+"""Singular values of the scaled sensitivities below this fraction of the largest may be the rounding of a file."""
 LARGEST_DAMPING = 1e8
 IDLE_DEVIATION = 1.0
 """Relative standard deviation of the compliance of an idle actuator, which stays that of the robot file."""
@@ -115,11 +117,43 @@ def fit(
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
     result = summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
+    if chain.markers is None and not result.determined.all():
+        result = _least(result, data, prior)
     if chain.markers is not None and chain.markers.held:
         # Held is not known: what depends on it is as uncertain as it is.
         uncertain = summarise(chain, data, result.values, chain.knowledge(released=True))
         result = replace(result, covariance=uncertain.covariance)
     return result
+
+
+def _least(found: Fit, data: Data, prior: tuple[FloatArray, FloatArray] | None) -> Fit:
+    """The same fit, as near to neutral as it can be in typical sizes of the parameters, where some are not determined.
+
+    Steps are scaled by how much each parameter moves the readings, so that what two of them do alike is shared out
+    by readings and not by size: one that hardly shows becomes huge, and predictions under loads of another kind
+    explode. Along what the data do not determine the least parameters are taken instead.
+    """
+    scales = found.chain.scales()
+    matrix = _telling(as_matrix(found.sensitivities) * scales)
+    if prior is not None:
+        matrix = np.vstack([matrix, np.diag(scales / prior[1])])
+    columns = np.linalg.norm(matrix, axis=0)
+    shown = columns > 0.0
+    if not shown.any():
+        return found
+    reduced: FloatArray = np.asarray(np.linalg.qr(matrix[:, shown] / columns[shown], mode="r"))
+    _, singular, right = np.linalg.svd(reduced)
+    singular = np.concatenate([singular, np.zeros(len(right) - len(singular))])
+    hidden = right[singular < _ROUNDED_DATA * singular[0]] / columns[shown]
+    if not len(hidden):
+        return found
+    across: FloatArray = np.asarray(np.linalg.qr(hidden.T)[0])
+    away = (found.values - found.chain.start())[shown] / scales[shown]
+    values = found.values.copy()
+    values[shown] -= across @ (across.T @ away) * scales[shown]
+    nearer = summarise(found.chain, data, np.clip(values, *found.chain.bounds()), prior)
+    # What is not linear, or a bound, may stand in the way.
+    return nearer if nearer.chi2 <= found.chi2 + _ROUNDING * max(found.chi2, 1.0) else found
 
 
 def idle_knowledge(idle: BoolArray, parameters: int) -> tuple[FloatArray, FloatArray] | None:
