@@ -5,6 +5,7 @@ The recordings are looked for in the folder that the environment variable EXPDES
 """
 
 import json
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -18,7 +19,8 @@ from expdesign.identification.identify import identify
 from expdesign.recordings.reader import read_recordings
 from expdesign.robots.robot_file import read_robot
 
-OUT = Path(__file__).resolve().parents[2] / "results" / "real"
+ROOT = Path(__file__).resolve().parents[2]
+OUT = ROOT / "results" / "real"
 
 
 def run(case: Case, root: Path) -> dict[str, object]:
@@ -44,7 +46,14 @@ def run(case: Case, root: Path) -> dict[str, object]:
             for f in result.findings
         ),
         "seconds": seconds,
+        "state": _state(),
     }
+
+
+def _state() -> str:
+    """The last commit of the package, which made the page."""
+    command = ["git", "log", "-1", "--format=%h", "--", "src"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
 
 
 def summary(rows: list[dict[str, object]]) -> str:
@@ -59,16 +68,19 @@ def summary(rows: list[dict[str, object]]) -> str:
         "data under Apache 2.0.",
         "",
         "Held-out errors are in standard deviations as the recordings state them (1 is the noise). CPU is of",
-        "`diagnose` on one core.",
+        "`diagnose` on one core. The state is the last commit of the package when the page was made.",
         "",
-        "| file | rows | verdict | held out, base model | held out, now | physics | CPU, s |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| file | rows | verdict | held out, base model | held out, now | physics | CPU, s | state |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     lines += [
         f"| [{row['name']}]({row['name']}.md) | {row['rows']} | {row['verdict']} | {row['before']:.3g} | "
-        f"{row['after']:.3g} | {row['effects'] or 'none'} | {row['seconds']:.0f} |"
+        f"{row['after']:.3g} | {row['effects'] or 'none'} | {row['seconds']:.0f} | {row.get('state', 'unknown')} |"
         for row in rows
     ]
+    notes = OUT / "notes.md"
+    if notes.is_file():
+        lines += ["", notes.read_text(encoding="utf-8").rstrip()]
     return "\n".join(lines) + "\n"
 
 
