@@ -6,16 +6,15 @@ from functools import cache, cached_property
 import numpy as np
 import pandas as pd
 from tests.cases import ROBOTS, robot
+from tests.chain.kinds import KINDS
 from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.plugins import implementations
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.parallel import ParallelRobot
 
-KINDS: list[type[Effect]] = implementations("expdesign.chain.effects", Effect)
 PAYLOAD, WRENCH = "payload", "wrench"
 
 

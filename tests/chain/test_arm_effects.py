@@ -6,7 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.chain.arm_rows import KINDS, arm_rows, six_axis
+from tests.chain.arm_rows import arm_rows, six_axis
+from tests.chain.kinds import KINDS
 from tests.identification.experiments import read
 from tests.oracle import Array
 

@@ -9,7 +9,8 @@ import pytest
 from tests.cases import robot
 from tests.chain import bodies
 from tests.chain.arm_rows import arm_rows, six_axis
-from tests.chain.places import KINDS, PAYLOAD, WRENCH, Place, away_from_neutral, one_of_each, places, recordings, rows
+from tests.chain.kinds import KINDS
+from tests.chain.places import PAYLOAD, WRENCH, Place, away_from_neutral, one_of_each, places, recordings, rows
 from tests.identification.experiments import read
 from tests.oracle import Array
 

@@ -10,7 +10,8 @@ import pytest
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 from tests.cases import ROBOTS, robot
-from tests.chain.places import KINDS, PAYLOAD, WRENCH, recordings, rows
+from tests.chain.kinds import kind_for
+from tests.chain.places import PAYLOAD, WRENCH, recordings, rows
 from tests.identification.experiments import read
 from tests.oracle import Array
 
@@ -25,11 +26,7 @@ ROBOT = "irregular"
 
 
 def effect(physics: str, component: str, variant: str = "", name: str = ROBOT) -> Effect:
-    here, points = robot(name), recordings(name)
-    kinds = [kind for kind in KINDS if kind.physics == physics]
-    # Some physics is another effect on another kind of robot.
-    kind = next((kind for kind in kinds if kind.places(here, points)), kinds[0])
-    return kind(here, component, variant)
+    return kind_for(robot(name), recordings(name), physics)(robot(name), component, variant)
 
 
 def predicted(one: Effect, parameters: list[float], frame: pd.DataFrame) -> Array:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from tests.cases import ROBOTS, robot
+from tests.chain.kinds import kind_for
 from tests.identification.experiments import experiment, table_of
 
 from expdesign.chain.chain import Chain
@@ -11,7 +12,7 @@ from expdesign.compensation.prediction import predict, propagated, require_histo
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model, robot_effect_classes
+from expdesign.identification.model_file import Model
 from expdesign.recordings.reader import points_from_table
 
 
@@ -22,9 +23,9 @@ def model_of(chain: Chain, values: np.ndarray, covariance: np.ndarray | None = N
 
 
 def effect(physics: str, component: str, name: str = "H1", variant: str | None = None) -> Effect:
-    cls = next(cls for cls in robot_effect_classes() if cls.physics == physics)
     made = experiment(name, 4)
-    candidates = cls.candidates(robot(name), made.recordings(made.exact))
+    points = made.recordings(made.exact)
+    candidates = kind_for(robot(name), points, physics).candidates(robot(name), points)
     return next(
         candidate
         for candidate in candidates
@@ -95,8 +96,7 @@ def test_history_is_asked_for_where_the_model_depends_on_it(physics: str, compon
         here = effect(physics, component)
     except StopIteration:
         # The recordings of the experiment cannot show it; the effect itself can be made all the same.
-        cls = next(cls for cls in robot_effect_classes() if cls.physics == physics)
-        here = cls(robot("H1"), component)
+        here = kind_for(robot("H1"), made.recordings(made.exact), physics)(robot("H1"), component)
     model = model_of(Chain(robot("H1"), (here,)), Chain(robot("H1"), (here,)).start())
     bare = table_of(frame.drop(columns=["sequence", "series"]))
     if physics == "leg_backlash":
