@@ -77,10 +77,10 @@ class Processes(Engine):
                             index = waiting.popleft()
                             running[pool.submit(work, tasks[index])] = index
                         for future in wait(running, return_when=FIRST_COMPLETED).done:
-                            if not isinstance(future.exception(), BrokenProcessPool):
+                            if not _lost(future):
                                 yield running.pop(future), future.result()
-                        if any(future.done() for future in running):
-                            break  # of the rest, all are lost with the worker
+                        if any(_lost(future) for future in running):
+                            break  # the others are lost with it
                 except BrokenProcessPool:
                     pass
             for index in sorted(running.values(), reverse=True):
@@ -90,6 +90,11 @@ class Processes(Engine):
             if often:
                 what = f"worker processes ended {MOST_ATTEMPTS} times while they did the same work"
                 raise WorkersError(what, remedy="Is there enough memory? Use fewer workers.")
+
+
+def _lost(future: Future[Any]) -> bool:
+    """Whether a task ended because a worker did."""
+    return future.done() and isinstance(future.exception(), BrokenProcessPool)
 
 
 @contextmanager

@@ -1,0 +1,24 @@
+"""Every task is done once, however slowly its results are taken."""
+
+import time
+from pathlib import Path
+
+from expdesign.sweeps.engine import Processes
+
+
+def leave_a_mark(task: tuple[str, int]) -> int:
+    folder, number = task
+    with (Path(folder) / f"{number}.txt").open("a", encoding="utf-8") as stream:
+        stream.write("done\n")
+    return number
+
+
+def test_a_slow_reader_of_results_makes_no_work_twice(tmp_path: Path) -> None:
+    """While a result is written others arrive, which once was taken for the end of their worker."""
+    tasks = [(str(tmp_path), number) for number in range(12)]
+    results = []
+    for index, result in Processes(2).execute(leave_a_mark, tasks):
+        time.sleep(0.05)
+        results.append((index, result))
+    assert sorted(results) == [(number, number) for number in range(12)]
+    assert [(tmp_path / f"{number}.txt").read_text() for number in range(12)] == ["done\n"] * 12
