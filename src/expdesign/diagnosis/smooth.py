@@ -18,6 +18,8 @@ from expdesign.identification.fit import Fit
 
 _EXTREME = 20.0
 """Logarithms of settings beyond which a search has gone astray."""
+HELPS = 0.98
+"""Factor on held-out RMS below which a correction is worth having; less is chance."""
 MOST_ROWS = 1500
 """Rows from which the regression learns; more would cost time, not add accuracy."""
 
@@ -41,8 +43,8 @@ class SmoothCorrection:
 
     @property
     def helps(self) -> bool:
-        """Whether held-out recordings are predicted better with it."""
-        return self.test_after < self.test_before
+        """Whether held-out recordings are predicted noticeably better with it."""
+        return self.test_after < HELPS * self.test_before
 
 
 def smooth_correction(fitted: Fit, sample: Sample, test: BoolArray) -> SmoothCorrection:

@@ -81,12 +81,16 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
     texts += result.caveats
-    if result.correction is not None:
+    if result.correction is not None and result.correction.helps:
         correction = result.correction
         texts.append(
             f"A smooth interpolation of the residuals over pose, load and time (correction.csv) would predict held-out "
             f"recordings to {words.number(correction.test_after)} instead of {words.number(correction.test_before)} "
             "standard deviations; it says nothing about the cause and is no part of the model."
+        )
+    elif result.correction is not None:
+        texts.append(
+            "A smooth interpolation of the residuals over pose, load and time predicts held-out recordings no better."
         )
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
