@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.chain.arm_rows import KINDS, arm_rows, concealed, six_axis
+from tests.chain.arm_rows import arm_rows, concealed, six_axis
+from tests.chain.kinds import KINDS
 
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
