@@ -1,5 +1,7 @@
 """What the search for physics charges, keeps and says of its alternatives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.cases import robot
@@ -155,6 +157,15 @@ def test_held_out_rows_are_not_fitted(marked: bool) -> None:
     # The leverage of held-out rows is about p/M of the fitted ones, at most a few times that.
     assert 1.0 - 4.0 * np.sqrt(2.0 / (held_readings * count)) < held < 1.0 + 6.0 * 2.0 / readings
     assert surprise == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (held_readings * count)))
+
+
+def test_ignorance_excuses_held_out_errors_up_to_the_size_of_the_noise() -> None:
+    test = np.arange(24) % 4 == 0
+    sample = sample_of(NAME, simulated(NAME), ~test)
+    base = base_fit(NAME, sample)
+    vague = replace(base, covariance=1e12 * base.covariance)
+    errors = held_out(base, vague, sample, test, np.zeros(24, dtype=bool))
+    assert errors.test_surprise == pytest.approx(errors.test_after / np.sqrt(2.0), rel=1e-6)
 
 
 def test_a_smooth_mismatch_is_corrected_and_noise_is_not() -> None:

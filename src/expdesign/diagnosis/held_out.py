@@ -89,10 +89,11 @@ def _rms_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
 def _surprise_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
     """RMS of whitened residuals of rows that were not fitted, each divided by its expected size √(1 + s·Σ·sᵀ).
 
-    Parameters that the fitted rows do not determine count as known, so that ignorance excuses nothing.
+    Ignorance excuses at most as much as the noise does: s·Σ·sᵀ counts up to 1, and parameters that the fitted rows do
+    not determine count as known. A fit that explodes on held-out rows is never an explanation.
     """
     residuals, sensitivities = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
     s = sensitivities[..., fitted.determined]
     covariance = fitted.covariance[np.ix_(fitted.determined, fitted.determined)]
-    expected = 1.0 + np.einsum("nkp,pq,nkq->nk", s, covariance, s)
+    expected = 1.0 + np.minimum(np.einsum("nkp,pq,nkq->nk", s, covariance, s), 1.0)
     return rms(residuals / np.sqrt(expected), chosen)
