@@ -11,6 +11,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.arm import ArmEffect
 from expdesign.chain.components import each_joint, turning
 from expdesign.chain.effect import Parameter
+from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
@@ -53,18 +54,10 @@ class JointPeriodicError(ArmEffect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        angle = 2.0 * ca.pi * row.lengths[self.leg] / theta[2]
-        gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.leg] = theta[0] * ca.sin(angle) + theta[1] * ca.cos(angle)
-        return elongation + gained, state
+        return with_periodic_error(elongation, row, self.leg, theta), state
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
-        unit = self.parameters[0].name.split("_")[1]
-        return {
-            f"amplitude_{unit}": ca.sqrt(theta[0] ** 2 + theta[1] ** 2),
-            f"pitch_{unit}": theta[2],
-            "phase_rad": ca.atan2(theta[1], theta[0]),
-        }
+        return amplitude_pitch_phase(theta, self.parameters[0].name.split("_")[1])
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         turns = "amplitude_rad" in values

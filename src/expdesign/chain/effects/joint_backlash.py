@@ -9,14 +9,15 @@ import casadi as ca
 import numpy as np
 
 from expdesign.chain.arm import ArmEffect
-from expdesign.chain.components import each_joint, reference_force, turning
+from expdesign.chain.components import each_joint, turning
 from expdesign.chain.effect import Parameter
+from expdesign.chain.play import SLACK, with_play
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
-_SLACK = 1e-3
-"""N·m or N; a joint with less torque than this rests where it rested unloaded."""
+_ENDS = {"middle": (0.5, -0.5), "low": (1.0, 0.0), "high": (0.0, -1.0)}
+"""Ends of the gap, in gaps, relative to where a joint without torque rests."""
 
 
 class JointBacklash(ArmEffect):
@@ -36,7 +37,7 @@ class JointBacklash(ArmEffect):
         own = own + (reference[:, None, :] @ robot.jacobians(points.configurations).forward)[:, 0]
         places = []
         for index, joint in enumerate(joints):
-            free = bool(np.any(np.abs(own[:, index]) <= _SLACK))
+            free = bool(np.any(np.abs(own[:, index]) <= SLACK))
             places += [(joint, rest) for rest in (("middle", "low", "high") if free else ("middle",))]
         return places
 
@@ -46,15 +47,7 @@ class JointBacklash(ArmEffect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        before = reference_force(row)[self.leg]
-        gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.leg] = theta[0] * (self._place(before + force[self.leg]) - self._place(before))
-        return elongation + gained, state
-
-    def _place(self, force: ca.SX) -> ca.SX:
-        """Place within the gap, in gaps, relative to where a joint without torque rests."""
-        high, low = {"middle": (0.5, -0.5), "low": (1.0, 0.0), "high": (0.0, -1.0)}[self.variant]
-        return ca.if_else(force > _SLACK, high, ca.if_else(force < -_SLACK, low, 0.0))
+        return with_play(elongation, force, row, self.leg, theta[0], _ENDS[self.variant]), state
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         name, value = next(iter(values.items()))

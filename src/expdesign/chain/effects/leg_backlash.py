@@ -2,14 +2,15 @@
 
 import casadi as ca
 
-from expdesign.chain.components import each_leg, reference_force
+from expdesign.chain.components import each_leg
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.play import with_play
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
-_SLACK = 1e-3
-"""N; a leg with less force than this rests where it rested unloaded."""
+_ENDS = {"middle": (0.5, -0.5), "short": (1.0, 0.0), "long": (0.0, -1.0)}
+"""Long and short end of the gap, in gaps, relative to where the unloaded leg rests."""
 
 
 class LegBacklash(Effect):
@@ -30,15 +31,7 @@ class LegBacklash(Effect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        before = reference_force(row)[self.leg]
-        gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.leg] = theta[0] * (self._place(before + force[self.leg]) - self._place(before))
-        return elongation + gained, state
-
-    def _place(self, force: ca.SX) -> ca.SX:
-        """Place within the gap, in gaps, relative to where the unloaded leg rests."""
-        long_end, short_end = {"middle": (0.5, -0.5), "short": (1.0, 0.0), "long": (0.0, -1.0)}[self.variant]
-        return ca.if_else(force > _SLACK, long_end, ca.if_else(force < -_SLACK, short_end, 0.0))
+        return with_play(elongation, force, row, self.leg, theta[0], _ENDS[self.variant]), state
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         gap, low, high = (1e6 * value for value in values["gap_m"])
