@@ -22,7 +22,6 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.compensation.compensate import compensate
-from expdesign.compensation.monte_carlo.comparison import mean, root_mean_square
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan, csv_text, plan_frame
 from expdesign.design.problem import DesignProblem
@@ -39,6 +38,7 @@ from expdesign.recordings.reader import points_from_table, recordings_from_table
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.report.blocks import DataTable, Download, Figure, Section, Steps
 from expdesign.report.page import Page, render
+from expdesign.validation.comparison import mean, root_mean_square
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from expdesign.compensation.monte_carlo.compensation import ExactCompensation
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.design.plan import Plan
 from expdesign.design.problem_file import read_problem
 from expdesign.design.start import starting_designs
 from expdesign.files.output import write_file
+from expdesign.validation.compensation import ExactCompensation
+from expdesign.validation.simulation import simulate
 
 BATCH = 10_000
 

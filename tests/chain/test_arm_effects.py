@@ -14,12 +14,12 @@ from tests.oracle import Array
 from expdesign.chain.arm import ArmEffect, link_span
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.geometric_stiffness_of_arms import ArmGeometricStiffness
-from expdesign.chain.effects.joint_backlash import JointBacklash
-from expdesign.chain.effects.joint_compliance import JointCompliance, across
-from expdesign.chain.effects.joint_position_error_of_arms import ArmGeometry
-from expdesign.chain.effects.link_compliance import LinkCompliance
-from expdesign.chain.effects.logged_before_settled import LoggedBeforeSettled
+from expdesign.chain.effects.joints.backlash import JointBacklash
+from expdesign.chain.effects.joints.geometric_stiffness import ArmGeometricStiffness
+from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance, across
+from expdesign.chain.effects.joints.position_error import ArmGeometry
+from expdesign.chain.effects.joints.unsettled_reading import LoggedBeforeSettled
+from expdesign.chain.effects.links.compliance import LinkCompliance
 from expdesign.chain.row import row_data
 from expdesign.recordings.recordings import Recordings
 

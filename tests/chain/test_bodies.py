@@ -12,14 +12,14 @@ from tests.oracle import Array
 from expdesign.chain import chain as chain_module
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.base_compliance import BaseCompliance
-from expdesign.chain.effects.instrument_misalignment import InstrumentMisalignment
-from expdesign.chain.effects.support_compliance import SupportCompliance
-from expdesign.chain.effects.support_creep import SupportCreep
-from expdesign.chain.effects.support_friction import SupportFriction
-from expdesign.chain.effects.support_nonlinearity import SupportNonlinearity
-from expdesign.chain.effects.support_play import SupportPlay
-from expdesign.chain.effects.support_rocking import SupportRocking
+from expdesign.chain.effects.base.compliance import BaseCompliance
+from expdesign.chain.effects.instrument.misalignment import InstrumentMisalignment
+from expdesign.chain.effects.support.compliance import SupportCompliance
+from expdesign.chain.effects.support.creep import SupportCreep
+from expdesign.chain.effects.support.friction import SupportFriction
+from expdesign.chain.effects.support.nonlinearity import SupportNonlinearity
+from expdesign.chain.effects.support.play import SupportPlay
+from expdesign.chain.effects.support.rocking import SupportRocking
 from expdesign.chain.row import row_data
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose

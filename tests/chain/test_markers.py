@@ -12,8 +12,8 @@ from tests.oracle import Array
 
 from expdesign.chain.arm import moment_at, with_links_beyond
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.geometric_error import GeometricError
-from expdesign.chain.effects.thermal_drift_of_instruments import InstrumentDrift
+from expdesign.chain.effects.instrument.drift import InstrumentDrift
+from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.markers import MarkerReading, reading_of
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.compensation.prediction import predict

@@ -12,8 +12,8 @@ from tests.robots.arms import ARMS, Oracle, serial_robot
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joint_compliance import JointCompliance
-from expdesign.chain.effects.payload_mass_error_of_links import LinkMassError
+from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
+from expdesign.chain.effects.links.mass_error import LinkMassError
 from expdesign.chain.markers import reading_of
 from expdesign.chain.row import row_data
 from expdesign.robots.robot_file import read_robot

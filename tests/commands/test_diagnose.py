@@ -10,7 +10,7 @@ import pytest
 from tests.commands.calls import ROOT, call
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.leg_backlash import LegBacklash
+from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
 from expdesign.design.plan import csv_text
 from expdesign.files.table import parse_table

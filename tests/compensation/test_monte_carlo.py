@@ -11,12 +11,6 @@ from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
 from tests.virtual_laboratory.conftest import ROBOTS as HEXAPODS
 
-from expdesign.compensation.monte_carlo.comparison import root_mean_square, standard_deviation
-from expdesign.compensation.monte_carlo.compensation import TOLERANCE, ExactCompensation
-from expdesign.compensation.monte_carlo.equilibrium import Equilibrium
-from expdesign.compensation.monte_carlo.plants import EquilibriumPlant, ExplicitPlant
-from expdesign.compensation.monte_carlo.repeated import repeat
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.criteria.targets import Targets
 from expdesign.design.plan import Plan
 from expdesign.elastostatics.geometric_stiffness import geometric_stiffness
@@ -26,6 +20,12 @@ from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.instrument.drawn_errors import drawn_load_errors
 from expdesign.loads.payload import Payload
 from expdesign.loads.wrench import Wrench
+from expdesign.validation.comparison import root_mean_square, standard_deviation
+from expdesign.validation.compensation import TOLERANCE, ExactCompensation
+from expdesign.validation.equilibrium import Equilibrium
+from expdesign.validation.plants import EquilibriumPlant, ExplicitPlant
+from expdesign.validation.repeated import repeat
+from expdesign.validation.simulation import simulate
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 

@@ -1,6 +1,6 @@
 """DUIR, FEIR and total against Monte-Carlo of the whole method with the exact non-linear compensation (theory.md 8).
 
-The repetitions are those of `compensation/monte_carlo`, which is held against an independent implementation in
+The repetitions are those of `validation`, which is held against an independent implementation in
 tests/compensation/test_monte_carlo.py.
 """
 
@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.cases import ALL_ERRORS, ROBOTS, setup
 
-from expdesign.compensation.monte_carlo.comparison import mean
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.criteria.criterion import known_criteria
+from expdesign.validation.comparison import mean
+from expdesign.validation.simulation import simulate
 
 SAMPLES = 100_000
 MEASUREMENTS = 4

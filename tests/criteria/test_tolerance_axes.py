@@ -6,8 +6,6 @@ from scipy.spatial.transform import Rotation
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.compensation.monte_carlo.comparison import standard_deviation
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.accuracy_map import accuracy_maps
 from expdesign.design.body_axes import body_axes
@@ -15,6 +13,8 @@ from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
 from expdesign.errors import InputError
+from expdesign.validation.comparison import standard_deviation
+from expdesign.validation.simulation import simulate
 
 ANGLES = [0.1, 0.15, 0.0]
 

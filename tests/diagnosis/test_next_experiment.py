@@ -8,7 +8,7 @@ import pytest
 from tests.commands.calls import ROBOT
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.leg_backlash import LegBacklash
+from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
 from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose

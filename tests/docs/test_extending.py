@@ -19,8 +19,8 @@ from expdesign.design.search import search
 from expdesign.files.yaml_reader import parse_yaml
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
-from expdesign.studies.making import read_frame
-from expdesign.studies.study import known_studies
+from thesis_studies.making import read_frame
+from thesis_studies.study import known_studies
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'```python title="src/([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))

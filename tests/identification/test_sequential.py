@@ -11,15 +11,15 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
-from expdesign.design.start import reachable_measurements
-from expdesign.identification.recorded_knowledge import recorded_knowledge
-from expdesign.identification.sequential import (
+from expdesign.design.sequential import (
     Knowledge,
     expected_total,
     knowledge_of,
     next_measurements,
     together,
 )
+from expdesign.design.start import reachable_measurements
+from expdesign.identification.recorded_knowledge import recorded_knowledge
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.recordings.reader import recordings_from_table
 

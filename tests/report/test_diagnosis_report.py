@@ -14,7 +14,7 @@ from tests.identification.experiments import read
 from tests.report.conftest import EVIL_NAME
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.leg_backlash import LegBacklash
+from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.recordings.recordings import Recordings

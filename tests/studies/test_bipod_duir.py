@@ -7,10 +7,10 @@ import pytest
 from tests import oracle
 
 from expdesign.design.problem_file import problem_from_document
-from expdesign.studies.bipod_duir import BipodDuir
-from expdesign.studies.making import prepare, read_frame
-from expdesign.studies.position_maps import plan_at
-from expdesign.studies.study import Tables
+from thesis_studies.bipod_duir import BipodDuir
+from thesis_studies.making import prepare, read_frame
+from thesis_studies.position_maps import plan_at
+from thesis_studies.study import Tables
 
 ROOT = Path(__file__).parents[2]
 

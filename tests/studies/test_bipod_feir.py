@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.design.problem_file import problem_from_document
-from expdesign.studies.bipod_feir import BipodFeir
-from expdesign.studies.making import prepare, read_frame
-from expdesign.studies.position_maps import plan_at
+from expdesign.validation.simulation import simulate
+from thesis_studies.bipod_feir import BipodFeir
+from thesis_studies.making import prepare, read_frame
+from thesis_studies.position_maps import plan_at
 
 ROOT = Path(__file__).parents[2]
 BASE, LOAD = np.array([[-0.5, 0.0], [0.5, 0.0]]), np.array([0.0, -1000.0])

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from expdesign.compensation.error_norm import planar_norm_moments
-from expdesign.studies.bipod_pareto import BipodPareto, behind
-from expdesign.studies.making import read_frame
+from thesis_studies.bipod_pareto import BipodPareto, behind
+from thesis_studies.making import read_frame
 
 ROOT = Path(__file__).parents[2]
 

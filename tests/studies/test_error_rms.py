@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.design.problem_file import read_problem
-from expdesign.studies.error_rms import ErrorRms, _plans
-from expdesign.studies.making import prepare, read_frame
+from expdesign.validation.simulation import simulate
+from thesis_studies.error_rms import ErrorRms, _plans
+from thesis_studies.making import prepare, read_frame
 
 ROOT = Path(__file__).parents[2]
 

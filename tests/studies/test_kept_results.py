@@ -13,9 +13,9 @@ import pandas as pd
 import pytest
 from matplotlib import __version__ as matplotlib_version
 
-from expdesign.studies.making import Prepared, digest, prepare, presentation, read_frame, scores, sha256, table_text
-from expdesign.studies.page import index_text
-from expdesign.studies.study import known_studies
+from thesis_studies.making import Prepared, digest, prepare, presentation, read_frame, scores, sha256, table_text
+from thesis_studies.page import index_text
+from thesis_studies.study import known_studies
 
 ROOT = Path(__file__).parents[2]
 CONFIGURATIONS, KEPT = ROOT / "configs" / "studies", ROOT / "results" / "studies"

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from expdesign.design.problem_file import problem_from_document
-from expdesign.studies.making import prepare, read_frame
-from expdesign.studies.scaled_errors import ScaledErrors, corrected_limit
+from thesis_studies.making import prepare, read_frame
+from thesis_studies.scaled_errors import ScaledErrors, corrected_limit
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,8 +9,8 @@ from tests import oracle
 
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot_file import read_robot
-from expdesign.studies.making import read_frame
-from expdesign.studies.stiffness_mapping import StiffnessMapping
+from thesis_studies.making import read_frame
+from thesis_studies.stiffness_mapping import StiffnessMapping
 
 ROOT = Path(__file__).parents[2]
 

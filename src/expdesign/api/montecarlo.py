@@ -8,12 +8,12 @@ import pandas as pd
 
 from expdesign.api.evaluate import evaluate
 from expdesign.api.inputs import Config, PathLike, TableInput
-from expdesign.compensation.monte_carlo.plants import PLANTS
-from expdesign.compensation.monte_carlo.repeated import Repeated, repeat
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.drawn_errors import Distribution
 from expdesign.report.page import Page
+from expdesign.validation.plants import PLANTS
+from expdesign.validation.repeated import Repeated, repeat
 
 MOST_SAMPLES = 5_000_000
 DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")

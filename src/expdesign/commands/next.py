@@ -9,12 +9,12 @@ import typer
 from expdesign.commands.console import note, note_unknown_columns
 from expdesign.design.plan import Plan, csv_text, plan_frame, read_plan
 from expdesign.design.problem_file import read_problem
+from expdesign.design.sequential import next_measurements
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.files.output import write_file
 from expdesign.files.table import read_table
 from expdesign.identification.identify import identify
 from expdesign.identification.recorded_knowledge import recorded_knowledge
-from expdesign.identification.sequential import next_measurements
 from expdesign.recordings.reader import recordings_from_table, require_measured
 
 MOST = 24

@@ -29,8 +29,8 @@ def command(
     except ImportError:
         remedy = "Install it: pip install 'expdesign[studies]'."
         raise InputError("studies draw with matplotlib, which is not installed", remedy=remedy) from None
-    from expdesign.studies.making import make, prepare, write_index  # noqa: PLC0415
-    from expdesign.studies.study import known_studies  # noqa: PLC0415
+    from thesis_studies.making import make, prepare, write_index  # noqa: PLC0415
+    from thesis_studies.study import known_studies  # noqa: PLC0415
 
     wanted = list(known_studies()) if name == "all" else [name]
     require_writable(out)

@@ -13,10 +13,10 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.comparison.contenders import Contender
-from expdesign.compensation.monte_carlo.simulation import simulate
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import NotIdentifiableError
+from expdesign.validation.simulation import simulate
 
 ATTAINED = "attained"
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
+from expdesign.design.sequential import Knowledge
 from expdesign.elastostatics.maps import cartesian_compliance, observation_matrix
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.identify import identify, reference_rows
-from expdesign.identification.sequential import Knowledge
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 

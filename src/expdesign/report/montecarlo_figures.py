@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.compensation.monte_carlo.repeated import Repeated
 from expdesign.design.plan import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import Download, Figure
+from expdesign.validation.repeated import Repeated
 
 CAUSE_NAMES = {"duir": "measurement noise", "feir": "load errors", "total": "both"}
 _COLOURS = {"duir": "var(--noise)", "feir": "var(--load)", "total": "var(--total)"}

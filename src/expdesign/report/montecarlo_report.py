@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.compensation.monte_carlo.repeated import Repeated
 from expdesign.design.plan import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
@@ -19,6 +18,7 @@ from expdesign.report.blocks import (
 )
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.page import Page
+from expdesign.validation.repeated import Repeated
 
 CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
 

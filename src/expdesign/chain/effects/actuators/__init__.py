@@ -1,0 +1,1 @@
+"""Physics that legs and driven joints have alike."""

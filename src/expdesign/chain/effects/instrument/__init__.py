@@ -1,0 +1,1 @@
+"""The instrument does not read what it seems to."""

@@ -1,0 +1,1 @@
+"""Physics of the joints of an arm."""

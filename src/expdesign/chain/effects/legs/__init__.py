@@ -1,0 +1,1 @@
+"""Physics of single legs: their play, screws, passive joints and geometry."""

@@ -1,0 +1,1 @@
+"""Physics of the links of an arm."""

@@ -1,0 +1,1 @@
+"""The load is not the assumed one."""

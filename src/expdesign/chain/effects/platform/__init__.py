@@ -1,0 +1,1 @@
+"""The platform and the mount of the payload."""

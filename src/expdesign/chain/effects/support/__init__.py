@@ -1,0 +1,1 @@
+"""What a body stands on."""

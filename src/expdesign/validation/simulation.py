@@ -1,0 +1,129 @@
+"""Many repetitions of experiment, identification and exact compensation (theory.md 8)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.assessment import Assessment
+from expdesign.design.plan import Plan
+from expdesign.design.problem import DesignProblem
+from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
+from expdesign.validation.compensation import ExactCompensation
+from expdesign.validation.plants import ExplicitPlant, Plant
+
+_BATCH = 10_000
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What s repetitions attained at t targets, beside what theory predicts.
+
+    Attributes:
+        errors: attained minus wanted pose (m, rad), along the axes of the tolerances, shape (s, t, n).
+        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p).
+        assessment: of the plan; its criteria are the prediction.
+        noise: whether the readings had noise.
+        load_errors: whether the loads had errors.
+        residual: largest remaining error of the predicted pose at a command (m, rad).
+    """
+
+    errors: FloatArray
+    estimates: FloatArray
+    assessment: Assessment
+    noise: bool
+    load_errors: bool
+    residual: float
+
+    @property
+    def predicted_covariance(self) -> FloatArray:
+        """U and Z·Σ_F·Zᵀ, as far as their causes were drawn, shape (t, n, n)."""
+        total = np.zeros((*self.errors.shape[1:], self.errors.shape[-1]))
+        if self.noise:
+            root = self.assessment.noise_root[0]
+            total += root @ root.swapaxes(-1, -2)
+        if self.load_errors:
+            root = self.assessment.force_root[0]
+            total += root @ root.swapaxes(-1, -2)
+        return total
+
+
+def simulate(
+    problem: DesignProblem,
+    plan: Plan,
+    samples: int,
+    seed: int,
+    *,
+    noise: bool = True,
+    load_errors: bool = True,
+    plant: type[Plant] = ExplicitPlant,
+    distribution: Distribution = "normal",
+) -> Simulation:
+    """Repeat the experiment of a plan `samples` times, identify, and compensate at every target.
+
+    The true compliances are those of the robot file. Every batch has a seed of its own, and noise and load errors have
+    streams of their own: switching one off does not change the other.
+
+    Args:
+        problem: robot, noise, load errors and targets.
+        plan: what is measured.
+        samples: number of repetitions.
+        seed: of all random numbers.
+        noise: whether the readings have noise.
+        load_errors: whether the loads have errors.
+        plant: what is measured and commanded.
+        distribution: of the load errors.
+
+    Raises:
+        NotIdentifiableError: the plan does not identify what a target needs.
+        ConvergenceError: a compensation has no command, or a robot does not come to rest.
+    """
+    problem.require_elastostatic("experiments can be repeated")
+    assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
+    error = problem.unidentified(assessment)
+    if error is not None:
+        raise error
+    robot = plant(problem.loaded, plan)
+    gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
+    pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
+    compensations = [ExactCompensation(problem.loaded, *pair, robot.true) for pair in pairs]
+    errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
+    estimates = np.empty((samples, len(robot.true)))
+    residual, axes = 0.0, problem.targets.axes
+    for batch, start in enumerate(range(0, samples, _BATCH)):
+        rows = slice(start, min(start + _BATCH, samples))
+        readings = _readings(problem, plan, robot, rows.stop - start, (seed, batch), noise, load_errors, distribution)
+        estimates[rows] = readings.reshape(rows.stop - start, -1) @ gain
+        for index, (compensation, (target, wrench)) in enumerate(zip(compensations, pairs, strict=True)):
+            attained = compensation.attained(estimates[rows])
+            found = robot.errors(attained, target, wrench)
+            errors[rows, index] = found if axes is None else found @ axes[index].T
+            residual = max(residual, attained.residual)
+    return Simulation(errors, estimates, assessment, noise, load_errors, residual)
+
+
+def _readings(
+    problem: DesignProblem,
+    plan: Plan,
+    plant: Plant,
+    count: int,
+    seeds: tuple[int, int],
+    noise: bool,
+    load_errors: bool,
+    distribution: Distribution,
+) -> FloatArray:
+    """Measured deflections of `count` repetitions, shape (count, m, n)."""
+    if load_errors and problem.loaded.sources:
+        generator = np.random.default_rng([*seeds, 1])
+        where = (plan.configurations, plan.loads)
+        added = drawn_load_errors(problem.loaded, *where, count, generator, distribution)
+        readings = plant.deflections(added)
+    else:
+        # The deflections without errors are those of every repetition.
+        nothing = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
+        readings = np.repeat(plant.deflections(nothing), count, axis=0)
+    if noise:
+        pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
+        drawn = drawn_noise(problem.noise, plan.series, count, np.random.default_rng([*seeds, 2]), pose_map)
+        readings[..., problem.noise.axes] += drawn
+    return readings
