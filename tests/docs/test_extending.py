@@ -79,7 +79,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
         "expdesign/robots",
         "expdesign/loads/errors",
         "expdesign/chain/effects",
-        "expdesign/studies",
+        "thesis_studies",
     }
 
 
@@ -154,7 +154,7 @@ def test_a_new_effect_is_simulated_and_found(place: Callable[[str], None], tmp_p
 
 def test_a_study(place: Callable[[str], None], tmp_path: Path) -> None:
     """1 kg on two legs at 60°: each carries m·g/(2·sin 60°), and the point sags by m·g·(c₁ + c₂)/(4·sin² 60°)."""
-    place("expdesign/studies/sag.py")
+    place("thesis_studies/sag.py")
     content = {"assumed": ["everything"], "robot": BIPOD["robot"], "masses_kg": [1.0, 10.0]}
     (tmp_path / "sag.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
     assert call("study", "sag", "--configurations", tmp_path, "--out", tmp_path / "out") == 0
