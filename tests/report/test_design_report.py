@@ -1,7 +1,6 @@
 """The numbers in the report of a run are those of its front."""
 
 import io
-import json
 import re
 from dataclasses import replace
 from typing import Any
@@ -14,11 +13,11 @@ from expdesign.design.result import pareto_frame, plan_of
 from expdesign.report import words
 from expdesign.report.design_report import lower_bound_sentence
 from expdesign.report.error_budget import error_budget
+from expdesign.report.page import content_of
 
 
 def content(html: str) -> dict[str, Any]:
-    (text,) = re.findall(r'<script type="application/json" id="report-content">(.*?)</script>', html, flags=re.DOTALL)
-    parsed: dict[str, Any] = json.loads(text)
+    parsed: dict[str, Any] = content_of(html)
     return parsed
 
 

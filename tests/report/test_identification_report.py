@@ -13,6 +13,7 @@ import pytest
 from tests.commands.calls import ROBOT, call, recordings_file
 
 from expdesign.report import words
+from expdesign.report.page import content_of
 
 
 @pytest.fixture(scope="module")
@@ -25,8 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def page(folder: Path) -> dict[str, Any]:
     html = (folder / "report.html").read_text(encoding="utf-8")
-    (text,) = re.findall(r'<script type="application/json" id="report-content">(.*?)</script>', html, flags=re.DOTALL)
-    content: dict[str, Any] = json.loads(text)
+    content: dict[str, Any] = content_of(html)
     return content | {"html": html}
 
 

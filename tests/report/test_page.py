@@ -4,6 +4,7 @@ import itertools
 import json
 import re
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from expdesign.report.blocks import (
     Steps,
     Subheading,
 )
-from expdesign.report.page import Page, embedded_json, plot_text, render
+from expdesign.report.page import Page, content_of, embedded_json, packed, plot_text, render
 
 VOID = {"meta", "input", "br", "link", "hr", "img"}
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(1)> & \"'<!--"
@@ -70,7 +71,7 @@ def page_of_everything(text: str) -> str:
 
 
 def without_plotly(html: str) -> str:
-    return re.sub(r"<script>/\*\*\n\* plotly\.js.*?</script>", "<script></script>", html, flags=re.DOTALL)
+    return re.sub(r'(<script type="text/plain" id="plotly">).*?</script>', r"\1</script>", html, flags=re.DOTALL)
 
 
 @pytest.fixture(scope="module", params=["made up", "hexapod", "bipod"])
@@ -110,15 +111,27 @@ def test_nothing_is_fetched_from_anywhere(html: str) -> None:
 
 
 def test_plotly_is_there_once_and_only_with_figures(html: str) -> None:
-    assert html.count("* plotly.js v") == 1
-    assert "plotly.js v" not in render(Page("t", "s", [Section("a", "A", [Paragraph("p")])]))
+    assert html.count('id="plotly"') == 1
+    assert 'id="plotly"' not in render(Page("t", "s", [Section("a", "A", [Paragraph("p")])]))
 
 
 def test_user_text_never_becomes_markup() -> None:
     structure = Structure(without_plotly(page_of_everything(EVIL)))
     assert [tag for tag, _ in structure.elements].count("img") == 0
-    # Data, plotly and the page's own script; nothing that a text brought along.
-    assert [tag for tag, _ in structure.elements].count("script") == 3
+    # Data, plotly, the page's own script and what unpacks them; nothing that a text brought along.
+    assert [tag for tag, _ in structure.elements].count("script") == 4
+
+
+def test_a_packed_text_cannot_end_its_element_and_unpacks_to_itself() -> None:
+    text = "".join(map(chr, range(1, 2000))) * 20
+    found = str(packed(text))
+    assert not set("<\"'\\/") & set(found)
+    page = f'<script type="text/plain" id="report-content">{packed(json.dumps(text))}</script>'
+    assert content_of(page) == text
+
+
+def test_a_page_with_figures_is_of_at_most_two_megabytes(hexapod: Any) -> None:
+    assert len(hexapod.html.encode()) <= 2 * 2**20
 
 
 def test_embedded_json_cannot_end_its_element_and_reads_back() -> None:

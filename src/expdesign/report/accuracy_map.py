@@ -47,7 +47,9 @@ def packed(matrices: FloatArray, *, doubled: bool = False) -> str:
     """
     rows, columns = np.triu_indices(matrices.shape[-1])
     entries = matrices[..., rows, columns] * np.where((rows != columns) & doubled, 2.0, 1.0)
-    return base64.b64encode(entries.astype("<f4").tobytes()).decode("ascii")
+    # Bits of the mantissa that no map shows would only make the page larger.
+    kept = entries.astype("<f4").view("<u4") & np.uint32(0xFFFFF800)
+    return base64.b64encode(kept.astype("<u4").tobytes()).decode("ascii")
 
 
 def map_blocks(problem: DesignProblem, maps: list[AccuracyMap]) -> list[Block]:

@@ -127,10 +127,10 @@ def target_text(problem: DesignProblem, target: int) -> str:
 
 
 def _sigma(budget: ErrorBudget, design: int) -> list[list[float]]:
-    """Standard deviations of a design per row of its budget: noise, load, total and each source, to six digits."""
+    """Standard deviations of a design per row of its budget: noise, load, total and each source, to four digits."""
     parts = np.stack([budget.noise[design], budget.load[design], budget.total[design]], axis=-1)
     table = np.concatenate([parts, budget.sources[design]], axis=-1)
-    return [[float(f"{value:.6g}") for value in table[row]] for row in budget.rows()]
+    return [[float(f"{value:.4g}") for value in table[row]] for row in budget.rows()]
 
 
 def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, FloatArray]:

@@ -56,7 +56,7 @@ class PlanDeviations:
             return []
         place = self._place[design]
         pairs = np.stack([self._found.gradient[place], self._found.curvature[place]], axis=-1)
-        return [[float(f"{value:.5g}") for value in pair] for pair in pairs.reshape(-1, 2)]
+        return [[float(f"{value:.4g}") for value in pair] for pair in pairs.reshape(-1, 2)]
 
     @property
     def names(self) -> tuple[str, ...]:

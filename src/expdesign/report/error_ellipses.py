@@ -47,7 +47,7 @@ def of_design(problem: DesignProblem, covariances: TargetCovariances, design: in
     entries = []
     for target, i, j in planes(problem):
         parts = (covariances.noise[design, target], covariances.load[design, target])
-        entries.append([float(f"{1e12 * part[place]:.5g}") for part in parts for place in ((i, i), (i, j), (j, j))])
+        entries.append([float(f"{1e12 * part[place]:.4g}") for part in parts for place in ((i, i), (i, j), (j, j))])
     return entries
 
 
