@@ -29,7 +29,7 @@ def effect(physics: str, component: str, name: str = "H1", variant: str | None =
     return next(
         candidate
         for candidate in candidates
-        if candidate.component == component and (variant is None or candidate.variant == variant)
+        if str(candidate.component) == component and (variant is None or str(candidate.variant) == variant)
     )
 
 

@@ -14,7 +14,8 @@ from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model, model_text, read_model, robot_effect_classes
+from expdesign.identification.effect_entry import effect_classes
+from expdesign.identification.model_file import Model, model_text, read_model
 
 ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 
@@ -28,7 +29,7 @@ def all_effects() -> list[Effect]:
     made = experiment("H1", 6)
     points = made.recordings(made.exact)
     found = []
-    for cls in robot_effect_classes():
+    for cls in effect_classes():
         found += cls.candidates(robot("H1"), points)[:1]
     return found
 

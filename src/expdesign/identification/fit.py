@@ -6,7 +6,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
-from expdesign.chain.markers import MarkerReading
+from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import RowData
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -34,14 +35,14 @@ class Data:
         rows: the same rows as the chain reads them.
         whitening: of their residuals.
         idle: actuators that no row loads (`estimability.idle_actuators`), shape (n_p,); None where all must be loaded.
-        markers: what the readings are of where they are positions; None for deflections.
+        reading: what the readings are of.
     """
 
     recordings: Recordings
     rows: RowData
     whitening: Whitening
     idle: BoolArray | None = field(default=None, kw_only=True)
-    markers: MarkerReading | None = field(default=None, kw_only=True)
+    reading: Reading = field(default=DEFLECTION, kw_only=True)
 
     def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
         """Whitened measured minus predicted readings (N, k)."""
@@ -113,13 +114,13 @@ def fit(
         idle = None if data.idle is None else idle_knowledge(data.idle, len(chain.parameters))
         if idle is not None:
             prior = idle if prior is None else (prior[0], np.minimum(prior[1], idle[1]))
-    if not chain.effects and chain.markers is None:
+    if not chain.effects and chain.reading.linear:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
     result = summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
-    if chain.markers is None and not result.determined.all():
+    if chain.reading.linear and not result.determined.all():
         result = _least(result, data, prior)
-    if chain.markers is not None and chain.markers.held:
+    if chain.reading.degeneracies:
         # Held is not known: what depends on it is as uncertain as it is.
         uncertain = summarise(chain, data, result.values, chain.knowledge(released=True))
         result = replace(result, covariance=uncertain.covariance)
