@@ -81,7 +81,9 @@ def test_a_centre_of_rotation_is_a_full_compliance_about_that_point() -> None:
     centre = np.array([0.2, 0.4, -0.5])
     rotation = np.array([[3.0, 0.4, -0.2], [0.4, 2.0, 0.3], [-0.2, 0.3, 1.0]]) * 1e-6
     upper = [rotation[0, 1], rotation[0, 2], rotation[1, 2]]
-    found = predicted((SupportCompliance.from_text(BODY, "base", "centre"),), [*np.diag(rotation), *upper, *centre], LIFTING)
+    found = predicted(
+        (SupportCompliance.from_text(BODY, "base", "centre"),), [*np.diag(rotation), *upper, *centre], LIFTING
+    )
     for row in range(0, len(LIFTING), 7):
         position = BODY.home + LIFTING.configurations[row, :3]
         force, moment = LIFTING.wrenches[row, :3], LIFTING.wrenches[row, 3:]
@@ -102,7 +104,9 @@ def test_play_jumps_by_its_gap_and_only_where_the_whole_load_changes_sign() -> N
 def test_rocking_turns_about_a_line_and_jumps_where_the_moment_about_that_line_changes_sign() -> None:
     """Oracle: the points of the line stay, and the origin of P moves on a circle about it."""
     gap, across, height = 1e-4, 0.3, -0.2
-    found = predicted((SupportRocking.from_text(BODY, "base", "rocking about y"),), [gap, across, height, 0.0, 1e-2], LIFTING)
+    found = predicted(
+        (SupportRocking.from_text(BODY, "base", "rocking about y"),), [gap, across, height, 0.0, 1e-2], LIFTING
+    )
     arm = BODY.home + LIFTING.configurations[:, :3] - np.array([across, 0.0, height])
     arm[:, 1] = 0.0
     loads = (LIFTING.absolute, LIFTING.absolute - LIFTING.wrenches)
@@ -157,7 +161,10 @@ def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
 
 def test_play_of_a_foot_is_found_as_rocking_about_a_line_on_the_ground() -> None:
     """The line is 0.25 m to the side of the body's origin and below it, so that forces change the play over too."""
-    effects = (BaseCompliance.from_text(BODY, "base", "diagonal"), SupportRocking.from_text(BODY, "base", "rocking about y"))
+    effects = (
+        BaseCompliance.from_text(BODY, "base", "diagonal"),
+        SupportRocking.from_text(BODY, "base", "rocking about y"),
+    )
     compliances = [2e-8, 2e-8, 1e-8, 2e-7, 3e-7, 1e-7]
     result = diagnosed(effects, [*compliances, 2e-4, 0.25, 0.0, 0.0, 1.0], (0, 2, 4), count=150)
     assert result.verdict == "explained"
@@ -195,7 +202,10 @@ def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
 
 def test_a_turned_sensor_is_found_only_beside_what_it_turns() -> None:
     """On a body that does not yield there is nothing to turn: the direction appears beside the compliance alone."""
-    effects = (SupportCompliance.from_text(BODY, "base", "axes"), InstrumentMisalignment.from_text(BODY, "instrument", "about z"))
+    effects = (
+        SupportCompliance.from_text(BODY, "base", "axes"),
+        InstrumentMisalignment.from_text(BODY, "instrument", "about z"),
+    )
     result = diagnosed(effects, [2e-6, 2.5e-6, 0.0, 0.1], (3, 4), count=150)
     assert {f.physics for f in result.findings} == {"base_compliance", "instrument_misalignment"}
 
@@ -227,7 +237,10 @@ def test_what_a_weight_does_not_tell_stays_small_and_serves_other_loads() -> Non
 
     The body leans otherwise in the second file, where a compliance that is shared out wrongly misses by far.
     """
-    effects = (SupportCompliance.from_text(BODY, "base", "rotation"), SupportNonlinearity.from_text(BODY, "base", "lift-off about x"))
+    effects = (
+        SupportCompliance.from_text(BODY, "base", "rotation"),
+        SupportNonlinearity.from_text(BODY, "base", "lift-off about x"),
+    )
     truth = np.array([2e-6, 3e-6, 0.0, 2e-7, 0.0, 0.0, 1e-6, 40.0])
     first, second = np.array([0.0, 0.009, -1.0]), np.array([0.015, -0.01, -1.0])
     data = recordings(count=80, axes=(3, 4))

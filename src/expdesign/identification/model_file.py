@@ -171,7 +171,7 @@ def _instrument_of(model: Model) -> dict[str, Any]:
 
 
 def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Reading:
-    if section.markers is None:
+    if not section.markers:
         return DEFLECTION
     places = {name: place for name, place in robot.markers.items() if name in section.markers}
     start = np.array(list(section.instrument.values()))
