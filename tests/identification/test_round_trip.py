@@ -46,7 +46,7 @@ def robot_document(name: str) -> YamlDocument:
 @cache
 def case(name: str) -> tuple[Robot, Recordings]:
     """A robot, and rows on which all of its effects show: series, time and temperatures, with positions if asked."""
-    kind = name.split(",")[0]
+    kind = name.split(",", maxsplit=1)[0]
     robot = robot_from_document(robot_document(kind))
     if kind == "body":
         points = bodies.recordings(count=18, lifting=True)
@@ -69,7 +69,7 @@ def model_of(name: str, *effects: Effect) -> Model:
     generator = np.random.default_rng(7)
     values = np.clip(chain.start() + chain.scales() * generator.uniform(0.1, 0.9, len(chain.parameters)), low, high)
     values[: chain.compliances] = generator.uniform(0.5, 2.0, chain.compliances)
-    document = robot_document(name.split(",")[0])
+    document = robot_document(name.split(",", maxsplit=1)[0])
     covariance = np.diag(chain.scales() ** 2)
     return Model(chain, values, covariance, document.content, document.folder, "recordings.csv")
 
@@ -126,7 +126,7 @@ ARM_EFFECTS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "cls", "component", "variant"), ARM_EFFECTS, ids=lambda value: str(value))
+@pytest.mark.parametrize(("name", "cls", "component", "variant"), ARM_EFFECTS, ids=str)
 def test_an_arms_effects_are_not_read_as_those_of_legs(
     name: str, cls: type[Effect], component: Component, variant: str, tmp_path: Path
 ) -> None:

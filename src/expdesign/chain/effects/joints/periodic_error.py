@@ -9,7 +9,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
-from expdesign.chain.components import each_joint, turning
+from expdesign.chain.components import each_joint, each_leg, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
 from expdesign.chain.row import Row
@@ -29,12 +29,14 @@ class JointPeriodicError(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return each_joint(robot)
+        rotary = set(robot.units) == {"rad"}
+        return each_joint(robot) or (each_leg(robot) if rotary else [])
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        commands = [len(np.unique(points.configurations[:, i])) for i in range(len(robot.configuration))]
-        return [(joint, ONLY) for joint, count in zip(each_joint(robot), commands, strict=False) if count >= 4]
+        coordinates = robot.actuator_coordinates(points.configurations)
+        commands = [len(np.unique(coordinates[:, i])) for i in range(len(robot.stiffness))]
+        return [(joint, ONLY) for joint, count in zip(cls.components(robot), commands, strict=False) if count >= 4]
 
     def describe(self) -> tuple[Parameter, ...]:
         turns = turning(self.robot, self.actuators)
@@ -49,7 +51,7 @@ class JointPeriodicError(Effect):
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         """Periods at equal steps of frequency; a joint's errors repeat within a turn."""
         turns = turning(self.robot, self.actuators)
-        span = float(np.ptp(points.configurations[:, self.component.index]))
+        span = float(np.ptp(self.robot.actuator_coordinates(points.configurations)[:, self.component.index]))
         if span <= 0.0:
             return [self.neutral()]
         lowest = 1.0 / (2.0 * np.pi) if turns else 0.5 / span

@@ -29,7 +29,7 @@ class EncoderPeriodicError(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot)
+        return each_leg(robot) if set(robot.units) == {"m"} else []
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
