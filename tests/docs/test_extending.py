@@ -212,7 +212,7 @@ def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], Non
     frame = Rotation.from_euler("xyz", [0.3, -0.2, 1.0])
     table = pd.DataFrame(np.hstack([poses, wrenches]), columns=["x_m", "y_m", "rz_rad", "fx_N", "fy_N", "mz_Nm"])
     table["marker"] = np.resize(["a", "b"], count)
-    turned = Rotation.from_euler("z", reached[:, 2])
+    turned = Rotation.from_euler("z", reached[:, 2:])
     points = np.c_[reached[:, :2], np.zeros(count)] + turned.apply([places[name] for name in table["marker"]])
     seen = frame.inv().apply(points - [1.0, 2.0, 0.5]) + 1e-6 * rng.standard_normal((count, 3))
     table[["px_m", "py_m", "pz_m"]] = seen
