@@ -1,5 +1,7 @@
 """Pieces that the effects of arms share: where joints and links are, and what a wrench at the tip does there."""
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
@@ -11,6 +13,8 @@ from expdesign.robots.robot import Robot
 
 SHORTEST = 0.02
 """m; a shorter link neither bends nor grows noticeably."""
+LIGHTEST = 0.1
+"""kg; a lighter link's error is not looked for."""
 
 
 def links_of(robot: Robot) -> Links:
@@ -44,16 +48,26 @@ def at_tip(velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
     return ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
 
 
-def long_links(robot: Robot) -> list[Component]:
+@lru_cache(maxsize=16)
+def long_links(robot: Robot) -> tuple[Component, ...]:
     """Every link that has a length; nothing of robots without links."""
     if robot.links is None:
-        return []
+        return ()
     q = ca.SX.sym("q", len(robot.configuration))
     spans = [link_span(robot, q, link.index) for link in each_link(robot)]
     lengths = ca.Function("lengths", [q], [ca.norm_2(end - start) for start, end in spans])
     # Prismatic joints lie at the start of their link, so that its length does not depend on the configuration.
     found = lengths.call([np.zeros(len(robot.configuration))])
-    return [link for link, length in zip(each_link(robot), found, strict=True) if float(length) > SHORTEST]
+    return tuple(link for link, length in zip(each_link(robot), found, strict=True) if float(length) > SHORTEST)
+
+
+@lru_cache(maxsize=16)
+def heavy_links(robot: Robot) -> tuple[Component, ...]:
+    """Every link with a mass that could be noticeably wrong; nothing of robots without links."""
+    if robot.links is None:
+        return ()
+    masses = robot.links.tree.masses()
+    return tuple(link for link, mass in zip(each_link(robot), masses, strict=True) if mass > LIGHTEST)
 
 
 def link_span(robot: Robot, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:

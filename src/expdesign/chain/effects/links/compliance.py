@@ -5,6 +5,8 @@ With force f and moment M at the far end of a link of length L along d (Euler an
     turn of the end = κ·P·(M + L/2·d×f) + κ_t·d·dᵀM,   its motion = κ·(L/2·P·M + L²/3·d×f)×d,   P = I − d·dᵀ.
 """
 
+from collections.abc import Sequence
+
 import casadi as ca
 
 from expdesign.chain.arm import at_tip, link_span, long_links, moment_at, with_links_beyond
@@ -20,7 +22,7 @@ class LinkCompliance(Effect):
     physics = "link_compliance"
 
     @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
+    def components(cls, robot: Robot) -> Sequence[Component]:
         return long_links(robot)
 
     def describe(self) -> tuple[Parameter, ...]:

@@ -7,17 +7,13 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from expdesign.chain.arm import links_of
+from expdesign.chain.arm import heavy_links, links_of
 from expdesign.chain.component import Component
-from expdesign.chain.components import each_link
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
-
-_LIGHTEST = 0.1
-"""kg; a lighter link's error is not looked for."""
 
 
 class LinkMassError(Effect):
@@ -26,11 +22,8 @@ class LinkMassError(Effect):
     physics = "payload_mass_error"
 
     @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        if robot.links is None:
-            return []
-        masses = robot.links.tree.masses()
-        return [link for link, mass in zip(each_link(robot), masses, strict=True) if mass > _LIGHTEST]
+    def components(cls, robot: Robot) -> Sequence[Component]:
+        return heavy_links(robot)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
