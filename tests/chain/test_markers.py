@@ -112,7 +112,7 @@ def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm:
     reading = reading_of(arm, data)
     assert reading is not None
     assert len(reading.held) == 3
-    assert "cannot be told from that of the instrument" in reading.degeneracies[0]
+    assert "is confounded with that of the instrument" in reading.degeneracies[0]
     predictable = reading.predictable(arm, data)
     assert predictable[:60].all()
     assert not predictable[60:].any()

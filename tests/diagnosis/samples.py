@@ -11,6 +11,7 @@ from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
@@ -21,7 +22,8 @@ from expdesign.recordings.recordings import Recordings
 
 def effect(name: str, physics: str, component: str, variant: str = "") -> Effect:
     """An effect of the library by its name."""
-    kind = next(kind for kind in KINDS if kind.physics == physics)
+    where = component_from_text(component)
+    kind = next(kind for kind in KINDS if kind.physics == physics and where in kind.components(robot(name)))
     return kind.from_text(robot(name), component, variant)
 
 

@@ -18,7 +18,7 @@ MOST_STEPS = 60
 CONVERGED = 1e-10
 """Relative fall of the sum of squares below which a fit has settled."""
 _ROUNDING = 1e-6
-"""Standard deviations; see `_telling`."""
+"""Standard deviations; see `_above_rounding`."""
 _ROUNDED_DATA = 1e-7
 """Singular values of the scaled sensitivities below this fraction of the largest may be the rounding of a file."""
 LARGEST_DAMPING = 1e8
@@ -135,7 +135,7 @@ def _least(found: Fit, data: Data, prior: tuple[FloatArray, FloatArray] | None) 
     explode. Along what the data do not determine the least parameters are taken instead.
     """
     scales = found.chain.scales()
-    matrix = _telling(as_matrix(found.sensitivities) * scales)
+    matrix = _above_rounding(as_matrix(found.sensitivities) * scales)
     if prior is not None:
         matrix = np.vstack([matrix, np.diag(scales / prior[1])])
     columns = np.linalg.norm(matrix, axis=0)
@@ -221,13 +221,13 @@ def _stacked(
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals (M,) and derivatives of the prediction per scaled parameter (M, p), those of a prior included."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
-    slopes = _telling(as_matrix(sensitivities) * scales)
+    slopes = _above_rounding(as_matrix(sensitivities) * scales)
     if prior is not None:
         slopes = np.vstack([slopes, np.diag(scales / prior[1])])
     return _with_prior(residuals.ravel(), values, prior), slopes
 
 
-def _telling(matrix: FloatArray) -> FloatArray:
+def _above_rounding(matrix: FloatArray) -> FloatArray:
     """Sensitivities per scaled parameter (M, p), without those that are nothing but rounding.
 
     A parameter that would have to be a million times its typical size to move the readings, all together, by one
@@ -254,7 +254,7 @@ def linear_fit(
         prior: see `fit`.
     """
     scales = chain.scales()
-    matrix = _telling(as_matrix(sensitivities) * scales)
+    matrix = _above_rounding(as_matrix(sensitivities) * scales)
     step, covariance, determined, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
     remaining = residuals - sensitivities @ (step * scales)
     return _as_fit(chain, start + step * scales, covariance, determined, rank, remaining, sensitivities, prior)
@@ -264,7 +264,7 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
     """The fit at given parameter values."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
-    matrix = _telling(as_matrix(sensitivities) * scales)
+    matrix = _above_rounding(as_matrix(sensitivities) * scales)
     _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
     return _as_fit(chain, values, covariance, determined, rank, residuals, sensitivities, prior)
 

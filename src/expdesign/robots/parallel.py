@@ -23,7 +23,7 @@ class ParallelRobot(Robot):
     Attributes:
         home: origin of P in O at zero pose (m), shape (d,).
         geometry: nominal geometry in the order of `geometry_names` (m), shape (n_g,). `base k x` and `platform k x`
-            are positions of the joints of limb k in O and on the platform; an error of them is sought then.
+            are positions of the joints of limb k in O and on the platform; their errors are part of the library then.
         geometry_names: e.g. `base 3 x`.
         leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
     """

@@ -78,7 +78,7 @@ class Robot(ABC):
     Attributes:
         kind: the word in robot files.
         may_idle: whether an actuator may carry nothing however the robot is loaded, as a joint about the vertical does.
-        on_support: whether it rests on something whose yielding is sought as physics, having no actuators that yield.
+        on_support: whether it rests on something whose yielding is physics to be found, having no actuators that yield.
         coordinates: of the workspace (n pose coordinates, d translations).
         configuration: names of the columns of a command (n_q,).
         name: for reports.

@@ -9,7 +9,7 @@ p and R being the tip's pose as geometry alone has it, (δp, δφ) its deflectio
 unless the robot file gives them.
 
 A tool that keeps one orientation shows only p + R·m − t_I: the marker's place along an axis of the tip that never turns
-cannot be told from the instrument's. Orientations that vary by less than geometry is uncertain by anyway tell nothing
+is confounded with the instrument's. Orientations that vary by less than geometry is uncertain by anyway tell nothing
 either, however small the noise; such coordinates are `held` at the tip's origin, and what depends on them is not known.
 """
 
@@ -29,7 +29,7 @@ from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.robot import Robot
 
 SMALLEST_TURN = 0.02
-"""rad (RMS); a tip that turns by less, as links may be misaligned, does not tell a marker from the instrument."""
+"""rad (RMS); a tip that turns by less, as links may be misaligned, leaves marker and instrument confounded."""
 _HELD = 1e-6
 """m; standard deviation of a coordinate that is held."""
 MARKER_SPREAD = 1.0
@@ -82,7 +82,7 @@ class MarkerPosition(Reading):
                 listed = "its place" if len(axes) == 3 else f"its place along {' and '.join(axes)} of the tip"
                 sentences.append(
                     f"In the fitted rows the tip keeps one orientation, as far as marker `{name}` is concerned: "
-                    f"{listed} cannot be told from that of the instrument, and is taken to be the tip's origin. Rows "
+                    f"{listed} is confounded with that of the instrument, and is taken to be the tip's origin. Rows "
                     "in which the tip is turned otherwise cannot be predicted, and are not judged; give the marker's "
                     "place in the robot file, or record more orientations."
                 )

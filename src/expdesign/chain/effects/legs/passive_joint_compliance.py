@@ -1,7 +1,7 @@
 """A leg's passive joint, or its mount, yields differently along different directions.
 
 Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ, and
-∂q/∂a = −u). A C that is the same in all directions cannot be told from the leg's own compliance; what shows is how the
+∂q/∂a = −u). A C that is the same in all directions is confounded with the leg's own compliance; what shows is how the
 apparent compliance changes as the leg turns against the frame in which C is fixed.
 """
 

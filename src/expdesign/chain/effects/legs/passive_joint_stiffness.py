@@ -98,7 +98,7 @@ class PassiveJointStiffness(Effect):
         """K_J + K_G(τ₀) per unit stiffness in twist coordinates, from the energy of joints relaxed at the zero pose.
 
         With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the
-        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness sought.
+        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness of the joints.
         """
         robot = self._closed_form
         pose = ca.SX.sym("X", 6)
