@@ -96,7 +96,7 @@ def test_history_is_asked_for_where_the_model_depends_on_it(physics: str, compon
         here = effect(physics, component)
     except StopIteration:
         # The recordings of the experiment cannot show it; the effect itself can be made all the same.
-        here = kind_for(robot("H1"), made.recordings(made.exact), physics)(robot("H1"), component)
+        here = kind_for(robot("H1"), made.recordings(made.exact), physics).from_text(robot("H1"), component)
     model = model_of(Chain(robot("H1"), (here,)), Chain(robot("H1"), (here,)).start())
     bare = table_of(frame.drop(columns=["sequence", "series"]))
     if physics == "leg_backlash":

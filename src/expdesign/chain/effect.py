@@ -38,6 +38,7 @@ class Effect(ABC):
         identifier: of the class, kept in model files: its place in `chain/effects` (`legs.backlash`), unless the class
             declares one. A file that moves keeps the identifier that its class had by declaring it.
         physics: identifier of interfaces.md, which several effects share that people call by one name.
+        forms: its variants, where the robot and the recordings do not decide which there are.
         component: where it acts.
         variant: which of several forms, `ONLY` where there is one.
         parameters: in the order of `theta` in the overrides.
@@ -49,6 +50,7 @@ class Effect(ABC):
 
     identifier: ClassVar[str]
     physics: ClassVar[str]
+    forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
     component: Component
     variant: Any
     parameters: tuple[Parameter, ...]
@@ -82,7 +84,7 @@ class Effect(ABC):
     @classmethod
     def variants(cls, robot: Robot) -> Sequence[Variant]:
         """The forms that this physics can have on a robot, as far as recordings do not decide it."""
-        return (ONLY,)
+        return cls.forms
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

@@ -16,7 +16,6 @@ from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -40,14 +39,11 @@ class FrictionHysteresis(Effect):
     """
 
     physics = "friction_hysteresis"
+    forms = tuple(Slider)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return actuators_and_all(robot)
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Slider)
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.actuators) * (2 if self.variant is Slider.LAG else 1)

@@ -12,7 +12,6 @@ from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all, reference_force, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.robots.robot import Robot
 
 _REFERENCE = 100.0
@@ -49,14 +48,11 @@ class LegNonlinearStiffness(Effect):
     """
 
     physics = "leg_nonlinear_stiffness"
+    forms = tuple(Characteristic)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return actuators_and_all(robot)
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Characteristic)
 
     def describe(self) -> tuple[Parameter, ...]:
         force, motion = ("Nm", "rad") if turning(self.robot, self.actuators) else ("N", "m")

@@ -23,15 +23,12 @@ class BaseCompliance(Effect):
     """
 
     physics = "base_compliance"
+    forms = tuple(Shape)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
         return [BASE]
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Shape)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

@@ -29,14 +29,11 @@ class InstrumentDrift(Effect):
     """
 
     physics = "thermal_drift"
+    forms = tuple(Motion)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [INSTRUMENT]
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Motion)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

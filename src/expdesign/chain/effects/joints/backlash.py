@@ -38,14 +38,11 @@ class JointBacklash(Effect):
     """
 
     physics = "joint_backlash"
+    forms = tuple(Rest)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return each_joint(robot)
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Rest)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:

@@ -16,7 +16,6 @@ from expdesign.chain.component import Component
 from expdesign.chain.components import each_joint, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.robots.robot import Robot
 
 
@@ -31,14 +30,11 @@ class JointCompliance(Effect):
     """Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint."""
 
     physics = "joint_compliance"
+    forms = tuple(Directions)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return each_joint(robot)
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Directions)
 
     def describe(self) -> tuple[Parameter, ...]:
         if self.variant is Directions.TWO:

@@ -31,15 +31,12 @@ class ArmGeometry(Effect):
     """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
 
     physics = "joint_position_error"
+    forms = tuple(Moved)
     changes_geometry = True
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [*each_joint(robot), *each_link(robot)]
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Moved)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:

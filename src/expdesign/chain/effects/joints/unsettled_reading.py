@@ -28,14 +28,11 @@ class LoggedBeforeSettled(Effect):
     """Δq = Δq(load) − ρ·(Δq(load) − Δq(row before)); ρ is `unsettled_fraction`, the same for all joints."""
 
     physics = "creep"
+    forms = tuple(Cause)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [ALL_JOINTS] if robot.links is not None else []
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Cause)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

@@ -9,7 +9,6 @@ from expdesign.chain.components import each_leg, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.play import with_play
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.robots.robot import Robot
 
 
@@ -32,14 +31,11 @@ class LegBacklash(Effect):
     """
 
     physics = "leg_backlash"
+    forms = tuple(Rest)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return each_leg(robot)
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Rest)
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("gap_rad" if turning(self.robot, self.actuators) else "gap_m", 1e-6, low=0.0, high=1e-2),)

@@ -13,7 +13,6 @@ from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import turned_lever
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -33,14 +32,11 @@ class GeometricStiffness(Effect):
     """
 
     physics = "geometric_stiffness"
+    forms = tuple(Correction)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [GEOMETRY] if robot.inverse_kinematics is not None else []
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Correction)
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)

@@ -21,14 +21,11 @@ class ArmThermalDrift(Effect):
     """
 
     physics = "thermal_drift"
+    forms = tuple(Driver)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [*each_joint(robot), *long_links(robot)]
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Driver)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:

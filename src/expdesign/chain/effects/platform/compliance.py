@@ -8,7 +8,6 @@ from expdesign.chain.component import PLATFORM, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.coordinates import Coordinates
 from expdesign.robots.robot import Robot
 
@@ -45,14 +44,11 @@ class PlatformCompliance(Effect):
     """
 
     physics = "platform_compliance"
+    forms = tuple(Shape)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [] if robot.on_support else [PLATFORM]  # a body is rigid; what it stands on yields
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Shape)
 
     def describe(self) -> tuple[Parameter, ...]:
         return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)

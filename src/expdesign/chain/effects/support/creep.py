@@ -31,15 +31,12 @@ class SupportCreep(Effect):
     """
 
     physics = "creep"
+    forms = tuple(Cause)
     builds_on = "base_compliance"
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [BASE] if robot.on_support else []
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Cause)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

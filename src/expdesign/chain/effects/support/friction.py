@@ -23,16 +23,13 @@ class SupportFriction(Effect):
     """
 
     physics = "friction_hysteresis"
+    forms = tuple(Drive)
     builds_on = "base_compliance"
     states = 1
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [BASE] if robot.on_support else []
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Drive)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:

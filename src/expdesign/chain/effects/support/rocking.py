@@ -36,14 +36,11 @@ class SupportRocking(Effect):
     """
 
     physics = "joint_backlash"
+    forms = tuple(Line)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [BASE] if robot.on_support else []
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Line)
 
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
