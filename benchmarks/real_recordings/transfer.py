@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.markers import reading_of
+from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.sample import Sample, rms
@@ -37,11 +37,11 @@ def transfer(result: Diagnosis, file: Path) -> Transfer:
     assert recordings.deviations is not None
     whitening = Whitening(recordings.deviations, recordings.series)
     judged = np.ones(len(recordings), dtype=bool) if reading is None else recordings.test
-    data = Data(recordings, row_data(recordings, robot), whitening, markers=reading)
+    data = Data(recordings, row_data(recordings, robot), whitening, reading=reading)
     everything = Sample.of(data, np.ones(len(recordings), dtype=bool))
     errors = []
     for found in (result.base, result.model.fit):
-        chain = Chain(robot, found.chain.effects, markers=reading)
+        chain = Chain(robot, found.chain.effects, reading=reading)
         values = found.values
         if reading is not None:
             values = _placed(chain, found, Sample.of(data, ~recordings.test)).values

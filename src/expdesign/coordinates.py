@@ -29,6 +29,21 @@ class Coordinates:
         """Number of coordinates of a pose."""
         return len(self.pose)
 
+    @property
+    def rotations(self) -> int:
+        """How many of them are angles: 3 in space, 1 in the plane, 0 where a point moves without turning."""
+        return self.n - self.translations
+
+    @property
+    def axes(self) -> str:
+        """Names of the axes along which it moves, `xy` or `xyz`."""
+        return "xyz"[: self.translations]
+
+    @property
+    def rotation_axes(self) -> str:
+        """Names of the axes about which it turns: `xyz`, `z` or none."""
+        return "xyz"[3 - self.rotations :]
+
 
 SPATIAL = Coordinates(
     pose=("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"),
@@ -41,6 +56,18 @@ SPATIAL = Coordinates(
     translations=3,
 )
 
+PLANE = Coordinates(
+    pose=("x_m", "y_m", "rz_rad"),
+    wrench=("fx_N", "fy_N", "mz_Nm"),
+    deflection=("dx_m", "dy_m", "drz_rad"),
+    deviation=("sx_m", "sy_m", "srz_rad"),
+    gravity=("gx_m_s2", "gy_m_s2"),
+    centre_of_mass=("com_x_m", "com_y_m"),
+    tilt=("tilt_rad",),
+    translations=2,
+)
+"""A platform that moves in the x-y plane and turns about its normal."""
+
 PLANAR = Coordinates(
     pose=("x_m", "y_m"),
     wrench=("fx_N", "fy_N"),
@@ -51,3 +78,4 @@ PLANAR = Coordinates(
     tilt=("tilt_rad",),
     translations=2,
 )
+"""A point in the x-y plane, without orientation."""

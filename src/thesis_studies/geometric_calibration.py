@@ -16,7 +16,6 @@ from expdesign.design.start import starting_designs
 from expdesign.files.schema import Positive
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.forward_kinematics import forward_kinematics
-from expdesign.robots.parallel import ParallelRobot
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import MICRO, deviation_frame, deviation_table
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
@@ -167,8 +166,8 @@ def _variant(document: YamlDocument, settings: Settings, calibration: str, frame
 
 def _montecarlo(problem: DesignProblem, poses: FloatArray, settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Standard deviation of the attained pose at the first target, and how far it is from linear."""
-    robot = problem.loaded.robot
-    assert isinstance(robot, ParallelRobot)
+    robot = problem.loaded.robot.inverse_kinematics
+    assert robot is not None
     kinematics, joints = forward_kinematics(robot), len(robot.geometry)
     count = joints + len(robot.stiffness)
     truth = settings.geometry_error_m * np.random.default_rng(settings.plan_seed).standard_normal(count)

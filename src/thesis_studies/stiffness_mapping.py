@@ -60,8 +60,8 @@ class StiffnessMapping(Study):
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
         differences, reached = [], []
         for section in settings.robots:
-            robot = read_robot(document.folder / section.robot)
-            if not isinstance(robot, ParallelRobot):
+            robot = read_robot(document.folder / section.robot).inverse_kinematics
+            if robot is None:
                 where = document.where(("robots",))
                 raise InputError("the study is of hexapods", where=where, remedy="Name a hexapod's file.")
             differences += _differences(robot, section, settings)

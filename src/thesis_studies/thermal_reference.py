@@ -47,8 +47,8 @@ class ThermalReference(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        robot = read_robot(document.folder / settings.robot)
-        if not isinstance(robot, ParallelRobot):
+        robot = read_robot(document.folder / settings.robot).inverse_kinematics
+        if robot is None:
             where = document.where(("robot",))
             raise InputError("the study needs a robot on legs", where=where, remedy="Name a hexapod.")
         commands = _commands(settings)

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.real_recordings.page import notice
 from benchmarks.real_recordings.sets import CASES, NOTICES, VARIABLE, Case, folder
 
-from expdesign.chain.markers import reading_of
+from expdesign.chain.readings.choice import reading_of
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.identification.identify import identify
 from expdesign.identification.record import rms

@@ -92,7 +92,7 @@ def fitted(name: str, recordings: Recordings, physics: str, component: str, vari
     """Fits of the base model and of the chain with one effect from its best start, and the effect's parameters."""
     data = data_of(name, recordings)
     base = fit(Chain(machine(name)), data)
-    effect = kind_for(machine(name), recordings, physics)(machine(name), component, variant)
+    effect = kind_for(machine(name), recordings, physics).from_text(machine(name), component, variant)
     chain = Chain(machine(name), (effect,))
     starts = effect.starts(recordings)
     fits = [fit(chain, data, np.concatenate([base.values, start])) for start in starts[:: max(1, len(starts) // 100)]]

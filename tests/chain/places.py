@@ -11,7 +11,9 @@ from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.parallel import ParallelRobot
 
@@ -69,8 +71,8 @@ class Place:
 
     name: str
     kind: type[Effect]
-    component: str
-    variant: str
+    component: Component
+    variant: Variant
 
     @property
     def robot(self) -> ParallelRobot:
@@ -100,7 +102,7 @@ def one_of_each(name: str) -> list[Place]:
     found: dict[tuple[str, str], list[Place]] = {}
     for place in places(name):
         # `force of leg 2` and `99.8 newton` are the same variant as at other legs and loads.
-        form = " ".join(word for word in place.variant.split() if not word[0].isdigit())
+        form = " ".join(word for word in str(place.variant).split() if not word[0].isdigit())
         found.setdefault((place.kind.physics, form), []).append(place)
     return [place for same in found.values() for place in dict.fromkeys((same[0], same[-1]))]
 

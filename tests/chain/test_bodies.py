@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.chain.bodies import BODY, DEVIATIONS, recordings, rows
-from tests.chain.test_every_effect import COMPONENTS, IDENTIFIERS
 from tests.identification.experiments import read
 from tests.oracle import Array
 
@@ -56,8 +55,6 @@ def test_every_effect_is_neutral_has_exact_sensitivities_and_a_name_of_the_inter
     chain = Chain(BODY, (effect,))
     data = row_data(LIFTING, BODY)
     assert not chain.predict(data, chain.start()).any()
-    assert effect.physics in IDENTIFIERS
-    assert effect.component in COMPONENTS
     low, high = chain.bounds()
     values = np.clip(effect.starts(LIFTING)[0] + 0.37 * chain.scales(), low, high)
     direction = chain.scales() * np.random.default_rng(0).standard_normal(len(values))
@@ -68,7 +65,7 @@ def test_every_effect_is_neutral_has_exact_sensitivities_and_a_name_of_the_inter
 
 
 def test_a_long_series_in_one_call_is_the_same_as_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    effects = (SupportFriction(BODY, "base", "oblique"), SupportCreep(BODY, "base"))
+    effects = (SupportFriction.from_text(BODY, "base", "oblique"), SupportCreep.from_text(BODY, "base"))
     values = np.array([2e-6, 1e-6, 30.0, 0.7, *(1e-6 * np.arange(1.0, 7.0)), 40.0])
     data = row_data(LIFTING, BODY)
     whole = Chain(BODY, effects).predict_with_sensitivities(data, values)
@@ -84,7 +81,9 @@ def test_a_centre_of_rotation_is_a_full_compliance_about_that_point() -> None:
     centre = np.array([0.2, 0.4, -0.5])
     rotation = np.array([[3.0, 0.4, -0.2], [0.4, 2.0, 0.3], [-0.2, 0.3, 1.0]]) * 1e-6
     upper = [rotation[0, 1], rotation[0, 2], rotation[1, 2]]
-    found = predicted((SupportCompliance(BODY, "base", "centre"),), [*np.diag(rotation), *upper, *centre], LIFTING)
+    found = predicted(
+        (SupportCompliance.from_text(BODY, "base", "centre"),), [*np.diag(rotation), *upper, *centre], LIFTING
+    )
     for row in range(0, len(LIFTING), 7):
         position = BODY.home + LIFTING.configurations[row, :3]
         force, moment = LIFTING.wrenches[row, :3], LIFTING.wrenches[row, 3:]
@@ -93,7 +92,7 @@ def test_a_centre_of_rotation_is_a_full_compliance_about_that_point() -> None:
 
 
 def test_play_jumps_by_its_gap_and_only_where_the_whole_load_changes_sign() -> None:
-    found = predicted((SupportPlay(BODY, "base", "about y"),), [1e-4, 0.0, 1e-2], LIFTING)
+    found = predicted((SupportPlay.from_text(BODY, "base", "about y"),), [1e-4, 0.0, 1e-2], LIFTING)
     whole, before = LIFTING.absolute[:, 4], (LIFTING.absolute - LIFTING.wrenches)[:, 4]
     jump = 0.5e-4 * (np.sign(whole) - np.sign(before))
     far = np.abs(whole) > 1.0
@@ -105,7 +104,9 @@ def test_play_jumps_by_its_gap_and_only_where_the_whole_load_changes_sign() -> N
 def test_rocking_turns_about_a_line_and_jumps_where_the_moment_about_that_line_changes_sign() -> None:
     """Oracle: the points of the line stay, and the origin of P moves on a circle about it."""
     gap, across, height = 1e-4, 0.3, -0.2
-    found = predicted((SupportRocking(BODY, "base", "rocking about y"),), [gap, across, height, 0.0, 1e-2], LIFTING)
+    found = predicted(
+        (SupportRocking.from_text(BODY, "base", "rocking about y"),), [gap, across, height, 0.0, 1e-2], LIFTING
+    )
     arm = BODY.home + LIFTING.configurations[:, :3] - np.array([across, 0.0, height])
     arm[:, 1] = 0.0
     loads = (LIFTING.absolute, LIFTING.absolute - LIFTING.wrenches)
@@ -119,7 +120,7 @@ def test_rocking_turns_about_a_line_and_jumps_where_the_moment_about_that_line_c
 
 def test_friction_follows_the_play_operator() -> None:
     friction, compliance = 25.0, 3e-6
-    found = predicted((SupportFriction(BODY, "base", "about x"),), [compliance, friction], LIFTING)
+    found = predicted((SupportFriction.from_text(BODY, "base", "about x"),), [compliance, friction], LIFTING)
     carried = 0.0
     for row, load in enumerate(LIFTING.wrenches[:, 3]):
         carried = min(max(carried, load - friction), load + friction)
@@ -127,7 +128,7 @@ def test_friction_follows_the_play_operator() -> None:
 
 
 def test_lift_off_adds_compliance_beyond_a_load_alone() -> None:
-    found = predicted((SupportNonlinearity(BODY, "base", "lift-off about x"),), [1e-6, 40.0], LIFTING)
+    found = predicted((SupportNonlinearity.from_text(BODY, "base", "lift-off about x"),), [1e-6, 40.0], LIFTING)
     whole, before = LIFTING.absolute[:, 3], (LIFTING.absolute - LIFTING.wrenches)[:, 3]
     expected = 1e-6 * (np.maximum(whole - 40.0, 0.0) - np.maximum(before - 40.0, 0.0))
     np.testing.assert_allclose(found[:, 3], expected, rtol=1e-12, atol=1e-20)
@@ -146,7 +147,7 @@ def diagnosed(
 
 
 def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
-    effects = (SupportCompliance(BODY, "base", "axes"), SupportPlay(BODY, "base", "about y"))
+    effects = (SupportCompliance.from_text(BODY, "base", "axes"), SupportPlay.from_text(BODY, "base", "about y"))
     result = diagnosed(effects, [2e-6, 3e-6, 1e-6, 2e-4, 0.0, 5.0], (3, 4), count=150)
     assert result.verdict == "explained"
     assert {f.physics for f in result.findings} == {"base_compliance", "joint_backlash"}
@@ -160,7 +161,10 @@ def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
 
 def test_play_of_a_foot_is_found_as_rocking_about_a_line_on_the_ground() -> None:
     """The line is 0.25 m to the side of the body's origin and below it, so that forces change the play over too."""
-    effects = (BaseCompliance(BODY, "base", "diagonal"), SupportRocking(BODY, "base", "rocking about y"))
+    effects = (
+        BaseCompliance.from_text(BODY, "base", "diagonal"),
+        SupportRocking.from_text(BODY, "base", "rocking about y"),
+    )
     compliances = [2e-8, 2e-8, 1e-8, 2e-7, 3e-7, 1e-7]
     result = diagnosed(effects, [*compliances, 2e-4, 0.25, 0.0, 0.0, 1.0], (0, 2, 4), count=150)
     assert result.verdict == "explained"
@@ -174,7 +178,7 @@ def test_play_of_a_foot_is_found_as_rocking_about_a_line_on_the_ground() -> None
 
 def test_a_body_without_standard_deviations_is_judged_by_the_noise_that_the_explanation_leaves() -> None:
     """No compliance is fitted at first: all that was read is what the base model leaves."""
-    effects = (SupportCompliance(BODY, "base", "axes"),)
+    effects = (SupportCompliance.from_text(BODY, "base", "axes"),)
     values = [2e-6, 3e-6, 1e-6]
     known = diagnosed(effects, values, (3, 4), count=60)
     estimated = diagnosed(effects, values, (3, 4), count=60, stated=False)
@@ -186,7 +190,7 @@ def test_a_body_without_standard_deviations_is_judged_by_the_noise_that_the_expl
 
 
 def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
-    effect = BaseCompliance(BODY, "base", "full")
+    effect = BaseCompliance.from_text(BODY, "base", "full")
     generator = np.random.default_rng(1)
     root = generator.standard_normal((6, 6)) * np.sqrt([1e-8] * 3 + [1e-7] * 3)[:, None]
     matrix = root @ root.T
@@ -198,7 +202,10 @@ def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
 
 def test_a_turned_sensor_is_found_only_beside_what_it_turns() -> None:
     """On a body that does not yield there is nothing to turn: the direction appears beside the compliance alone."""
-    effects = (SupportCompliance(BODY, "base", "axes"), InstrumentMisalignment(BODY, "instrument", "about z"))
+    effects = (
+        SupportCompliance.from_text(BODY, "base", "axes"),
+        InstrumentMisalignment.from_text(BODY, "instrument", "about z"),
+    )
     result = diagnosed(effects, [2e-6, 2.5e-6, 0.0, 0.1], (3, 4), count=150)
     assert {f.physics for f in result.findings} == {"base_compliance", "instrument_misalignment"}
 
@@ -208,7 +215,7 @@ def test_moments_of_a_weight_do_not_determine_single_elements_of_a_compliance() 
 
     Oracle: a compliance changed that way turns alike. With one moment along gravity all is determined.
     """
-    effect, data = SupportCompliance(BODY, "base", "rotation"), recordings(count=80, axes=(3, 4, 5))
+    effect, data = SupportCompliance.from_text(BODY, "base", "rotation"), recordings(count=80, axes=(3, 4, 5))
     for gravity in (np.array([0.0, 0.0, -1.0]), np.array([0.6, 0.0, -0.8])):
         points = replace(data, wrenches=_across(data.wrenches, gravity), absolute=_across(data.absolute, gravity))
         values = np.array([2e-6, 3e-6, 1e-6, 2e-7, 0.0, 0.0])
@@ -230,7 +237,10 @@ def test_what_a_weight_does_not_tell_stays_small_and_serves_other_loads() -> Non
 
     The body leans otherwise in the second file, where a compliance that is shared out wrongly misses by far.
     """
-    effects = (SupportCompliance(BODY, "base", "rotation"), SupportNonlinearity(BODY, "base", "lift-off about x"))
+    effects = (
+        SupportCompliance.from_text(BODY, "base", "rotation"),
+        SupportNonlinearity.from_text(BODY, "base", "lift-off about x"),
+    )
     truth = np.array([2e-6, 3e-6, 0.0, 2e-7, 0.0, 0.0, 1e-6, 40.0])
     first, second = np.array([0.0, 0.009, -1.0]), np.array([0.015, -0.01, -1.0])
     data = recordings(count=80, axes=(3, 4))

@@ -1,5 +1,6 @@
 """What must hold for every effect at every place, also for those that nobody has written yet."""
 
+import re
 import string
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import INSTRUMENT, Part, component_from_text
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import reported
@@ -43,7 +45,6 @@ FIXED = {
     ("instrument_misalignment", "instrument", ""): {"rot_x_rad", "rot_y_rad", "rot_z_rad"},
     ("instrument_scale", "instrument", ""): {"scale_x", "scale_y", "scale_z"},
 }
-COMPONENTS = {"platform", "base", "payload", "instrument", "environment", "geometry", "all legs"}
 IDENTIFIERS = {
     "payload_com_offset", "payload_mass_error", "load_direction_tilt", "platform_compliance", "base_compliance",
     "passive_joint_compliance", "passive_joint_stiffness", "leg_nonlinear_stiffness", "leg_backlash", "joint_backlash",
@@ -161,9 +162,11 @@ def test_people_get_a_sentence_and_parameters_by_their_fixed_names(place: Place)
     assert sentence.endswith(".")
     assert not {"nan", "inf"} & set(sentence.split())
     for (physics, component, variant), names in FIXED.items():
-        here = effect.component.removeprefix("all ").startswith(component) and effect.variant.endswith(variant)
-        timed = physics == "thermal_drift" and effect.variant == "time"
-        if effect.physics == physics and here and (variant or effect.variant != "forgotten") and not timed:
+        here = str(effect.component).removeprefix("all ").startswith(component)
+        form = str(effect.variant)
+        here = here and form.endswith(variant) and (bool(variant) or form != "forgotten")
+        timed = physics == "thermal_drift" and form == "time"
+        if effect.physics == physics and here and not timed:
             wanted = names if place.robot.coordinates.n > 2 else _in_the_plane(names)
             assert wanted <= set(values)
 
@@ -231,8 +234,16 @@ def test_the_library_is_every_effect_at_every_place_once() -> None:
 
 @pytest.mark.parametrize("name", ["irregular", "bipod-unequal"])
 def test_names_are_those_of_the_interface(name: str) -> None:
-    assert {place.kind.physics for place in places(name)} <= IDENTIFIERS
-    assert {place.component for place in places(name)} <= COMPONENTS | set(robot(name).actuators)
+    """Physics is a word; components are parts that there are, with numbers of legs that there are."""
+    for place in places(name):
+        assert re.fullmatch(r"[a-z]+(_[a-z]+)*", place.kind.physics)
+        assert component_from_text(str(place.component)) == place.component
+        if place.component.part is Part.LEG:
+            assert str(place.component) in robot(name).actuators
+
+
+def test_every_physics_of_the_interface_is_in_the_library() -> None:
+    assert {kind.physics for kind in KINDS} >= IDENTIFIERS
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.physics)
@@ -266,11 +277,11 @@ def test_effects_together_are_neutral_together() -> None:
 
 
 def test_without_the_instrument_the_chain_ends_at_the_platform() -> None:
-    chosen = [p for p in places("irregular") if p.component in ("instrument", "leg 3")]
+    chosen = [p for p in places("irregular") if str(p.component) in ("instrument", "leg 3")]
     data = row_data(recordings("irregular"), robot("irregular"))
     for place in chosen:
         effects = (place.effect(),)
         read_chain, platform = Chain(place.robot, effects), Chain(place.robot, effects, instrument=False)
         values = away_from_neutral(read_chain)
         same = np.array_equal(read_chain.predict(data, values), platform.predict(data, values))
-        assert same == (place.component != "instrument")
+        assert same == (place.component != INSTRUMENT)

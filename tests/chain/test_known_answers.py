@@ -26,7 +26,7 @@ ROBOT = "irregular"
 
 
 def effect(physics: str, component: str, variant: str = "", name: str = ROBOT) -> Effect:
-    return kind_for(robot(name), recordings(name), physics)(robot(name), component, variant)
+    return kind_for(robot(name), recordings(name), physics).from_text(robot(name), component, variant)
 
 
 def predicted(one: Effect, parameters: list[float], frame: pd.DataFrame) -> Array:

@@ -14,7 +14,8 @@ from expdesign.chain.arm import moment_at, with_links_beyond
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.instrument.drift import InstrumentDrift
 from expdesign.chain.effects.joints.geometric_error import GeometricError
-from expdesign.chain.markers import MarkerReading, reading_of
+from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.compensation.prediction import predict
 from expdesign.diagnosis.diagnose import diagnose
@@ -41,8 +42,8 @@ def measured(
     seed: int | None = 0,
 ) -> Recordings:
     """What the instrument reads of the arm with twice the compliance of the robot file."""
-    exact = MarkerReading(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-    chain = Chain(robot, effects, markers=exact)
+    exact = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
+    chain = Chain(robot, effects, reading=exact)
     truth = np.concatenate([np.full(7, 2.0), INSTRUMENT, PLACE, values])
     empty = recordings_of(robot, q, np.zeros((len(q), 3)))
     positions = chain.predict(row_data(empty, robot), truth)
@@ -97,7 +98,7 @@ def test_instrument_marker_and_stiffness_are_found_together(arm: SerialRobot) ->
     assert reading is not None
     assert not reading.held
     assert data.deviations is not None
-    result = fit(Chain(arm, markers=reading), Data(data, row_data(data, arm), Whitening(data.deviations, data.series)))
+    result = fit(Chain(arm, reading=reading), Data(data, row_data(data, arm), Whitening(data.deviations, data.series)))
     error = result.values[7:] - [*INSTRUMENT, *PLACE]
     assert np.abs(error / np.sqrt(np.diag(result.covariance))[7:]).max() < 4.0
     loaded = [2, 3, 5]  # shoulder, elbow, wrist
@@ -111,7 +112,7 @@ def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm:
     reading = reading_of(arm, data)
     assert reading is not None
     assert len(reading.held) == 3
-    assert "cannot be told from that of the instrument" in reading.degeneracies[0]
+    assert "is confounded with that of the instrument" in reading.degeneracies[0]
     predictable = reading.predictable(arm, data)
     assert predictable[:60].all()
     assert not predictable[60:].any()
@@ -130,8 +131,8 @@ def test_predictions_are_certain_only_where_the_tip_is_turned_as_before(arm: Ser
     data = measured(arm, configurations(60, 1, one_orientation=True))
     reading = reading_of(arm, data)
     assert data.deviations is not None
-    chain = Chain(arm, markers=reading)
-    result = fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations, data.series), markers=reading))
+    chain = Chain(arm, reading=reading)
+    result = fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations, data.series), reading=reading))
     model = Model.from_fit(result, read_yaml(write_arm(tmp_path)), "arm.csv")
     q = np.vstack([configurations(3, 9, one_orientation=True), configurations(3, 9)])
     truth = measured(arm, q, seed=None)
@@ -147,7 +148,7 @@ def test_predictions_are_certain_only_where_the_tip_is_turned_as_before(arm: Ser
 
 
 def test_a_joint_that_is_not_at_zero_is_found(arm: SerialRobot) -> None:
-    effects = (GeometricError(arm, "joint 4"),)
+    effects = (GeometricError.from_text(arm, "joint 4"),)
     data = replace(measured(arm, configurations(150, 4), effects, (0.004,)), test=np.arange(150) % 3 == 2)
     result = diagnose(arm, data)
     assert result.verdict == "explained"
@@ -172,7 +173,7 @@ def test_a_model_of_positions_is_read_back_number_for_number(arm: SerialRobot, t
     reading = reading_of(arm, data)
     assert data.deviations is not None
     rows = row_data(data, arm)
-    chain = Chain(arm, (GeometricError(arm, "link 3"),), markers=reading)
+    chain = Chain(arm, (GeometricError.from_text(arm, "link 3"),), reading=reading)
     result = fit(chain, Data(data, rows, Whitening(data.deviations, data.series)))
     (tmp_path / "model.yaml").write_text(
         model_text(Model.from_fit(result, document, "arm.csv"), tmp_path), encoding="utf-8"

@@ -14,7 +14,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.links.mass_error import LinkMassError
-from expdesign.chain.markers import reading_of
+from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.robots.robot_file import read_robot
 from expdesign.robots.serial import SerialRobot
@@ -43,7 +43,7 @@ def _positions(robot: SerialRobot, effects: tuple[Effect, ...], parameters: list
     """Positions of a marker at the tip's origin, read in the base frame."""
     robot.markers, robot.instrument = {"ball": np.zeros(3)}, np.zeros(6)
     recordings = recordings_of(robot, configurations(6, seed=3), np.zeros((6, 3)))
-    chain = Chain(robot, effects, markers=reading_of(robot, recordings))
+    chain = Chain(robot, effects, reading=reading_of(robot, recordings))
     values = chain.start()
     values[len(values) - len(parameters) :] = parameters
     return chain.predict(row_data(recordings, robot), values)
@@ -51,7 +51,7 @@ def _positions(robot: SerialRobot, effects: tuple[Effect, ...], parameters: list
 
 def test_a_heavier_link_is_a_urdf_with_a_heavier_link(tmp_path: Path) -> None:
     robot = read_arm(tmp_path)
-    found = _positions(robot, (LinkMassError(robot, "link 4"),), [0.25])
+    found = _positions(robot, (LinkMassError.from_text(robot, "link 4"),), [0.25])
     other = tmp_path / "other"
     other.mkdir()
     file = write_arm(other)
@@ -68,7 +68,7 @@ def test_a_heavier_link_is_a_urdf_with_a_heavier_link(tmp_path: Path) -> None:
 def test_a_bearing_tilts_under_the_weight_beyond_it(tmp_path: Path) -> None:
     """The tilt about a horizontal axis through the waist is its compliance times the moment of what it carries."""
     robot = read_arm(tmp_path)
-    tilted = _positions(robot, (JointCompliance(robot, "joint 2", ""),), [1e-6]) - _positions(robot, (), [])
+    tilted = _positions(robot, (JointCompliance.from_text(robot, "joint 2", ""),), [1e-6]) - _positions(robot, (), [])
     q = configurations(6, seed=3)
     model = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"))
     data = model.createData()

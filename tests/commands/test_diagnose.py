@@ -33,7 +33,7 @@ def recordings(folder: Path, gap: float = GAP, spoilt: bool = False) -> Path:
     frame = pd.DataFrame(np.hstack([poses, loads]), columns=["x_m", "y_m", "fx_N", "fy_N"])
     frame.insert(0, "sequence", np.arange(1, 41))
     frame.insert(1, "series", np.repeat(np.arange(1, 11), 4))
-    chain = Chain(here, (LegBacklash(here, "leg 1", "middle"),))
+    chain = Chain(here, (LegBacklash.from_text(here, "leg 1", "middle"),))
     points = points_from_table(parse_table(csv_text(frame), "points"), here)
     exact = chain.predict(row_data(points, here), np.array([1.1, 0.9, gap]))
     size = 5e-7 * (1.0 + 3.0 * spoilt)

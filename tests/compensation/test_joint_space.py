@@ -25,7 +25,7 @@ ARM = six_axis()
 
 
 def model_of(robot: SerialRobot, *effects: tuple[type[JointCompliance], str, list[float]]) -> Model:
-    made = tuple(kind(robot, component) for kind, component, _ in effects)
+    made = tuple(kind.from_text(robot, component) for kind, component, _ in effects)
     chain = Chain(robot, made)
     values = np.concatenate([np.ones(chain.compliances), *(parameters for _, _, parameters in effects)])
     return Model(chain, values, 0.01 * np.eye(len(values)), {}, Path(), "model.yaml")

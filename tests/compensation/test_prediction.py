@@ -29,7 +29,7 @@ def effect(physics: str, component: str, name: str = "H1", variant: str | None =
     return next(
         candidate
         for candidate in candidates
-        if candidate.component == component and (variant is None or candidate.variant == variant)
+        if str(candidate.component) == component and (variant is None or str(candidate.variant) == variant)
     )
 
 
@@ -96,7 +96,7 @@ def test_history_is_asked_for_where_the_model_depends_on_it(physics: str, compon
         here = effect(physics, component)
     except StopIteration:
         # The recordings of the experiment cannot show it; the effect itself can be made all the same.
-        here = kind_for(robot("H1"), made.recordings(made.exact), physics)(robot("H1"), component)
+        here = kind_for(robot("H1"), made.recordings(made.exact), physics).from_text(robot("H1"), component)
     model = model_of(Chain(robot("H1"), (here,)), Chain(robot("H1"), (here,)).start())
     bare = table_of(frame.drop(columns=["sequence", "series"]))
     if physics == "leg_backlash":

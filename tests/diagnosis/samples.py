@@ -11,6 +11,7 @@ from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
@@ -21,14 +22,15 @@ from expdesign.recordings.recordings import Recordings
 
 def effect(name: str, physics: str, component: str, variant: str = "") -> Effect:
     """An effect of the library by its name."""
-    kind = next(kind for kind in KINDS if kind.physics == physics)
-    return kind(robot(name), component, variant)
+    where = component_from_text(component)
+    kind = next(kind for kind in KINDS if kind.physics == physics and where in kind.components(robot(name)))
+    return kind.from_text(robot(name), component, variant)
 
 
 @cache
 def _exact(name: str, effects: tuple[Effect, ...], parameters: tuple[float, ...], series: int) -> Recordings:
     """What the chain says of free wrenches, or of payloads for effects of a payload."""
-    load = "payload" if any(e.component == "payload" for e in effects) else "wrench"
+    load = "payload" if any(str(e.component) == "payload" for e in effects) else "wrench"
     here, frame = robot(name), rows(name, load, series=series)
     frame = frame[[column for column in frame if not column.startswith("abs_")]]
     recordings = read(frame, here)

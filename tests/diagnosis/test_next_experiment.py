@@ -49,7 +49,7 @@ class Laboratory:
             filled[name] = deviation
         for name in coordinates.deflection:
             filled[name] = 0.0
-        chain = Chain(self.robot, (LegBacklash(self.robot, "leg 3", "middle"),))
+        chain = Chain(self.robot, (LegBacklash.from_text(self.robot, "leg 3", "middle"),))
         truth = np.array([1.0, 1.1, 0.95, 1.05, 0.9, 1.0, GAP])
         rows = row_data(self.recordings(filled), self.robot)
         noise = self.generator.normal(size=(len(plan), 6)) * DEVIATIONS

@@ -8,17 +8,27 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
+from tests.chain.arm_rows import arm_rows, concealed, six_axis
 from tests.commands.calls import CONFIG, ROBOT, call
+from tests.identification.experiments import read
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.design.search import search
+from expdesign.diagnosis.diagnose import diagnose
 from expdesign.files.yaml_reader import parse_yaml
+from expdesign.identification.effect_entry import effect_classes
+from expdesign.identification.identify import identify
+from expdesign.identification.model_file import read_model
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
+from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import read_robot, robot_from_document
 from thesis_studies.making import read_frame
 from thesis_studies.study import known_studies
 
@@ -79,6 +89,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
         "expdesign/robots",
         "expdesign/loads/errors",
         "expdesign/chain/effects",
+        "expdesign/chain/effects/joints",
         "thesis_studies",
     }
 
@@ -92,18 +103,138 @@ def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None])
     assert "worst axis" in render(design_report(case, front, {}))
 
 
-def test_a_new_robot_is_planned_for_and_drawn(place: Callable[[str], None]) -> None:
-    place("expdesign/robots/gantry.py")
-    robot = {"name": "portal", "kind": "gantry", "actuator_stiffness": [2e6, 1e6]}
-    case = problem({"robot": robot})
-    np.testing.assert_allclose(case.loaded.robot.jacobians(np.array([0.1, 0.2])).pose, np.eye(2))
-    front = search(case)
-    # Each drive yields along its own axis only: U_xx is what the forces along x alone determine.
-    _, loads = case.space.decode(front.genes)
-    expected = (1e-6**2 / (loads[..., 0] ** 2).sum(axis=1)) * 100.0**2
-    variance = case.assess(*case.space.decode(front.genes)).noise_variance[:, 0, 0]
-    np.testing.assert_allclose(variance, expected, rtol=1e-9)
-    assert "The robot and its load" in render(design_report(case, front, {}))
+RRR = {
+    "name": "triangle",
+    "kind": "planar-rrr",
+    "home": [0.0, 0.0],
+    "base_joints": [[0.0, 0.5], [-0.433, -0.25], [0.433, -0.25]],
+    "platform_joints": [[0.0, 0.1], [-0.0866, -0.05], [0.0866, -0.05]],
+    "crank_m": 0.3,
+    "coupler_m": 0.3,
+    "actuator_stiffness": [2e4, 3e4, 2.5e4],
+}
+RRR_RUN = {
+    "schema_version": 1,
+    "robot": RRR,
+    "experiment": {
+        "measurements": 12,
+        "poses": {"bounds": {"x_m": [-0.08, 0.08], "y_m": [-0.08, 0.08], "rz_rad": [-0.3, 0.3]}},
+        "load": {"kind": "wrench", "fx_N": [-300, 300], "fy_N": [-300, 300], "mz_Nm": [-30, 30]},
+        "deflection_noise": {"std": {"dx_m": 1e-6, "dy_m": 1e-6, "drz_rad": 1e-5}},
+        "load_error": [{"source": "wrench", "std": [0.2, 0.2, 0.02]}],
+    },
+    "targets": [
+        {"pose": [0.02, 0.01, 0.1], "wrench": [100, -200, 5],
+         "tolerance": {"dx_m": 1e-5, "dy_m": 1e-5, "drz_rad": 1e-4}}
+    ],
+    "optimiser": {"population": 12, "generations": 4, "polish": True},
+}  # fmt: skip
+
+
+def _settled(robot: Robot, pose: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    """Deflection by small steps of the inverse kinematics alone: q(X + ΔX) = q(X) + c∘τ, τ by virtual work."""
+    step, eye = 1e-6, np.eye(3)
+    lengths = robot.inverse_kinematics.lengths  # type: ignore[union-attr]
+    rates = np.stack([(lengths(pose + step * e) - lengths(pose - step * e)) / (2 * step) for e in eye], axis=-1)
+    torques = np.linalg.solve(rates.T, wrench)
+    return np.linalg.solve(rates, torques / robot.stiffness)
+
+
+def test_a_new_family_of_robots_is_planned_identified_diagnosed_and_read_by_markers(
+    place: Callable[[str], None], tmp_path: Path
+) -> None:
+    place("expdesign/robots/planar_rrr.py")
+    (tmp_path / "run.yaml").write_text(yaml.safe_dump(RRR_RUN), encoding="utf-8")
+    (tmp_path / "robot.yaml").write_text(yaml.safe_dump(RRR), encoding="utf-8")
+    robot = read_robot(tmp_path / "robot.yaml")
+    pose, wrench = np.array([0.03, -0.02, 0.2]), np.array([50.0, -80.0, 4.0])
+    jacobians = robot.jacobians(pose)
+    found = jacobians.pose @ (robot.compliance * (jacobians.forward.T @ wrench))
+    np.testing.assert_allclose(found, _settled(robot, pose, wrench), rtol=1e-6)
+    assert call("run", tmp_path / "run.yaml", "--out", tmp_path / "plan") == 0
+    plans = sorted((tmp_path / "plan").rglob("*.csv"))
+    assert plans
+    _identify_and_diagnose(tmp_path)
+
+
+def _identify_and_diagnose(folder: Path) -> None:
+    """Play in one limb is concealed in simulated recordings, and found; without it they are consistent."""
+    rng = np.random.default_rng(5)
+    count = 40
+    poses = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (count, 3))
+    wrenches = rng.uniform([-300, -300, -30], [300, 300, 30], (count, 3))
+    plan = pd.DataFrame(np.hstack([poses, wrenches]), columns=["x_m", "y_m", "rz_rad", "fx_N", "fy_N", "mz_Nm"])
+    plan.insert(0, "series", np.arange(1, count + 1))
+    plan.insert(0, "sequence", np.arange(1, count + 1))
+    plan.to_csv(folder / "plan.csv", index=False)
+    names = [f"leg {leg}" for leg in (1, 2, 3)]
+    effect = {"physics": "leg_backlash", "component": "leg 2", "variant": "middle", "parameters": {"gap_rad": 4e-4}}
+    for name, effects in (("sound", []), ("play", [effect])):
+        model = {
+            "kind": "model", "schema_version": 1, "robot": RRR,
+            "compliance": {"leg 1": 6e-5, "leg 2": 4e-5, "leg 3": 3e-5}, "effects": effects,
+            "parameters": [f"{leg} compliance" for leg in names]
+            + ["leg_backlash / leg 2 / middle / gap_rad" for _ in effects],
+            "covariance": np.zeros((3 + len(effects),) * 2).tolist(),
+        }  # fmt: skip
+        (folder / f"{name}.yaml").write_text(yaml.safe_dump(model), encoding="utf-8")
+        recordings = folder / f"{name}.csv"
+        assert call("simulate", folder / "run.yaml", folder / "plan.csv", "--model", folder / f"{name}.yaml",
+                    "--no-load-errors", "--out", recordings) == 0  # fmt: skip
+        assert call("diagnose", folder / "robot.yaml", recordings, "--out", folder / f"{name}-out") == 0
+    sound, play = (
+        json.loads((folder / f"{name}-out" / "diagnosis.json").read_text(encoding="utf-8"))
+        for name in ("sound", "play")
+    )
+    assert sound["verdict"] == "consistent"
+    assert play["verdict"] == "explained"
+    first = play["effects"][0]
+    assert (first["physics"], first["component"]) == ("leg_backlash", "leg 2")
+    _, low, high = first["parameters"]["gap_rad"]
+    assert low < 4e-4 < high
+    assert call("identify", folder / "robot.yaml", folder / "sound.csv", "--out", folder / "identified") == 0
+    identified = read_model(folder / "identified" / "model.yaml")
+    np.testing.assert_allclose(identified.compliance, [6e-5, 4e-5, 3e-5], rtol=2e-2)
+
+
+def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], None]) -> None:
+    """Two markers of a platform in the plane, seen from somewhere in space by an instrument that is turned."""
+    place("expdesign/robots/planar_rrr.py")
+    robot = robot_from_document(parse_yaml(yaml.safe_dump(RRR), "robot.yaml", Path()))
+    rng = np.random.default_rng(9)
+    count, true = 60, np.array([6e-5, 4e-5, 3e-5])
+    poses = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (count, 3))
+    wrenches = rng.uniform([-300, -300, -30], [300, 300, 30], (count, 3))
+    jacobians = robot.jacobians(poses)
+    forces = np.einsum("nij,ni->nj", jacobians.forward, wrenches)
+    reached = poses + np.einsum("nij,nj->ni", jacobians.pose, true * forces)
+    places = {"a": np.array([0.05, 0.0, 0.02]), "b": np.array([-0.03, 0.04, 0.02])}
+    frame = Rotation.from_euler("xyz", [0.3, -0.2, 1.0])
+    table = pd.DataFrame(np.hstack([poses, wrenches]), columns=["x_m", "y_m", "rz_rad", "fx_N", "fy_N", "mz_Nm"])
+    table["marker"] = np.resize(["a", "b"], count)
+    turned = Rotation.from_euler("z", reached[:, 2:])
+    points = np.c_[reached[:, :2], np.zeros(count)] + turned.apply([places[name] for name in table["marker"]])
+    seen = frame.inv().apply(points - [1.0, 2.0, 0.5]) + 1e-6 * rng.standard_normal((count, 3))
+    table[["px_m", "py_m", "pz_m"]] = seen
+    table[["spx_m", "spy_m", "spz_m"]] = 1e-6
+    table.insert(0, "series", np.arange(1, count + 1))
+    table.insert(0, "sequence", np.arange(1, count + 1))
+    result = identify(robot, read(table, robot))
+    deviation = np.sqrt(np.diag(result.covariance))
+    assert (np.abs(result.compliance.estimate - true) < 4.0 * deviation).all()
+    assert (deviation < 0.02 * true).all()
+
+
+def test_a_new_effect_of_a_joint_is_found_and_kept(place: Callable[[str], None]) -> None:
+    place("expdesign/chain/effects/joints/wind_up.py")
+    robot = six_axis()
+    kind = next(cls for cls in effect_classes() if cls.physics == "belt_wind_up")
+    assert kind.identifier == "joints.wind_up"
+    effect = kind.from_text(robot, "joint 2")
+    found = diagnose(robot, concealed(robot, arm_rows(robot), (effect,), [3e-4]))
+    assert found.verdict == "explained"
+    assert str(found.findings[0].component) == "joint 2"
+    assert "belt_wind_up" in (found.findings[0].physics, *found.findings[0].indistinguishable)
 
 
 def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None]) -> None:

@@ -13,8 +13,9 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.identification.effect_entry import effect_classes
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model, model_text, read_model, robot_effect_classes
+from expdesign.identification.model_file import Model, model_text, read_model
 
 ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 
@@ -28,7 +29,7 @@ def all_effects() -> list[Effect]:
     made = experiment("H1", 6)
     points = made.recordings(made.exact)
     found = []
-    for cls in robot_effect_classes():
+    for cls in effect_classes():
         found += cls.candidates(robot("H1"), points)[:1]
     return found
 
@@ -100,6 +101,9 @@ def changed(folder: Path, **changes: object) -> Path:
     return path
 
 
+PLAY = {"physics": "leg_backlash", "component": "leg 1", "variant": "middle"}
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -109,7 +113,7 @@ def changed(folder: Path, **changes: object) -> Path:
         ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),
         ({"effects": [{"physics": "ghost", "component": "leg 1", "parameters": {}}]}, "unknown physics `ghost`"),
         (
-            {"effects": [{"physics": "leg_backlash", "component": "leg 1", "parameters": {"gap": 1.0}}]},
+            {"effects": [dict(PLAY, parameters={"gap": 1.0})]},
             "does not have these parameters",
         ),
         ({"robot": {"kind": "hexapod"}}, "missing"),

@@ -35,7 +35,7 @@ def diagnosis(kind: str) -> Diagnosis:
     frame[list(here.configuration)] *= 0.1
     frame["remark <b>"] = np.random.default_rng(1).standard_normal(len(frame))
     recordings: Recordings = read(frame, here, source=f"{EVIL_NAME}.csv")
-    chain = Chain(here, (LegBacklash(here, "leg 1", "middle"),))
+    chain = Chain(here, (LegBacklash.from_text(here, "leg 1", "middle"),))
     gap = 2e-5 if kind == "explained" else 0.0
     exact = chain.predict(row_data(recordings, here), np.array([1.0, 1.0, gap]))
     size = 4.0 if kind == "unexplained" else 1.0

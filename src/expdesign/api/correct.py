@@ -24,7 +24,6 @@ from expdesign.recordings.thermal_correction import (
     deflections,
     repeatability,
 )
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
 
@@ -98,9 +97,10 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
     Raises:
         InputError: a file is missing or wrong, or the robot has no legs.
     """
-    here = robot_of(robot).robot
-    if not isinstance(here, ParallelRobot):
-        what = f"`{here.name}` is a {here.kind}; the correction needs the lengths of legs"
+    given = robot_of(robot).robot
+    here = given.inverse_kinematics
+    if here is None:
+        what = f"`{given.name}` is a {given.kind}; the correction needs the lengths of legs"
         raise InputError(what, remedy="Use a robot on legs.")
     table = table_of(poses, "poses")
     measured = measured_poses(table, here)

@@ -10,8 +10,8 @@ from expdesign.compensation.prediction import Prediction, in_file_order, require
 from expdesign.compensation.prediction import predict as predict_points
 from expdesign.design.plan import csv_text
 from expdesign.files.output import write_file
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.reader import points_from_table
-from expdesign.recordings.recordings import POSITION, POSITION_DEVIATION
 
 
 @dataclass(frozen=True)

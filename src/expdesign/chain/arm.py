@@ -1,36 +1,27 @@
 """Pieces that the effects of arms share: where joints and links are, and what a wrench at the tip does there."""
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.effect import Effect
+from expdesign.chain.component import Component
+from expdesign.chain.components import each_link
 from expdesign.chain.row import Row
+from expdesign.robots.capabilities import Links
 from expdesign.robots.robot import Robot
-from expdesign.robots.serial import SerialRobot
-
-
-class ArmEffect(Effect):
-    """An effect that only serial robots have.
-
-    Raises:
-        ValueError: the robot is of another kind.
-    """
-
-    def __init__(self, robot: Robot, component: str, variant: str = "") -> None:
-        if not isinstance(robot, SerialRobot):
-            raise ValueError(f"{self.physics} of this form is for serial robots")
-        super().__init__(robot, component, variant)
-
 
 SHORTEST = 0.02
 """m; a shorter link neither bends nor grows noticeably."""
+LIGHTEST = 0.1
+"""kg; a lighter link's error is not looked for."""
 
 
-def arm_of(robot: Robot) -> SerialRobot:
-    """The robot as the serial robot that it is; raises `ValueError` for one that is no arm."""
-    if not isinstance(robot, SerialRobot):
-        raise ValueError(f"a {robot.kind} is no arm")
-    return robot
+def links_of(robot: Robot) -> Links:
+    """The links of a robot that has some; raises `ValueError` for others."""
+    if robot.links is None:
+        raise ValueError(f"a {robot.kind} has no links")
+    return robot.links
 
 
 def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:
@@ -38,16 +29,17 @@ def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:
     return wrench[3:] + ca.cross(row.position - point, wrench[:3])
 
 
-def with_links_beyond(robot: SerialRobot, wrench: ca.SX, row: Row, first: int) -> ca.SX:
+def with_links_beyond(robot: Robot, wrench: ca.SX, row: Row, first: int) -> ca.SX:
     """The wrench at the tip together with the weight of links `first`, first + 1, ... (from 1) about the tip, (6,).
 
     Positions show what own weight does; in deflections it is there before and after, and the wrench is the tip's alone.
     """
     if row.marker.shape[0] == 0:
         return wrench
+    tree = links_of(robot).tree
     carried = [float(number >= first) for number in range(1, len(robot.stiffness) + 1)]
-    mass = float(np.dot(carried, robot.tree.masses()))
-    lever = robot.tree.weight(row.pose, None, ca.SX(carried)) - mass * row.position
+    mass = float(np.dot(carried, tree.masses()))
+    lever = tree.weight(row.pose, None, ca.SX(carried)) - mass * row.position
     return wrench + ca.vertcat(mass * row.gravity, ca.cross(lever, row.gravity))
 
 
@@ -56,19 +48,30 @@ def at_tip(velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
     return ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
 
 
-def long_links(robot: Robot) -> list[str]:
-    """`link k` of every link of a serial robot that has a length; nothing of other robots."""
-    if not isinstance(robot, SerialRobot):
-        return []
+@lru_cache(maxsize=16)
+def long_links(robot: Robot) -> tuple[Component, ...]:
+    """Every link that has a length; nothing of robots without links."""
+    if robot.links is None:
+        return ()
     q = ca.SX.sym("q", len(robot.configuration))
-    spans = [link_span(robot, q, link) for link in range(len(robot.stiffness))]
+    spans = [link_span(robot, q, link.index) for link in each_link(robot)]
     lengths = ca.Function("lengths", [q], [ca.norm_2(end - start) for start, end in spans])
     # Prismatic joints lie at the start of their link, so that its length does not depend on the configuration.
     found = lengths.call([np.zeros(len(robot.configuration))])
-    return [f"link {k + 1}" for k, length in enumerate(found) if float(length) > SHORTEST]
+    return tuple(link for link, length in zip(each_link(robot), found, strict=True) if float(length) > SHORTEST)
 
 
-def link_span(robot: SerialRobot, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
+@lru_cache(maxsize=16)
+def heavy_links(robot: Robot) -> tuple[Component, ...]:
+    """Every link with a mass that could be noticeably wrong; nothing of robots without links."""
+    if robot.links is None:
+        return ()
+    masses = robot.links.tree.masses()
+    return tuple(link for link, mass in zip(each_link(robot), masses, strict=True) if mass > LIGHTEST)
+
+
+def link_span(robot: Robot, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
     """Where a link (index from 0) begins and ends, (3,) each."""
-    pose = robot.tree.forward(q)[robot.tree.joints[link].child]
-    return pose[:3, 3], robot.tree.far_end(q, link)
+    tree = links_of(robot).tree
+    pose = tree.forward(q)[tree.joints[link].child]
+    return pose[:3, 3], tree.far_end(q, link)

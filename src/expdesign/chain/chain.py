@@ -5,19 +5,20 @@ over all rows; where effects carry states, the rows of every series are worked t
 the sensitivities of the states are carried along.
 """
 
-from dataclasses import replace
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.markers import COMPLIANCE_SPREAD, MARKER_SPREAD, MarkerReading, true_geometry
+from expdesign.chain.components import turned_lever
+from expdesign.chain.effect import Effect
+from expdesign.chain.parameter import Parameter
+from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import Row, RowData, row_symbols
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.robots.capabilities import Links
 from expdesign.robots.robot import Robot
-from expdesign.robots.serial import SerialRobot
 from expdesign.symbolic import BatchFunction
 
 LONG_SERIES = 30
@@ -31,7 +32,7 @@ class Chain:
         robot: the robot.
         effects: physics beyond the base model, acting in this order within a link.
         instrument: whether the chain ends with the instrument's reading; otherwise with the motion of the platform.
-        markers: what the instrument reads where it measures positions; None where it measures deflections.
+        reading: what the instrument reads of the platform: its deflection, or positions of markers.
 
     Attributes:
         parameters: compliances first (`c1`, ... in units of 1/apK), then those of the instrument and its markers, then
@@ -44,17 +45,17 @@ class Chain:
         effects: tuple[Effect, ...] = (),
         *,
         instrument: bool = True,
-        markers: MarkerReading | None = None,
+        reading: Reading = DEFLECTION,
     ) -> None:
         self.robot = robot
         self.effects = effects
         self.instrument = instrument
         compliances = tuple(
-            Parameter(f"c{i + 1}", 1.0, neutral=1.0, low=1e-6, spread=COMPLIANCE_SPREAD if markers else np.inf)
+            Parameter(f"c{i + 1}", 1.0, neutral=1.0, low=1e-6, spread=reading.compliance_spread)
             for i in range(len(robot.stiffness))
         )
-        self.markers = markers
-        own = compliances + (() if markers is None else markers.parameters)
+        self.reading = reading
+        own = compliances + reading.parameters
         self.parameters = own + tuple(p for effect in effects for p in effect.parameters)
         self.slices: list[slice] = []
         self.base = start = len(own)
@@ -71,18 +72,17 @@ class Chain:
 
     def start(self) -> FloatArray:
         """Approximate compliances, instrument and markers as registered, and neutral effects, shape (p,)."""
-        placed = np.zeros(0) if self.markers is None else self.markers.start
-        return np.concatenate([np.ones(self.compliances), placed, *(effect.neutral() for effect in self.effects)])
+        neutral = (effect.neutral() for effect in self.effects)
+        return np.concatenate([np.ones(self.compliances), self.reading.start, *neutral])
 
     def knowledge(self, *, released: bool = False) -> tuple[FloatArray, FloatArray] | None:
         """Mean and standard deviation of the parameters before anything is measured, (p,) each; None for nothing.
 
-        What is held because it cannot be told from something else is held, or (`released`) as unknown as it really is.
+        What is held because it is confounded with something else is held, or (`released`) as unknown as it really is.
         """
         spreads = np.array([parameter.spread for parameter in self.parameters])
-        if released and self.markers is not None:
-            known = spreads[self.compliances : self.base]
-            spreads[self.compliances : self.base] = np.where(np.isfinite(known), MARKER_SPREAD, known)
+        if released:
+            spreads[self.compliances : self.base] = self.reading.released(spreads[self.compliances : self.base])
         if not np.isfinite(spreads).any():
             return None
         return np.array([parameter.neutral for parameter in self.parameters]), spreads
@@ -108,22 +108,18 @@ class Chain:
     @property
     def width(self) -> int:
         """Components of what the chain ends with."""
-        return 3 if self.markers is not None and self.instrument else self.robot.coordinates.n
+        return self.reading.width(self.robot) if self.instrument else self.robot.coordinates.n
 
     def row_symbols(self) -> Row:
         """Symbols of one row."""
-        return row_symbols(self.robot, len(self.markers.names) if self.markers is not None and self.instrument else 0)
+        return row_symbols(self.robot, len(self.reading.names) if self.instrument else 0)
 
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot
         parts = [theta[s] for s in self.slices]
         for effect, part in zip(self.effects, parts, strict=True):
-            change = effect.own_weight_change(row, part)
-            if self.markers is None:
-                row = replace(row, own=row.own + change)
-            else:
-                row = replace(row, carried=row.carried + change)
+            row = self.reading.with_own_weight(row, effect.own_weight_change(row, part))
         forward, pose_map, wrench = row.forward, row.pose_map, row.wrench
         compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
         if any(effect.changes_geometry for effect in self.effects):
@@ -147,10 +143,8 @@ class Chain:
             following.append(next_own)
         reading = deflection
         if self.instrument:
-            if self.markers is not None:
-                known = theta[self.compliances : self.base]
-                true = true_geometry(robot, self.effects, parts)
-                reading = self.markers.expression(robot, deflection, row, known, true)
+            unknown = theta[self.compliances : self.base]
+            reading = self.reading.expression(robot, deflection, row, unknown, self._link_errors(parts))
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
         return reading, ca.vertcat(*following)
@@ -162,10 +156,10 @@ class Chain:
         X ← X − J̌·(q(X; true) − q) find the true pose up to the third power of the error; there a payload's lever has
         turned with the platform.
         """
-        robot = self.robot
-        if isinstance(robot, SerialRobot):
-            return self._with_true_links(robot, row, parts)
-        assert isinstance(robot, ParallelRobot)
+        if self.robot.links is not None:
+            return self._with_true_links(self.robot.links, row, parts)
+        robot = self.robot.inverse_kinematics
+        assert robot is not None
         nominal = ca.SX(robot.geometry)
         geometry = nominal
         for effect, part in zip(self.effects, parts, strict=True):
@@ -176,27 +170,29 @@ class Chain:
             pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
         for effect, part in zip(self.effects, parts, strict=True):
             pose = effect.unloaded(pose, compliance, row, part)
-        symbol = ca.SX.sym("X", robot.coordinates.n)
+        n = self.robot.coordinates.n
+        symbol = ca.SX.sym("X", n)
         rates = ca.jacobian(robot.actuator_lengths(symbol, geometry), symbol)
-        pose_map = ca.solve(ca.substitute(rates, symbol, pose), ca.SX.eye(robot.coordinates.n))
+        pose_map = ca.solve(ca.substitute(rates, symbol, pose), ca.SX.eye(n))
         forward = ca.solve(ca.substitute(robot.pose_rate_map(symbol), symbol, pose), pose_map)
-        wrench = row.wrench
-        if robot.coordinates.n > 2:
-            arm = robot.rotation(pose) @ row.rotation.T @ row.lever - row.lever
-            wrench = wrench + ca.vertcat(ca.SX.zeros(3), row.payload * ca.cross(arm, wrench[:3]))
-        return forward, pose_map, wrench
+        return forward, pose_map, row.wrench + turned_lever(robot.rotation(pose), row, row.wrench)
 
-    def _with_true_links(self, robot: SerialRobot, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """J, J̌ and the wrench of a serial robot whose joints and links have geometric errors."""
-        geometry = ca.SX.zeros(robot.tree.size)
+    def _with_true_links(self, links: Links, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ and the wrench of a robot whose joints and links have geometric errors."""
+        symbol = ca.SX.sym("q", len(self.robot.configuration))
+        forward, _, rotation = links.jacobian_expressions(symbol, self._link_errors(parts))
+        forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
+        return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench)
+
+    def _link_errors(self, parts: list[ca.SX]) -> ca.SX | None:
+        """Geometric errors of links with the effects that change them; None without links or such effects."""
+        if self.robot.links is None:
+            return None
+        nominal = ca.SX.zeros(self.robot.links.tree.size)
+        geometry = nominal
         for effect, part in zip(self.effects, parts, strict=True):
             geometry = effect.geometry(geometry, part)
-        symbol = ca.SX.sym("q", len(robot.configuration))
-        forward, _, rotation = robot.jacobian_expressions(symbol, geometry)
-        forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
-        arm = rotation @ row.rotation.T @ row.lever - row.lever
-        moment = row.payload * ca.cross(arm, row.wrench[:3])
-        return forward, forward, row.wrench + ca.vertcat(ca.SX.zeros(3), moment)
+        return None if geometry is nominal else geometry
 
     @cached_property
     def _value(self) -> BatchFunction:

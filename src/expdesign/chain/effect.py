@@ -14,48 +14,33 @@ and diagnosis find it there.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, Self
+from collections.abc import Hashable, Sequence
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import Component, component_from_text
+from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import ONLY, Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter of an effect.
-
-    Attributes:
-        name: with its unit.
-        scale: typical size, by which it is scaled in fits.
-        neutral: value at which the effect vanishes (for a shape, a typical value).
-        low, high: bounds.
-        spread: standard deviation about `neutral` before anything is measured, infinite where nothing is known.
-        shape: whether it only shapes the effect (a pitch, a time constant) and means nothing while the others are
-            neutral.
-    """
-
-    name: str
-    scale: float
-    neutral: float = 0.0
-    low: float = float("-inf")
-    high: float = float("inf")
-    shape: bool = False
-    spread: float = float("inf")
+__all__ = ["Effect", "Parameter"]
 
 
 class Effect(ABC):
     """One kind of physics at one component of a robot.
 
     Attributes:
-        physics: identifier of interfaces.md.
-        component: e.g. `leg 3`, `payload`.
-        variant: which of several forms, where there are some; empty otherwise.
+        identifier: of the class, kept in model files: its place in `chain/effects` (`legs.backlash`), unless the class
+            declares one. A file that moves keeps the identifier that its class had by declaring it.
+        physics: identifier of interfaces.md, which several effects share that people call by one name.
+        forms: its variants, where the robot and the recordings do not decide which there are.
+        component: where it acts.
+        variant: which of several forms, `ONLY` where there is one.
         parameters: in the order of `theta` in the overrides.
         states: number of states that the effect carries from row to row of a series, all 0 at its start.
         builds_on: physics without which this effect has no meaning at its component (play, friction and creep of a
@@ -63,15 +48,25 @@ class Effect(ABC):
         changes_geometry: whether `geometry` or `unloaded` is overridden, which makes the kinematic maps symbolic.
     """
 
+    identifier: ClassVar[str]
     physics: ClassVar[str]
-    component: str
-    variant: str
+    forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
+    component: Component
+    variant: Any
     parameters: tuple[Parameter, ...]
     states: int = 0
     builds_on: str = ""
     changes_geometry: bool = False
 
-    def __init__(self, robot: Robot, component: str, variant: str = "") -> None:
+    def __init_subclass__(cls, **options: object) -> None:
+        super().__init_subclass__(**options)
+        if "identifier" not in vars(cls):
+            cls.identifier = cls.__module__.partition(".chain.effects.")[2] or cls.__name__
+
+    def __init__(self, robot: Robot, component: Component, variant: Variant = ONLY) -> None:
+        """Raises `ValueError` where the robot has no such component."""
+        if component not in self.components(robot):
+            raise ValueError(f"this robot has no `{component}` at which `{self.identifier}` could be")
         self.robot = robot
         self.component = component
         self.variant = variant
@@ -83,13 +78,36 @@ class Effect(ABC):
 
     @classmethod
     @abstractmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+    def components(cls, robot: Robot) -> Sequence[Component]:
+        """Components of a robot at which this physics can be, by what the robot offers; none for other robots."""
+
+    @classmethod
+    def variants(cls, robot: Robot) -> Sequence[Variant]:
+        """The forms that this physics can have on a robot, as far as recordings do not decide it."""
+        return cls.forms
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         """Components and variants that these recordings could show on this robot."""
+        return [(component, variant) for component in cls.components(robot) for variant in cls.variants(robot)]
 
     @classmethod
     def candidates(cls, robot: Robot, points: LoadedPoints) -> list[Self]:
         """The effect at every place."""
         return [cls(robot, component, variant) for component, variant in cls.places(robot, points)]
+
+    @classmethod
+    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
+        """The variant whose text a file holds; raises `ValueError` where there is none."""
+        found = [variant for variant in cls.variants(robot) if str(variant) == text]
+        if not found:
+            raise ValueError(f"`{cls.identifier}` has no variant `{text}` on this robot")
+        return found[0]
+
+    @classmethod
+    def from_text(cls, robot: Robot, component: str, variant: str = "") -> Self:
+        """The effect that a file names; raises `ValueError` where the robot has no such component or variant."""
+        return cls(robot, component_from_text(component), cls.variant_from_text(robot, variant))
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         """Neutral parameters with every value of the shapes from which a search has to start, shape (p,) each."""
@@ -102,24 +120,24 @@ class Effect(ABC):
         return []
 
     @property
-    def leg(self) -> int:
-        """Index of the actuator that the component names."""
-        return int(self.component.split()[-1]) - 1
-
-    @property
-    def legs(self) -> tuple[int, ...]:
+    def actuators(self) -> tuple[int, ...]:
         """Indices of the actuators concerned: one, or all."""
-        return tuple(range(len(self.robot.stiffness))) if self.component.startswith("all") else (self.leg,)
+        return tuple(range(len(self.robot.stiffness))) if self.component.several else (self.component.index,)
 
     @property
-    def slot(self) -> tuple[str, str]:
+    def slot(self) -> tuple[Hashable, ...]:
         """What a model holds at most once: forms of one physics at one component exclude each other."""
         return self.physics, self.component
 
     @property
     def key(self) -> str:
-        """Identifier of physics, component and variant."""
-        return f"{self.physics} / {self.component}" + (f" / {self.variant}" if self.variant else "")
+        """Names of physics, component and variant, for people."""
+        return " / ".join(text for text in (self.physics, str(self.component), str(self.variant)) if text)
+
+    @property
+    def subject(self) -> str:
+        """The component as the first words of a sentence."""
+        return str(self.component).capitalize()
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
         """True joint coordinates, from the nominal ones."""

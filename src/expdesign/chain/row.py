@@ -7,8 +7,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
 
@@ -109,15 +107,6 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     count = len(points)
     n_p = len(robot.stiffness)
     jacobians = robot.jacobians(points.configurations)
-    if isinstance(robot, ParallelRobot):
-        lengths = robot.lengths(points.configurations)
-        # J̌ = T·J, and J is square here.
-        rates = jacobians.pose @ np.linalg.inv(jacobians.forward)
-    elif isinstance(robot, Body):
-        lengths, rates = points.configurations[:, :0], robot.rates(points.configurations)
-    else:
-        lengths = points.configurations[:, :n_p]
-        rates = np.broadcast_to(np.eye(robot.coordinates.n), (count, robot.coordinates.n, robot.coordinates.n))
     lever = np.zeros((count, len(robot.gravity)))
     if points.payload is not None and points.payload.shape[1] > 1:
         lever = (jacobians.rotation @ points.payload[:, 1:, None])[..., 0]
@@ -143,19 +132,19 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             points.configurations,
             points.wrenches,
             points.absolute,
-            own * (points.marker is None),
-            own * (points.marker is not None),
-            robot.weight_wrench(points.configurations, points.gravity) * (points.marker is not None),
-            _one_hot(points),
+            points.measurand.reference(own),
+            points.measurand.shown(own),
+            points.measurand.shown(robot.weight_wrench(points.configurations, points.gravity)),
+            points.marker_indicators,
             points.gravity,
             robot.position(points.configurations),
             lever,
             np.full((count, 1), float(points.payload is not None)),
             columns_first(jacobians.rotation),
-            columns_first(rates),
+            columns_first(robot.pose_rates(points.configurations)),
             columns_first(jacobians.forward),
             columns_first(jacobians.pose),
-            lengths,
+            robot.actuator_coordinates(points.configurations),
             warming,
             (time - time[first_row])[:, None],
             (time - time[:1])[:, None],
@@ -165,13 +154,6 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
         axis=1,
     )
     return RowData(values, series, position)
-
-
-def _one_hot(points: LoadedPoints) -> FloatArray:
-    """Which marker each row is of, shape (N, number of markers)."""
-    if points.marker is None:
-        return np.zeros((len(points), 0))
-    return np.eye(len(points.markers))[points.marker]
 
 
 def _series_structure(numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:

@@ -5,16 +5,33 @@ x`: the moment about x and the rotation it causes), or the moment about a horizo
 under which the body may turn about x and y.
 """
 
+from dataclasses import dataclass
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import rounded
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 
-_DRIVES = ("along x", "along y", "along z", "about x", "about y", "about z")
-OBLIQUE = "oblique"
+
+class Drive(StrEnum):
+    """The component of the load that drives, in the order of a wrench; `OBLIQUE` is about an axis that is found."""
+
+    ALONG_X = "along x"
+    ALONG_Y = "along y"
+    ALONG_Z = "along z"
+    ABOUT_X = "about x"
+    ABOUT_Y = "about y"
+    ABOUT_Z = "about z"
+    OBLIQUE = "oblique"
+
+
+_SINGLE = tuple(Drive)[:6]
+_FORCES = _SINGLE[:3]
 _VARIES = 1e-9
 AZIMUTHS = tuple(np.linspace(0.0, np.pi, 6, endpoint=False))
 
@@ -24,43 +41,43 @@ def measured_axes(points: LoadedPoints) -> set[int]:
     return {int(axis) for axis in points.axes} if isinstance(points, Recordings) else set(range(6))
 
 
-def drives(points: LoadedPoints, *, oblique: bool = False) -> list[str]:
+def drives(points: LoadedPoints, *, oblique: bool = False) -> list[Drive]:
     """Drives whose load varies and whose motion was measured."""
     spread = np.ptp(points.wrenches, axis=0)
     seen = measured_axes(points)
-    found = [name for i, name in enumerate(_DRIVES) if i in seen and spread[i] > _VARIES * max(spread.max(), 1e-300)]
-    if oblique and {"about x", "about y"} <= set(found):
-        found.append(OBLIQUE)
+    found = [name for i, name in enumerate(_SINGLE) if i in seen and spread[i] > _VARIES * max(spread.max(), 1e-300)]
+    if oblique and {Drive.ABOUT_X, Drive.ABOUT_Y} <= set(found):
+        found.append(Drive.OBLIQUE)
     return found
 
 
-def unit_of(drive: str) -> tuple[str, str]:
+def unit_of(drive: Drive) -> tuple[str, str]:
     """Units of the load and of the motion of a drive."""
-    return ("N", "m") if drive.startswith("along") else ("Nm", "rad")
+    return ("N", "m") if drive in _FORCES else ("Nm", "rad")
 
 
-def drive_load(drive: str, wrench: ca.SX, azimuth: ca.SX | float = 0.0) -> ca.SX:
+def drive_load(drive: Drive, wrench: ca.SX, azimuth: ca.SX | float = 0.0) -> ca.SX:
     """The component of a wrench (6,) that drives; for `oblique` the moment about the axis of that azimuth."""
-    if drive == OBLIQUE:
+    if drive is Drive.OBLIQUE:
         return ca.cos(azimuth) * wrench[3] + ca.sin(azimuth) * wrench[4]
-    return wrench[_DRIVES.index(drive)]
+    return wrench[_SINGLE.index(drive)]
 
 
-def drive_values(drive: str, wrenches: FloatArray, azimuth: float = 0.0) -> FloatArray:
+def drive_values(drive: Drive, wrenches: FloatArray, azimuth: float = 0.0) -> FloatArray:
     """`drive_load` of many wrenches (N, 6), shape (N,)."""
-    if drive == OBLIQUE:
+    if drive is Drive.OBLIQUE:
         values: FloatArray = np.cos(azimuth) * wrenches[:, 3] + np.sin(azimuth) * wrenches[:, 4]
         return values
-    return wrenches[:, _DRIVES.index(drive)]
+    return wrenches[:, _SINGLE.index(drive)]
 
 
-def twist_of(drive: str, amounts: ca.SX) -> ca.SX:
+def twist_of(drive: Drive, amounts: ca.SX) -> ca.SX:
     """Twist (6,) of the body from the amounts of motion (one, or two about x and y for `oblique`)."""
     twist = ca.SX.zeros(6)
-    if drive == OBLIQUE:
+    if drive is Drive.OBLIQUE:
         twist[3:5] = amounts
     else:
-        twist[_DRIVES.index(drive)] = amounts
+        twist[_SINGLE.index(drive)] = amounts
     return twist
 
 
@@ -69,28 +86,58 @@ def whole_load(wrench: ca.SX, row: Row) -> tuple[ca.SX, ca.SX]:
     return row.absolute + (wrench - row.wrench), row.absolute - row.wrench
 
 
-def over_pose(points: LoadedPoints, names: tuple[str, ...]) -> list[str]:
-    """Endings of variants for the pose coordinates that vary: ` over z_m 1.98 to 3.87`."""
+@dataclass(frozen=True)
+class Over:
+    """The range of a pose coordinate (its column) over which a quantity is a parabola; kept to six digits."""
+
+    name: str
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.low:.6g} to {self.high:.6g}"
+
+    @property
+    def sentence(self) -> str:
+        """At which pose a value holds, for people."""
+        return f"halfway between {self.name} = {self.low:.6g} and {self.high:.6g}, and it changes with {self.name}"
+
+
+def ending(over: Over | None) -> str:
+    """End of the text of a variant that may depend on the pose."""
+    return "" if over is None else f" over {over}"
+
+
+def split_over(text: str) -> tuple[str, Over | None]:
+    """The text of a variant without its ending, and the range that the ending names; raises `ValueError`."""
+    head, over, rest = text.partition(" over ")
+    if not over:
+        return head, None
+    name, low, _, high = rest.split(" ")
+    return head, Over(name, float(low), float(high))
+
+
+def over_pose(points: LoadedPoints, names: tuple[str, ...]) -> list[Over]:
+    """The ranges of the pose coordinates that vary."""
     low, high = points.configurations.min(axis=0), points.configurations.max(axis=0)
     return [
-        f" over {name} {low[i]:.6g} to {high[i]:.6g}"
+        Over(name, rounded(low[i]), rounded(high[i]))
         for i, name in enumerate(names)
         if high[i] - low[i] > 1e-2 * max(abs(high[i]), abs(low[i]), 1e-3)
     ]
 
 
-def powers(variant: str, row: Row, names: tuple[str, ...]) -> list[ca.SX]:
-    """1, u and u² where the variant depends on a pose coordinate (u = −1 … 1 over its range), else 1 alone."""
-    if " over " not in variant:
+def powers(over: Over | None, row: Row, names: tuple[str, ...]) -> list[ca.SX]:
+    """1, u and u² of a pose coordinate (u = −1 … 1 over its range), or 1 alone where there is no dependence."""
+    if over is None:
         return [ca.SX(1.0)]
-    name, low, _, high = variant.split(" over ")[1].split()
-    u = (2.0 * row.pose[names.index(name)] - (float(low) + float(high))) / (float(high) - float(low))
+    u = (2.0 * row.pose[names.index(over.name)] - (over.low + over.high)) / (over.high - over.low)
     return [ca.SX(1.0), u, u**2]
 
 
-def with_powers(parameters: tuple[Parameter, ...], variant: str) -> tuple[Parameter, ...]:
+def with_powers(parameters: tuple[Parameter, ...], over: Over | None) -> tuple[Parameter, ...]:
     """Parameters of a quantity that depends on a pose coordinate: at its middle, then per u and per u²."""
-    if " over " not in variant:
+    if over is None:
         return parameters
     further = [
         Parameter(f"{p.name}_{ending}", p.scale) for ending in ("slope", "curvature") for p in parameters if not p.shape

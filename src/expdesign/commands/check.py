@@ -78,7 +78,7 @@ def check_recordings(file: Path, robot_file: Path | None, *, shared_reference: b
     if len(robot.stiffness) == 0:
         return text
     result = identify(robot, recordings, shared_reference=shared_reference)
-    if recordings.marker is not None:
+    if recordings.measurand.absolute:
         return " ".join([text, *result.suspicions])
     relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
     for suspicion in result.suspicions:

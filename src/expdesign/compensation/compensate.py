@@ -23,10 +23,7 @@ from expdesign.compensation.prediction import chain_of, moved, predict_with
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.identification.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
-from expdesign.robots.serial import SerialRobot
 
 TOLERANCE = 1e-13
 """m, rad: largest remaining error of the predicted pose."""
@@ -65,9 +62,9 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
         InfeasibleError: a command is beyond the robot's limits.
     """
     robot = model.chain.robot
-    if isinstance(robot, SerialRobot):
+    if robot.links is not None:
         return _in_joint_space(model, robot, targets)
-    if not isinstance(robot, ParallelRobot | Body):
+    if robot.inverse_kinematics is None and not robot.on_support:
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
     _require_regular(robot, targets, targets.configurations)
@@ -89,10 +86,10 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
     _require_regular(robot, targets, commands)
     _require_within_limits(robot, targets, commands)
     prediction = predict_with(chain, model, moved(targets, commands))
-    return Compensation(commands, robot.lengths(commands), prediction.deviations, iteration, residual)
+    return Compensation(commands, robot.actuator_coordinates(commands), prediction.deviations, iteration, residual)
 
 
-def _in_joint_space(model: Model, robot: SerialRobot, targets: LoadedPoints) -> Compensation:
+def _in_joint_space(model: Model, robot: Robot, targets: LoadedPoints) -> Compensation:
     chain = chain_of(model, platform=True)
     found = joint_commands(chain, model.values, robot, targets)
     _require_within_limits(robot, targets, found.commands)
@@ -108,7 +105,7 @@ def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -
     return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
 
 
-def _require_regular(robot: ParallelRobot | Body, targets: LoadedPoints, poses: FloatArray) -> None:
+def _require_regular(robot: Robot, targets: LoadedPoints, poses: FloatArray) -> None:
     condition = robot.jacobians(poses).condition
     wrong = np.flatnonzero(condition > CONDITION_LIMIT)
     if wrong.size:

@@ -23,9 +23,9 @@ from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import moved
 from expdesign.errors import ConvergenceError, SingularConfigurationError
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.capabilities import Links
 from expdesign.robots.orientation import rotation_vector
-from expdesign.robots.robot import CONDITION_LIMIT
-from expdesign.robots.serial import SerialRobot
+from expdesign.robots.robot import CONDITION_LIMIT, Robot
 from expdesign.symbolic import BatchFunction
 
 TOLERANCE = 1e-12
@@ -52,7 +52,7 @@ class JointCommands:
     iterations: int
 
 
-def joint_commands(chain: Chain, values: FloatArray, robot: SerialRobot, targets: LoadedPoints) -> JointCommands:
+def joint_commands(chain: Chain, values: FloatArray, robot: Robot, targets: LoadedPoints) -> JointCommands:
     """Commands for targets whose configurations (N, n_q) are q_D.
 
     Raises:
@@ -60,8 +60,10 @@ def joint_commands(chain: Chain, values: FloatArray, robot: SerialRobot, targets
         SingularConfigurationError: an arm of six or more joints cannot move its tip as the correction demands.
     """
     wanted = targets.configurations
-    error = _error_function(robot)
-    scale = np.where(np.isfinite(robot.high - robot.low), robot.high - robot.low, 2.0 * np.pi)
+    links = robot.links
+    assert links is not None
+    error = _error_function(links, len(robot.configuration))
+    scale = np.where(np.isfinite(links.high - links.low), links.high - links.low, 2.0 * np.pi)
     commands = wanted.copy()
     previous = np.full(len(wanted), np.inf)
     iterations = 0
@@ -86,12 +88,11 @@ def joint_commands(chain: Chain, values: FloatArray, robot: SerialRobot, targets
     return JointCommands(commands, residual, iterations)
 
 
-def _error_function(robot: SerialRobot) -> BatchFunction:
+def _error_function(links: Links, count: int) -> BatchFunction:
     """Twist from the loaded tip at a command to the target, as a function of q_D, q and ΔX."""
-    count = len(robot.configuration)
     wanted, command, deflection = ca.SX.sym("wanted", count), ca.SX.sym("command", count), ca.SX.sym("deflection", 6)
-    target, target_rotation = robot.tip(wanted)
-    position, rotation = robot.tip(command)
+    target, target_rotation = links.tip(wanted)
+    position, rotation = links.tip(command)
     turn = rotation_vector(target_rotation @ rotation.T)
     # Deflection and correction are small turns, whose vectors add up to their product's, which is of second order.
     return BatchFunction(
@@ -101,7 +102,7 @@ def _error_function(robot: SerialRobot) -> BatchFunction:
     )
 
 
-def _steps(robot: SerialRobot, commands: FloatArray, twist: FloatArray, scale: FloatArray) -> FloatArray:
+def _steps(robot: Robot, commands: FloatArray, twist: FloatArray, scale: FloatArray) -> FloatArray:
     """δq (N, n_q) for remaining errors (N, 6)."""
     jacobian = robot.jacobians(commands).forward * scale
     position, orientation = jacobian[:, :3], jacobian[:, 3:]
@@ -115,14 +116,14 @@ def _steps(robot: SerialRobot, commands: FloatArray, twist: FloatArray, scale: F
     return steps
 
 
-def _require_small(robot: SerialRobot, targets: LoadedPoints, corrections: FloatArray) -> None:
+def _require_small(robot: Robot, targets: LoadedPoints, corrections: FloatArray) -> None:
     row, joint = divmod(int(np.argmax(np.abs(corrections))), corrections.shape[1])
     if abs(corrections[row, joint]) > _STEP:
         what = f"{robot.actuators[joint]} would have to be corrected by {corrections[row, joint]:.3g} rad or m"
         raise ConvergenceError(what, where=targets.where(row), remedy="Is the load far beyond what was identified?")
 
 
-def _require_attained(robot: SerialRobot, targets: LoadedPoints, residual: FloatArray) -> None:
+def _require_attained(robot: Robot, targets: LoadedPoints, residual: FloatArray) -> None:
     """Raise where an arm that should reach every pose does not."""
     row = int(np.argmax(residual.max(axis=1)))
     if len(robot.configuration) < 6 or residual[row].max() <= ATTAINED:

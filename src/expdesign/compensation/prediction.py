@@ -25,7 +25,7 @@ class Prediction:
 
 def chain_of(model: Model, *, platform: bool) -> Chain:
     """The model's chain up to the instrument's reading, or only up to the motion of the platform."""
-    return Chain(model.chain.robot, model.chain.effects, instrument=not platform, markers=model.chain.markers)
+    return Chain(model.chain.robot, model.chain.effects, instrument=not platform, reading=model.chain.reading)
 
 
 def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
@@ -36,31 +36,16 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
         points: commands and loads.
         platform: the motion of the platform instead of the instrument's reading.
     """
-    reading = model.chain.markers
-    if platform or points.marker is None or reading is None:
-        return predict_with(chain_of(model, platform=platform or reading is not None), model, without_markers(points))
-    return predict_with(chain_of(model, platform=False), model, with_markers_of(points, reading.names))
+    reading = model.chain.reading
+    seen = None if platform else reading.at_points(points)
+    if seen is not None:
+        return predict_with(chain_of(model, platform=False), model, seen)
+    return predict_with(chain_of(model, platform=platform or not reading.linear), model, without_markers(points))
 
 
 def without_markers(points: LoadedPoints) -> LoadedPoints:
     """The same points, at which no marker is looked at."""
     return replace(points, marker=None, markers=())
-
-
-def with_markers_of(points: LoadedPoints, names: tuple[str, ...]) -> LoadedPoints:
-    """The same points with markers numbered as in a model.
-
-    Raises:
-        InputError: the model does not know a marker.
-    """
-    assert points.marker is not None
-    for name in points.markers:
-        if name not in names:
-            row = int(np.flatnonzero(points.marker == points.markers.index(name))[0])
-            what = f"the model knows no marker `{name}`"
-            raise InputError(what, where=points.where(row, "marker"), remedy=f"It knows {', '.join(names)}.")
-    numbers = np.array([names.index(name) for name in points.markers])
-    return replace(points, marker=numbers[points.marker], markers=names)
 
 
 def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:

@@ -6,7 +6,6 @@ from expdesign.diagnosis.dispersion import ALIKE, Dispersion
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model
-from expdesign.robots.body import Body
 
 _UNKNOWN = 0.5
 """Share of its standard deviation beforehand above which a parameter counts as not determined."""
@@ -19,9 +18,8 @@ _NO_MOMENT = 1e-6
 def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -> tuple[str, ...]:
     """Sentences, most limiting first."""
     found: list[str] = []
-    if sample.markers is not None:
-        found += sample.markers.degeneracies
-        found += _loose(model)
+    found += sample.reading.degeneracies
+    found += [] if sample.reading.linear else _loose(model)
     found += _without_moment(sample, model)
     if errors.test_after > _EXPLODES * max(errors.train_after, 1.0):
         found.append(
@@ -42,7 +40,7 @@ def _without_moment(sample: Sample, model: Model) -> list[str]:
     The moment of a weight is r × (m g), which has no part along g: with M·g = 0 in all rows C and C + λ·g·gᵀ turn
     alike, and where g is not an axis of O that concerns all elements of C.
     """
-    if not isinstance(model.fit.chain.robot, Body) or model.fit.determined.all():
+    if not model.fit.chain.robot.on_support or model.fit.determined.all():
         return []
     moments = sample.recordings.wrenches[sample.counts, 3:]
     if not np.any(moments):

@@ -8,7 +8,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
-from expdesign.chain.markers import reading_of
+from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains
@@ -99,9 +99,9 @@ def diagnose(
     report("fitting the base model")
     noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
     sample = sample_with(noise.deviations)
-    base = fit(Chain(robot, markers=sample.markers), sample)
+    base = fit(Chain(robot, reading=sample.reading), sample)
     judged = _judged(robot, sample)
-    if sample.markers is None:
+    if sample.reading.linear:
         _require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
     entries = candidates(library(robot, recordings), sample, robot, base.values)
@@ -125,7 +125,7 @@ def diagnose(
         reason = doubt(model, before, after, errors, most=search.most_effects, known_noise=noise.known)
         verdict = "unexplained" if reason else "explained"
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
-    if verdict == "consistent" and sample.markers is None:
+    if verdict == "consistent" and sample.reading.linear:
         require_positive(base, recordings, robot)
     correction, handed = None, model
     if verdict == "unexplained":
@@ -159,13 +159,13 @@ def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) ->
     """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
     rows = row_data(recordings, robot)
     fitted = recordings.rows(~recordings.test)
-    markers, idle = reading_of(robot, recordings), None
-    if markers is None:
+    reading, idle = reading_of(robot, recordings), None
+    if reading.linear:
         idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
 
     def sample_with(deviations: FloatArray) -> Sample:
         whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
-        return Sample.of(Data(recordings, rows, whitening, idle=idle, markers=markers), ~recordings.test)
+        return Sample.of(Data(recordings, rows, whitening, idle=idle, reading=reading), ~recordings.test)
 
     return sample_with
 
@@ -173,9 +173,7 @@ def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) ->
 def _judged(robot: Robot, sample: Sample) -> BoolArray:
     """Held-out rows on which a model can be judged: not those that need what no fitted row determines, shape (N,)."""
     test = sample.recordings.test
-    if sample.markers is None:
-        return test
-    predictable = test & sample.markers.predictable(robot, sample.recordings)
+    predictable = test & sample.reading.predictable(robot, sample.recordings)
     return predictable if predictable.any() else test
 
 
@@ -249,5 +247,5 @@ def _noise(
     replicated = noise_from_replicates(recordings, translations, shared_reference=shared_reference)
     if replicated is not None:
         return replicated
-    chain = Chain(robot, markers=reading_of(robot, recordings))
+    chain = Chain(robot, reading=reading_of(robot, recordings))
     return noise_from_residuals(recordings, translations, lambda deviations: fit(chain, sample_with(deviations)))

@@ -66,8 +66,8 @@ def findings(
         effect = candidate.effect
         finding = Finding(
             effect.physics,
-            effect.component,
-            effect.variant,
+            str(effect.component),
+            str(effect.variant),
             values,
             stands.probability,
             stands.indistinguishable,

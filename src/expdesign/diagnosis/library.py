@@ -100,7 +100,7 @@ def _directions(
     """Whitened directions (G, M, d) at the starts (G, p), beside effects whose parameters follow the compliances."""
     axes = sample.recordings.axes
     free = np.array([not p.shape for p in effect.parameters])
-    chain = Chain(robot, (*present, effect), markers=sample.markers)
+    chain = Chain(robot, (*present, effect), reading=sample.reading)
     blocks = []
     if chain.states:
         neutral = effect.neutral()

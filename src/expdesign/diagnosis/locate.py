@@ -13,6 +13,7 @@ import pandas as pd
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import FloatArray, as_matrix
+from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM, Part
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
@@ -83,7 +84,7 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
     jacobians = robot.jacobians(recordings.configurations)
     force = np.einsum("nij,ni->nj", jacobians.forward, recordings.wrenches)
     blocks: dict[str, FloatArray] = {}
-    positions = sample.markers is not None
+    positions = recordings.measurand.absolute
     for leg in range(0 if positions else n_p):
         edges = np.quantile(force[:, leg], np.linspace(0.0, 1.0, _FORCE_BINS + 1)[1:-1])
         inside = np.eye(_FORCE_BINS)[np.searchsorted(edges, force[:, leg])]
@@ -92,13 +93,13 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
     by_component: dict[str, list[FloatArray]] = {}
     for candidate in library:
         effect = candidate.effect
-        if effect.variant == "diagonal" or len(candidate.directions) > 1:
+        if str(effect.variant) == "diagonal" or len(candidate.directions) > 1:
             continue
-        anywhere = effect.component in ("platform", "base", "instrument", "geometry") or effect.physics in _LOAD
+        anywhere = effect.component in (PLATFORM, BASE, INSTRUMENT, GEOMETRY) or effect.physics in _LOAD
         # A joint's own directions are any function of its torque; an arm's may also yield across its axis.
-        within = effect.component.startswith("link") or effect.physics in _ACROSS
-        if anywhere or within or (positions and effect.component.startswith("joint")):
-            by_component.setdefault(effect.component, []).append(candidate.directions[0])
+        within = effect.component.part is Part.LINK or effect.physics in _ACROSS
+        if anywhere or within or (positions and effect.component.part is Part.JOINT):
+            by_component.setdefault(str(effect.component), []).append(candidate.directions[0])
     for component, directions in by_component.items():
         known = [blocks[component]] if component in blocks else []
         blocks[component] = np.concatenate([*known, *directions], axis=1)

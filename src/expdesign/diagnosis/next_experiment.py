@@ -84,8 +84,8 @@ def _plan(series: list[Recordings], robot: Robot) -> pd.DataFrame:
             columns |= {name: part.wrenches[:, i] for i, name in enumerate(robot.coordinates.wrench)}
         if np.any(part.gravity != robot.gravity):
             columns |= {name: part.gravity[:, i] for i, name in enumerate(robot.coordinates.gravity)}
-        if part.marker is not None:
-            columns["marker"] = [part.markers[i] for i in part.marker]
+        if part.markers:
+            columns["marker"] = np.array(part.markers)[part.marker]
         frames.append(pd.DataFrame(columns))
         start += count
     return pd.concat(frames, ignore_index=True)

@@ -27,7 +27,7 @@ class Sample(Data):
     @classmethod
     def of(cls, data: Data, counts: BoolArray) -> Self:
         """The sample of some rows of data."""
-        return cls(data.recordings, data.rows, data.whitening, counts, idle=data.idle, markers=data.markers)
+        return cls(data.recordings, data.rows, data.whitening, counts, idle=data.idle, reading=data.reading)
 
     def restricted(self, counts: BoolArray) -> Self:
         """The rows of this sample that also count in `counts`."""

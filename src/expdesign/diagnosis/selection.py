@@ -133,7 +133,7 @@ class Search:
     @property
     def most_effects(self) -> int:
         """Of a body the support counts among the effects, of positions the joints and links that are not in place."""
-        many = len(self.robot.stiffness) == 0 or self.sample.markers is not None
+        many = len(self.robot.stiffness) == 0 or not self.sample.reading.linear
         return MOST_EFFECTS_BESIDE_NOTHING if many else MOST_EFFECTS
 
     def alternatives(self, model: Model) -> list[list[Model]]:
@@ -294,7 +294,7 @@ class Search:
     ) -> Model:
         names = tuple(c.effect.key for c in chosen)
         if names not in self._chains:
-            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen), markers=self.sample.markers)
+            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen), reading=self.sample.reading)
         chain = self._chains[names]
         sample = self.sample.restricted(~outliers)
         own = smaller.fit.values[: chain.base] if smaller is not None else chain.start()[: chain.base]

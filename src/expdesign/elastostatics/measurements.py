@@ -12,7 +12,6 @@ from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.loads.errors.source import LoadErrorSource
 from expdesign.loads.load import Load
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
@@ -102,8 +101,9 @@ class LoadedRobot:
         function, names = self._further
         further = dict(zip(names, function(configurations), strict=True)) if names else {}
         observation = self.regressor.matrix(PoseMaps(jacobians.pose, actuator_forces(jacobians, wrench), further))
-        if self.geometric_stiffness and isinstance(self.robot, ParallelRobot):
-            observation, compliance = conservative_maps(self.robot, configurations, jacobians, wrench, observation)
+        closed_form = self.robot.inverse_kinematics
+        if self.geometric_stiffness and closed_form is not None:
+            observation, compliance = conservative_maps(closed_form, configurations, jacobians, wrench, observation)
         else:
             compliance = cartesian_compliance(jacobians, self.robot.compliance)
         return Measurements(observation, compliance, errors, jacobians.condition, jacobians.pose)

@@ -6,7 +6,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
-from expdesign.chain.markers import MarkerReading
+from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import RowData
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -17,7 +18,7 @@ MOST_STEPS = 60
 CONVERGED = 1e-10
 """Relative fall of the sum of squares below which a fit has settled."""
 _ROUNDING = 1e-6
-"""Standard deviations; see `_telling`."""
+"""Standard deviations; see `_above_rounding`."""
 _ROUNDED_DATA = 1e-7
 """Singular values of the scaled sensitivities below this fraction of the largest may be the rounding of a file."""
 LARGEST_DAMPING = 1e8
@@ -34,14 +35,14 @@ class Data:
         rows: the same rows as the chain reads them.
         whitening: of their residuals.
         idle: actuators that no row loads (`estimability.idle_actuators`), shape (n_p,); None where all must be loaded.
-        markers: what the readings are of where they are positions; None for deflections.
+        reading: what the readings are of.
     """
 
     recordings: Recordings
     rows: RowData
     whitening: Whitening
     idle: BoolArray | None = field(default=None, kw_only=True)
-    markers: MarkerReading | None = field(default=None, kw_only=True)
+    reading: Reading = field(default=DEFLECTION, kw_only=True)
 
     def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
         """Whitened measured minus predicted readings (N, k)."""
@@ -113,13 +114,13 @@ def fit(
         idle = None if data.idle is None else idle_knowledge(data.idle, len(chain.parameters))
         if idle is not None:
             prior = idle if prior is None else (prior[0], np.minimum(prior[1], idle[1]))
-    if not chain.effects and chain.markers is None:
+    if not chain.effects and chain.reading.linear:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
     result = summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
-    if chain.markers is None and not result.determined.all():
+    if chain.reading.linear and not result.determined.all():
         result = _least(result, data, prior)
-    if chain.markers is not None and chain.markers.held:
+    if chain.reading.degeneracies:
         # Held is not known: what depends on it is as uncertain as it is.
         uncertain = summarise(chain, data, result.values, chain.knowledge(released=True))
         result = replace(result, covariance=uncertain.covariance)
@@ -134,7 +135,7 @@ def _least(found: Fit, data: Data, prior: tuple[FloatArray, FloatArray] | None) 
     explode. Along what the data do not determine the least parameters are taken instead.
     """
     scales = found.chain.scales()
-    matrix = _telling(as_matrix(found.sensitivities) * scales)
+    matrix = _above_rounding(as_matrix(found.sensitivities) * scales)
     if prior is not None:
         matrix = np.vstack([matrix, np.diag(scales / prior[1])])
     columns = np.linalg.norm(matrix, axis=0)
@@ -220,13 +221,13 @@ def _stacked(
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals (M,) and derivatives of the prediction per scaled parameter (M, p), those of a prior included."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
-    slopes = _telling(as_matrix(sensitivities) * scales)
+    slopes = _above_rounding(as_matrix(sensitivities) * scales)
     if prior is not None:
         slopes = np.vstack([slopes, np.diag(scales / prior[1])])
     return _with_prior(residuals.ravel(), values, prior), slopes
 
 
-def _telling(matrix: FloatArray) -> FloatArray:
+def _above_rounding(matrix: FloatArray) -> FloatArray:
     """Sensitivities per scaled parameter (M, p), without those that are nothing but rounding.
 
     A parameter that would have to be a million times its typical size to move the readings, all together, by one
@@ -253,7 +254,7 @@ def linear_fit(
         prior: see `fit`.
     """
     scales = chain.scales()
-    matrix = _telling(as_matrix(sensitivities) * scales)
+    matrix = _above_rounding(as_matrix(sensitivities) * scales)
     step, covariance, determined, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
     remaining = residuals - sensitivities @ (step * scales)
     return _as_fit(chain, start + step * scales, covariance, determined, rank, remaining, sensitivities, prior)
@@ -263,7 +264,7 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
     """The fit at given parameter values."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
-    matrix = _telling(as_matrix(sensitivities) * scales)
+    matrix = _above_rounding(as_matrix(sensitivities) * scales)
     _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
     return _as_fit(chain, values, covariance, determined, rank, residuals, sensitivities, prior)
 

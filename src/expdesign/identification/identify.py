@@ -89,7 +89,7 @@ def identify(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine every compliance.
     """
-    if recordings.marker is not None:
+    if recordings.measurand.absolute:
         return _of_positions(robot, recordings, shared_reference=shared_reference)
     fitted = ~recordings.test & ~reference_rows(recordings)
     if not fitted.any():

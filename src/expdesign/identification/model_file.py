@@ -1,6 +1,6 @@
 """`model.yaml`: an identified robot as a file, with everything that prediction and compensation need.
 
-The file carries the robot written out, the compliances, the effects that were found, each by its physics, component
+The file carries the robot written out, the compliances, the effects that were found, each by its identifier, component
 and variant with its parameters, and the covariance of all of them. Reading it gives back the same `Chain`, values and
 covariance, number for number.
 """
@@ -17,14 +17,15 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.effect import Effect
-from expdesign.chain.markers import MarkerReading
+from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.readings.reading import Reading
 from expdesign.errors import InputError
 from expdesign.files.kinds import require_kind
 from expdesign.files.schema import Number, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.identification.effect_entry import EffectSection, effect_entry, effect_of
 from expdesign.identification.fit import Fit
-from expdesign.plugins import implementations
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
@@ -60,23 +61,17 @@ class Model:
         return self.values[: self.chain.compliances] * self.chain.robot.compliance
 
 
-class _EffectSection(Section):
-    physics: str
-    component: str
-    variant: str = ""
-    parameters: dict[str, Number]
-
-
 class _ModelSection(Section):
     kind: str
     schema_version: int
     identified_from: str = ""
     robot: dict[str, Any]
     compliance: dict[str, Number]
+    relative_compliance: list[Number] = Field(default_factory=list)
     instrument: dict[str, Number] = Field(default_factory=dict)
     markers: list[str] | None = None
     held: list[list[str]] = Field(default_factory=list)
-    effects: list[_EffectSection]
+    effects: list[EffectSection]
     parameters: list[str]
     covariance: list[list[float]]
 
@@ -87,23 +82,17 @@ def model_text(model: Model, folder: Path) -> str:
     robot = dict(model.robot)
     if isinstance(robot.get("urdf"), str):
         robot["urdf"] = os.path.relpath(model.folder / robot["urdf"], folder)
-    effects = []
-    for effect, part in zip(model.chain.effects, model.chain.slices, strict=True):
-        names = [parameter.name for parameter in effect.parameters]
-        effects.append(
-            {
-                "physics": effect.physics,
-                "component": effect.component,
-                "variant": effect.variant,
-                "parameters": dict(zip(names, model.values[part].tolist(), strict=True)),
-            }
-        )
+    effects = [
+        effect_entry(effect, model.values[part].tolist())
+        for effect, part in zip(model.chain.effects, model.chain.slices, strict=True)
+    ]
     content = {
         "kind": "model",
         "schema_version": 1,
         "identified_from": model.source,
         "robot": robot,
         "compliance": dict(zip(model.chain.robot.actuators, model.compliance.tolist(), strict=True)),
+        "relative_compliance": model.values[: model.chain.compliances].tolist(),
         **_instrument_of(model),
         "effects": effects,
         "parameters": _names(model.chain),
@@ -138,13 +127,13 @@ def model_from_document(document: YamlDocument) -> Model:
         raise InputError(what, where=document.where(("schema_version",)), remedy="Only version 1 is.")
     robot = robot_from_document(document.part("robot"))
     effects = tuple(
-        _effect(entry, robot_effect_classes(), robot, document, index) for index, entry in enumerate(section.effects)
+        effect_of(entry, robot, document.part("effects", index)) for index, entry in enumerate(section.effects)
     )
-    chain = Chain(robot, effects, markers=_markers(section, robot, document))
+    chain = Chain(robot, effects, reading=_reading(section, robot, document))
     if tuple(section.compliance) != robot.actuators:
         remedy = f"They must be {', '.join(robot.actuators)}, in this order."
         raise InputError("these are not the robot's actuators", where=document.where(("compliance",)), remedy=remedy)
-    values = [np.array(list(section.compliance.values())) * robot.stiffness]
+    values = [_compliances(section, robot)]
     values.append(np.array(list(section.instrument.values())))
     for effect, entry in zip(effects, section.effects, strict=True):
         values.append(np.array([entry.parameters[parameter.name] for parameter in effect.parameters]))
@@ -161,27 +150,33 @@ def model_from_document(document: YamlDocument) -> Model:
     )
 
 
+def _compliances(section: _ModelSection, robot: Robot) -> FloatArray:
+    """Compliances in units of the robot file's: to the last bit as they were written, unless someone changed them."""
+    relative: FloatArray = np.array(list(section.compliance.values())) * robot.stiffness
+    written = np.array(section.relative_compliance)
+    if written.shape == relative.shape and np.allclose(written, relative, rtol=1e-12, atol=0.0):
+        return written
+    return relative
+
+
 def _instrument_of(model: Model) -> dict[str, Any]:
     """The instrument and the markers of a model of positions, as the file has them."""
     chain = model.chain
-    if chain.markers is None:
+    record = chain.reading.record
+    if not record:
         return {}
-    names = [parameter.name for parameter in chain.markers.parameters]
+    names = [parameter.name for parameter in chain.reading.parameters]
     values = model.values[chain.compliances : chain.base].tolist()
-    return {
-        "instrument": dict(zip(names, values, strict=True)),
-        "markers": list(chain.markers.names),
-        "held": [list(pair) for pair in chain.markers.held],
-    }
+    return {"instrument": dict(zip(names, values, strict=True)), **record}
 
 
-def _markers(section: _ModelSection, robot: Robot, document: YamlDocument) -> MarkerReading | None:
-    if section.markers is None:
-        return None
+def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Reading:
+    if not section.markers:
+        return DEFLECTION
     places = {name: place for name, place in robot.markers.items() if name in section.markers}
     start = np.array(list(section.instrument.values()))
     held = tuple((str(pair[0]), str(pair[-1])) for pair in section.held)
-    reading = MarkerReading(tuple(section.markers), places, robot.instrument, start, held)
+    reading = MarkerPosition(tuple(section.markers), places, robot.instrument, start, held)
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:
         remedy = f"They must be {', '.join(expected)}, in this order."
@@ -209,29 +204,6 @@ def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) ->
         remedy = "Identify or diagnose the recordings again."
         raise InputError("a covariance is symmetric with a diagonal of variances", where=where, remedy=remedy)
     return covariance
-
-
-def robot_effect_classes() -> list[type[Effect]]:
-    """Every effect that lies in `chain/effects`."""
-    return implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
-
-
-def _effect(entry: _EffectSection, known: list[type[Effect]], robot: Any, document: YamlDocument, index: int) -> Effect:
-    """The effect of an entry: the known one of that physics whose parameters bear the same names."""
-    where = document.where(("effects", index))
-    of_physics = [cls for cls in known if cls.physics == entry.physics]
-    if not of_physics:
-        remedy = f"Known: {', '.join(sorted({cls.physics for cls in known})) or 'none'}."
-        raise InputError(f"unknown physics `{entry.physics}`", where=where, remedy=remedy)
-    for cls in of_physics:
-        try:
-            effect = cls(robot, entry.component, entry.variant)
-        except (ValueError, KeyError, IndexError):
-            continue
-        if {parameter.name for parameter in effect.parameters} == set(entry.parameters):
-            return effect
-    what = f"`{entry.physics}` at `{entry.component}` does not have these parameters on this robot"
-    raise InputError(what, where=where, remedy="Identify or diagnose the recordings again with this version.")
 
 
 def _units(chain: Chain) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.markers import reading_of
+from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_residuals
@@ -44,9 +44,8 @@ def fit_positions(robot: Robot, recordings: Recordings, *, shared_reference: boo
         NotIdentifiableError: the noise is not stated and cannot be estimated.
     """
     reading = reading_of(robot, recordings)
-    assert reading is not None
     train = recordings.rows(~recordings.test)
-    chain, rows = Chain(robot, markers=reading), row_data(train, robot)
+    chain, rows = Chain(robot, reading=reading), row_data(train, robot)
 
     def solve(deviations: FloatArray) -> Fit:
         return fit(chain, Data(train, rows, Whitening(deviations, train.series, shared_reference=shared_reference)))

@@ -34,9 +34,8 @@ def replicate_groups(recordings: Recordings, *, shared_reference: bool) -> IntAr
     wrenches = recordings.wrenches
     size = np.abs(wrenches).max(axis=0, initial=0.0)
     parts = [np.round(recordings.configurations, 9), np.round(wrenches / np.where(size > 0.0, size, 1.0), 9)]
-    if recordings.marker is not None:
-        # Two markers on one link are apart by their places, not by noise.
-        parts.append(recordings.marker[:, None].astype(float))
+    # Two markers on one link are apart by their places, not by noise.
+    parts.append(recordings.marker_indicators)
     if shared_reference:
         parts.append(recordings.series[:, None].astype(float))
     # Adding zero makes -0.0 and 0.0 one value.

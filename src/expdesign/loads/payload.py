@@ -6,6 +6,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.loads.load import Load
+from expdesign.moments import moment
 
 
 class Payload(Load):
@@ -18,11 +19,11 @@ class Payload(Load):
         self.columns = ("mass_kg", *coordinates.centre_of_mass, *coordinates.gravity)
 
     def wrench(self, parameters: ca.SX, rotation: ca.SX) -> ca.SX:
-        dimension = len(self.coordinates.gravity)
+        dimension, lever = len(self.coordinates.gravity), len(self.coordinates.centre_of_mass)
         force = parameters[0] * parameters[-dimension:]
-        if not self.coordinates.centre_of_mass:
+        if not lever:
             return force
-        return ca.vertcat(force, ca.cross(rotation @ parameters[1:4], force))
+        return ca.vertcat(force, moment(rotation @ parameters[1 : 1 + lever], force))
 
     def defaults(self, gravity: FloatArray) -> FloatArray:
         return np.array([np.nan, *np.zeros(len(self.coordinates.centre_of_mass)), *gravity])

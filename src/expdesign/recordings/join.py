@@ -42,7 +42,7 @@ def join(parts: list[Recordings]) -> Recordings:
         else:
             merged[item.name] = None if values[0] is None else np.concatenate(values)
     names = tuple(dict.fromkeys(name for part in counted for name in part.markers))
-    if first.marker is not None:
+    if names:
         # Every file numbers the markers that it has; together they are numbered anew.
         renumbered = [np.array([names.index(name) for name in part.markers])[part.marker] for part in counted]
         merged["marker"] = np.concatenate(renumbered)

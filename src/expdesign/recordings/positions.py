@@ -6,7 +6,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.files.table import Table
-from expdesign.recordings.recordings import POSITION, POSITION_DEVIATION
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 
 FARTHEST = 1e4
 """m; no instrument of this kind sees farther."""

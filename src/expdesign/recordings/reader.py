@@ -19,9 +19,9 @@ from expdesign.recordings.columns import (
     require_one_command,
 )
 from expdesign.recordings.join import join
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.positions import read_markers, read_position_deviations, read_positions
-from expdesign.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, Recordings
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
 
 LARGEST_ANGLE = 2.0 * np.pi
@@ -82,7 +82,7 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     table.require(("sequence", "series"))
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
-    if points.marker is not None:
+    if points.measurand.absolute:
         axes, deflections = np.arange(3), read_positions(table, robot.coordinates, order)
         deviations = read_position_deviations(table, order)
     else:
@@ -106,7 +106,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     series = table.integers("series")[order] if table.has("series") else sequence
     time = read_time(table, order)
     marker, markers = read_markers(table, order)
-    if measured and len(robot.stiffness) and marker is None:
+    if measured and len(robot.stiffness) and not markers:
         # A body has no actuators: its pose says where it is, and is not a command that a series shares.
         require_one_command(table, robot.configuration, configurations, series, order)
     gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
@@ -148,7 +148,8 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
 
 def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
     """Raise where an angle must be in degrees or a position in mm."""
-    if not isinstance(robot, ParallelRobot):
+    closed_form = robot.inverse_kinematics
+    if closed_form is None:
         return
     split = robot.coordinates.translations
     large = np.abs(configurations[:, split:]) > LARGEST_ANGLE
@@ -159,8 +160,8 @@ def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, orde
         raise InputError(what, where=where, remedy="Check the unit.")
     farthest = np.abs(configurations[:, :split])
     row, column = divmod(int(np.argmax(farthest)), split)
-    reference = robot.lengths(robot.reference_configuration()).max()
-    stretch = float(robot.lengths(configurations[row]).max() / reference)
+    reference = closed_form.lengths(robot.reference_configuration()).max()
+    stretch = float(closed_form.lengths(configurations[row]).max() / reference)
     if stretch > LARGEST_STRETCH:
         where = table.where(int(order[row]), robot.configuration[column])
         what = f"at {configurations[row, column]:g} m a leg would be {stretch:.3g} times as long as it is"

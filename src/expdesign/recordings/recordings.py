@@ -8,9 +8,7 @@ import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
-
-POSITION = ("px_m", "py_m", "pz_m")
-POSITION_DEVIATION = ("spx_m", "spy_m", "spz_m")
+from expdesign.recordings.measurand import DEFLECTIONS, POSITIONS, Measurand
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,20 @@ class LoadedPoints:
 
     def components(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of what an instrument reads."""
-        return coordinates.deflection if self.marker is None else POSITION
+        return self.measurand.columns(coordinates)
+
+    @property
+    def measurand(self) -> Measurand:
+        """What is read at these points."""
+        return DEFLECTIONS if self.marker is None else POSITIONS
+
+    @property
+    def marker_indicators(self) -> FloatArray:
+        """1 for the marker of each row, 0 for the others, shape (N, number of markers); no columns for deflections."""
+        indicators = np.zeros((len(self), len(self.markers)))
+        if self.markers:
+            indicators[np.arange(len(self)), self.marker] = 1.0
+        return indicators
 
     def where(self, row: int, column: str = "") -> str:
         """File, line and column of a row, as a person would look them up."""

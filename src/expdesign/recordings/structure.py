@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from expdesign.coordinates import PLANAR, SPATIAL, Coordinates
+from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
 from expdesign.errors import InputError
 from expdesign.files.table import Table
 from expdesign.recordings.columns import (
@@ -65,8 +65,10 @@ def _kind(table: Table) -> tuple[Coordinates, tuple[str, ...]]:
     joints = tuple(name for name in table.columns if _JOINT.fullmatch(name))
     if joints and not table.has("x_m"):
         return SPATIAL, joints
-    spatial = any(table.has(name) for name in (*SPATIAL.pose[2:], *SPATIAL.deflection[2:], *SPATIAL.wrench[2:]))
-    coordinates = SPATIAL if spatial else PLANAR
+    coordinates = next(
+        (each for each, flat in ((SPATIAL, PLANE), (PLANE, PLANAR)) if any(table.has(n) for n in _beyond(each, flat))),
+        PLANAR,
+    )
     return coordinates, coordinates.pose
 
 
@@ -83,3 +85,9 @@ def _check_loads(table: Table, coordinates: Coordinates) -> None:
             raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
     if wrench:
         table.numbers(coordinates.wrench)
+
+
+def _beyond(larger: Coordinates, smaller: Coordinates) -> set[str]:
+    """Columns of poses, deflections and wrenches that only the larger of two workspaces has."""
+    names = {*larger.pose, *larger.deflection, *larger.wrench}
+    return names - {*smaller.pose, *smaller.deflection, *smaller.wrench}

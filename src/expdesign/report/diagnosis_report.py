@@ -245,7 +245,7 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
     step = max(1, len(recordings) // MOST_POINTS)
     blocks: list[Block] = [
         _scatter(result, "sequence", recordings.sequence[::step].astype(float), "sequence", step),
-        *([_leg_figure(result)] if result.robot.actuators and recordings.marker is None else []),
+        *([_leg_figure(result)] if result.robot.actuators and not recordings.measurand.absolute else []),
     ]
     forces, moments = np.split(recordings.wrenches, [robot.coordinates.translations], axis=1)
     part, unit = (forces, "N") if forces.any() else (moments, "N·m")

@@ -54,6 +54,7 @@ class Bipod(ParallelRobot):
         """See the robot file of interfaces.md; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
         self.name = name
         self.base_joints = np.asarray(base_joints, dtype=float)
+        self.platform_joints: FloatArray = np.zeros((2, 2))
         self.home = np.asarray(home, dtype=float)
         self.stiffness = np.asarray(stiffness, dtype=float)
         self.gravity = np.array([0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
@@ -76,10 +77,16 @@ class Bipod(ParallelRobot):
     def rotation(self, pose: ca.SX) -> ca.SX:
         return ca.SX.eye(2)
 
+    @property
+    def straight_legs(self) -> Self:
+        return self
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Vectors from base joint to tool point (m), 2×2."""
+        return ca.repmat(ca.SX(self.home) + pose, 1, 2) - ca.reshape(geometry, 2, 2)
+
     def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        base = ca.reshape(geometry, 2, 2)
-        legs = ca.repmat(ca.SX(self.home) + pose, 1, 2) - base
-        return ca.sqrt(ca.sum1(legs**2)).T
+        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
 
     def scaling_frame(self) -> tuple[FloatArray, float]:
         return np.zeros(2), 1.0

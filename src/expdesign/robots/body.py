@@ -46,6 +46,7 @@ class Body(Robot):
     """
 
     kind = "body"
+    on_support = True
     coordinates = SPATIAL
     configuration = SPATIAL.pose
 
@@ -96,13 +97,15 @@ class Body(Robot):
         batch = configurations.shape[:-1]
         return Jacobians(np.zeros((*batch, 6, 0)), np.zeros((*batch, 6, 0)), rotation, np.ones(batch))
 
-    def rates(self, configurations: FloatArray) -> FloatArray:
-        """T at poses (..., 6), shape (..., 6, 6)."""
+    def pose_rates(self, configurations: FloatArray) -> FloatArray:
         return self._kinematics(configurations)[1]
 
-    def lengths(self, poses: FloatArray) -> FloatArray:
-        """Lengths of the actuators, of which there are none, shape (..., 0)."""
-        return np.zeros((*poses.shape[:-1], 0))
+    def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
+        return np.zeros((*configurations.shape[:-1], 0))
+
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        pose = configuration + deflection
+        return ca.SX(self.home) + pose[:3], self.rotation(pose)
 
     def position(self, configurations: FloatArray) -> FloatArray:
         return self.home + configurations[..., :3]

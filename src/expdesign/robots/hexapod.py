@@ -113,6 +113,10 @@ class Hexapod(ParallelRobot):
         position = ca.SX(self.home) + pose[0:3]
         return ca.repmat(position, 1, 6) + self.rotation(pose) @ platform - base
 
+    @property
+    def straight_legs(self) -> Self:
+        return self
+
     def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
         return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
 

@@ -1,4 +1,4 @@
-"""Parallel robots: everything from one expression, the actuator lengths q(X; geometry).
+"""Parallel robots: everything from one expression, the actuator coordinates q(X; geometry), lengths or angles.
 
 theory.md section 2: ∂q/∂X = J̌⁻¹ (1.13), J⁻¹ = J̌⁻¹·T with Ẋ = T·η, T = blkdiag(I, E⁻¹), ω = E·α̇. All derivatives are
 CasADi's; the inverses of these small matrices are taken numerically, for whole batches.
@@ -11,19 +11,21 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.moments import moments, velocities
 from expdesign.robots.orientation import angular_velocity_map
 from expdesign.robots.robot import Jacobians, Robot, invert
 from expdesign.symbolic import BatchFunction
 
 
 class ParallelRobot(Robot):
-    """A platform on legs whose lengths are commanded.
+    """A platform on limbs, one actuator each, whose coordinates are in closed form of the pose.
 
     Attributes:
         home: origin of P in O at zero pose (m), shape (d,).
-        geometry: nominal joint coordinates in the order of `geometry_names` (m), shape (n_g,).
+        geometry: nominal geometry in the order of `geometry_names` (m), shape (n_g,). `base k x` and `platform k x`
+            are positions of the joints of limb k in O and on the platform; their errors are part of the library then.
         geometry_names: e.g. `base 3 x`.
-        leg_length: shortest and longest leg (m), or None.
+        leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
     """
 
     home: FloatArray
@@ -37,7 +39,7 @@ class ParallelRobot(Robot):
 
     @abstractmethod
     def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        """Lengths of the legs q (m), shape (n_p,), at a symbolic pose and geometry."""
+        """Actuator coordinates q (m or rad, see `units`), shape (n_p,), at a symbolic pose and geometry."""
 
     @abstractmethod
     def scaling_frame(self) -> tuple[FloatArray, float]:
@@ -45,9 +47,9 @@ class ParallelRobot(Robot):
 
     def pose_rate_map(self, pose: ca.SX) -> ca.SX:
         """T(X) with Ẋ = T·η (theory.md section 1), n×n."""
-        n, translations = self.coordinates.n, self.coordinates.translations
-        rates = ca.SX.eye(n)
-        if n > translations:
+        translations = self.coordinates.translations
+        rates = ca.SX.eye(self.coordinates.n)
+        if self.coordinates.rotations == 3:
             velocity_map = angular_velocity_map(self.rotation(pose), pose[translations:])
             rates[translations:, translations:] = ca.inv_minor(velocity_map)
         return rates
@@ -71,9 +73,26 @@ class ParallelRobot(Robot):
         return BatchFunction("lengths", [pose], [self.actuator_lengths(pose, ca.SX(self.geometry))])
 
     def lengths(self, poses: FloatArray) -> FloatArray:
-        """Leg lengths (m) at poses (..., n), shape (..., n_p)."""
+        """Actuator coordinates (m or rad) at poses (..., n), shape (..., n_p)."""
         (lengths,) = self._lengths(poses)
         return lengths
+
+    @property
+    def inverse_kinematics(self) -> "ParallelRobot":
+        return self
+
+    def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
+        return self.lengths(configurations)
+
+    def pose_rates(self, configurations: FloatArray) -> FloatArray:
+        jacobians = self.jacobians(configurations)
+        # J̌ = T·J, and J is square here.
+        rates: FloatArray = jacobians.pose @ np.linalg.inv(jacobians.forward)
+        return rates
+
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        pose = configuration + deflection
+        return ca.SX(self.home) + pose[: self.coordinates.translations], self.rotation(pose)
 
     def position(self, configurations: FloatArray) -> FloatArray:
         return self.home + configurations[..., : self.coordinates.translations]
@@ -97,12 +116,13 @@ class ParallelRobot(Robot):
             point, length = self.scaling_frame()
             lever = (rotation @ point)[..., None, :]
             # u·v + (b×u)·ω with v = v_c − ω×lever gives the moment column ((b − lever)×u) of the centred twist.
+            directions = inverse[..., :translations]
             centred = inverse.copy()
-            centred[..., 3:] -= np.cross(np.broadcast_to(lever, inverse[..., :3].shape), inverse[..., :3])
-            centred[..., 3:] /= length
+            centred[..., translations:] -= moments(np.broadcast_to(lever, directions.shape), directions)
+            centred[..., translations:] /= length
             centred_forward = forward.copy()
-            centred_forward[..., :3, :] += np.cross(forward[..., 3:, :], lever.swapaxes(-1, -2), axis=-2)
-            centred_forward[..., 3:, :] *= length
+            centred_forward[..., :translations, :] += velocities(forward[..., translations:, :], lever)
+            centred_forward[..., translations:, :] *= length
         else:
             centred, centred_forward = inverse, forward
         norms = np.linalg.norm(centred, axis=(-2, -1)) * np.linalg.norm(centred_forward, axis=(-2, -1))

@@ -2,15 +2,26 @@
 
 A robot is one symbolic expression of its kinematics. From it follow, by differentiation, the two maps on which
 all of elastostatics rests: how small changes of actuator length move the platform (J̌), and how a wrench on the
-platform loads the actuators (Jᵀ). Everything to the right of this package works on these maps and does not ask
-which kind of robot they came from.
+platform loads the actuators (Jᵀ). Everything to the right of this package works on these maps and on what a robot
+offers beside them (`capabilities.py`), and does not ask which kind of robot they came from.
+
+Who adds a robot derives from `ParallelRobot` where the actuator coordinates are a closed form of the pose, which then
+gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document`. Others derive from `Robot` and give
+
+- the attributes below that have no default, and `from_document`;
+- the maps: `jacobians` for numbers and `jacobian_expressions` for symbols;
+- where the platform is: `position` and `frame`;
+- the actuators: `actuator_coordinates`, and `units` unless all of them are lengths;
+- limits: `limit_excess` and `limit_message`;
+- where the rates of pose coordinates are not the components of the twist: `pose_rates`;
+- what else they have: own weight, a drawing, and the capabilities.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -20,7 +31,12 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.files.schema import Number, Section
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.robots.capabilities import Links, StraightLegs
 from expdesign.robots.drawing import Drawing
+from expdesign.robots.orientation import Orientation
+
+if TYPE_CHECKING:
+    from expdesign.robots.parallel import ParallelRobot
 
 #: A configuration whose scaled condition number (`Jacobians.condition`) exceeds this is treated as singular: a unit
 #: error along the best direction becomes a hundred along the worst, and the linear deflection model has no meaning.
@@ -60,16 +76,22 @@ class Robot(ABC):
     """One robot: its kinematics, the approximate stiffness of its actuators, and gravity where it stands.
 
     Attributes:
+        kind: the word in robot files.
         may_idle: whether an actuator may carry nothing however the robot is loaded, as a joint about the vertical does.
+        on_support: whether it rests on something whose yielding is physics to be found, having no actuators that yield.
+        coordinates: of the workspace (n pose coordinates, d translations).
+        configuration: names of the columns of a command (n_q,).
         name: for reports.
         stiffness: apK, approximate actuator stiffness (N/m or N·m/rad), shape (n_p,).
         gravity: gravity in the base frame O (m/s²), shape (d,).
         markers: known places of markers on the platform or tip (m), by name.
         instrument: known pose of the instrument that sees them in O (m, rad), shape (6,), or None.
+        orientation: how the three angles of a pose make R; None where a command is no pose with three angles.
     """
 
     kind: ClassVar[str]
     may_idle: ClassVar[bool] = False
+    on_support: ClassVar[bool] = False
     coordinates: ClassVar[Coordinates]
     configuration: tuple[str, ...]
     name: str
@@ -77,6 +99,7 @@ class Robot(ABC):
     gravity: FloatArray
     markers: Mapping[str, FloatArray] = MappingProxyType({})
     instrument: FloatArray | None = None
+    orientation: Orientation | None = None
 
     @classmethod
     @abstractmethod
@@ -94,6 +117,20 @@ class Robot(ABC):
     @abstractmethod
     def position(self, configurations: FloatArray) -> FloatArray:
         """Origin of P in O (m) at configurations (..., n_q), shape (..., d)."""
+
+    @abstractmethod
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        """Position (d,) and orientation R (d×d) in O of the platform or tip, moved by a small deflection.
+
+        Args:
+            configuration: command (n_q,).
+            deflection: in pose coordinates (n,).
+            geometry: errors of the geometry of `links`, or None.
+        """
+
+    @abstractmethod
+    def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
+        """Commanded coordinates of the actuators (m or rad) at configurations (..., n_q), shape (..., n_p)."""
 
     @abstractmethod
     def limit_excess(self, configurations: FloatArray) -> FloatArray:
@@ -116,6 +153,26 @@ class Robot(ABC):
         batch = np.broadcast_shapes(configurations.shape[:-1], gravity.shape[:-1])
         return np.zeros((*batch, self.coordinates.n))
 
+    def pose_rates(self, configurations: FloatArray) -> FloatArray:
+        """T with Ẋ = T·η at configurations (..., n_q), shape (..., n, n); 1 where a deflection is the twist itself."""
+        n = self.coordinates.n
+        return np.broadcast_to(np.eye(n), (*configurations.shape[:-1], n, n))
+
+    @property
+    def inverse_kinematics(self) -> "ParallelRobot | None":
+        """The closed form of the actuator coordinates of a pose, where commands are poses and there is one."""
+        return None
+
+    @property
+    def straight_legs(self) -> StraightLegs | None:
+        """The directions of the legs, where the actuators are straight legs."""
+        return None
+
+    @property
+    def links(self) -> Links | None:
+        """The chain of links with their masses, where commands are joint coordinates."""
+        return None
+
     def drawing(self, configurations: FloatArray) -> Drawing | None:
         """The robot at configurations of shape (..., n_q) as points and lines; None for a kind that is not drawn."""
         return None
@@ -124,6 +181,11 @@ class Robot(ABC):
     def compliance(self) -> FloatArray:
         """Compliances 1/apK (m/N or rad/(N·m)), shape (n_p,) (thesis 1.19)."""
         return 1.0 / self.stiffness
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each actuator's coordinate: `m` (its force in N) or `rad` (N·m), shape (n_p,)."""
+        return ("m",) * len(self.stiffness)
 
     @property
     def actuators(self) -> tuple[str, ...]:

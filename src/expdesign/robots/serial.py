@@ -126,6 +126,23 @@ class SerialRobot(Robot):
         """Whether each coordinate is an angle."""
         return tuple(coordinate.unit == "rad" for coordinate in self.tree.coordinates)
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        return tuple(coordinate.unit for coordinate in self.tree.coordinates)
+
+    @property
+    def links(self) -> "SerialRobot":
+        return self
+
+    def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
+        return configurations
+
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        """To second order in the rotation of the deflection, which is a twist."""
+        position, rotation = self.tip(configuration, geometry)
+        turn = ca.skew(deflection[3:])
+        return position + deflection[:3], (ca.SX.eye(3) + turn + 0.5 * (turn @ turn)) @ rotation
+
     def tip(self, q: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
         """Position (3,) in m and orientation R (3×3) of the tip in the base link's frame.
 

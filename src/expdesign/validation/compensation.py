@@ -18,7 +18,6 @@ from expdesign.arrays import FloatArray
 from expdesign.elastostatics.geometric_stiffness import geometric_stiffness_expression
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import ConvergenceError
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.symbolic import BatchFunction
 
 TOLERANCE = 1e-13
@@ -50,13 +49,15 @@ def deflection_map(loaded: LoadedRobot, configuration: ca.SX, wrench: ca.SX) -> 
     robot = loaded.robot
     forward, pose_map, _ = robot.jacobian_expressions(configuration)
     forces = forward.T @ wrench
-    if not isinstance(robot, ParallelRobot):
+    if robot.links is not None:
         return ca.diag(forces)
     observation = pose_map @ ca.diag(forces)
     if not loaded.geometric_stiffness:
         return observation
     compliance = pose_map @ ca.diag(ca.SX(robot.compliance)) @ forward.T
-    stiffness = geometric_stiffness_expression(robot, configuration, forces)
+    closed_form = robot.inverse_kinematics
+    assert closed_form is not None
+    stiffness = geometric_stiffness_expression(closed_form, configuration, forces)
     return ca.solve(ca.SX.eye(configuration.shape[0]) + compliance @ stiffness, observation)
 
 
@@ -105,7 +106,7 @@ class ExactCompensation:
     def _pose_errors(self, reached: FloatArray) -> FloatArray:
         """Attained minus wanted pose (s, n) where the configurations (s, n_q) were reached."""
         difference = reached - self.target
-        if isinstance(self.robot, ParallelRobot):
+        if self.robot.links is None:
             return difference
         halfway = self.robot.jacobians(self.target + difference / 2.0).pose
         errors: FloatArray = (halfway @ difference[..., None])[..., 0]

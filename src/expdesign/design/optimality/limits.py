@@ -7,7 +7,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import CONDITION_LIMIT
 from expdesign.symbolic import BatchFunction
 
@@ -33,9 +32,10 @@ class Limits:
 
     @cached_property
     def _lengths(self) -> BatchFunction:
-        assert isinstance(self._robot, ParallelRobot)
-        pose = ca.SX.sym("X", self._robot.coordinates.n)
-        lengths = self._robot.actuator_lengths(pose, ca.SX(self._robot.geometry))
+        closed_form = self._robot.inverse_kinematics
+        assert closed_form is not None
+        pose = ca.SX.sym("X", closed_form.coordinates.n)
+        lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
         return BatchFunction("leg_lengths", [pose], [lengths, ca.jacobian(lengths, pose)])
 
     def rows(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -50,8 +50,8 @@ class Limits:
         return values, gradient
 
     def _reach(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        robot = self._robot
-        if not isinstance(robot, ParallelRobot):
+        robot = self._robot.inverse_kinematics
+        if robot is None:
             return self._excess(poses)
         if robot.leg_length is None:
             return np.zeros((*poses.shape[:-1], 0)), np.zeros((*poses.shape[:-1], 0, poses.shape[-1]))

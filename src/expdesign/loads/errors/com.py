@@ -17,5 +17,5 @@ class CentreOfMassError(LoadErrorSource):
         return len(load.coordinates.centre_of_mass) if load.kind == "payload" else 0
 
     def disturbed(self, load: Load, parameters: ca.SX, rotation: ca.SX, delta: ca.SX) -> ca.SX:
-        offset = ca.vertcat(0.0, delta, ca.SX.zeros(parameters.shape[0] - 4))
+        offset = ca.vertcat(0.0, delta, ca.SX.zeros(parameters.shape[0] - 1 - delta.shape[0]))
         return load.wrench(parameters + offset, rotation)

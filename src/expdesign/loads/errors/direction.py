@@ -25,5 +25,6 @@ class DirectionError(LoadErrorSource):
         split = load.coordinates.translations
         parts = [small_rotation(wrench[:split], delta)]
         if wrench.shape[0] > split:
-            parts.append(small_rotation(wrench[split:], delta))
+            # About the normal of the plane a moment stays what it is.
+            parts.append(small_rotation(wrench[split:], delta) if split == 3 else wrench[split:])
         return ca.vertcat(*parts)

@@ -1,12 +1,16 @@
 """Creep: the deflection grows with time under constant load (a Kelvin-Voigt element in series with a leg's spring)."""
 
+from collections.abc import Sequence
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -21,11 +25,15 @@ class Creep(Effect):
     physics = "creep"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(component, "") for component in actuators_and_all(robot)] if points.time is not None else []
+    def components(cls, robot: Robot) -> list[Component]:
+        return actuators_and_all(robot)
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        return super().places(robot, points) if points.time is not None else []
 
     def describe(self) -> tuple[Parameter, ...]:
-        self.states = 2 * len(self.legs)
+        self.states = 2 * len(self.actuators)
         return (
             Parameter("creep_ratio", 0.1, low=-0.9, high=10.0),
             Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True),
@@ -49,12 +57,12 @@ class Creep(Effect):
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
         ratio, tau, applied = theta[0], theta[1], theta[2]
-        count = len(self.legs)
+        count = len(self.actuators)
         before_load = 1.0 - ca.exp(-applied * row.interval / tau)
         under_load = 1.0 - ca.exp(-(1.0 - applied) * row.interval / tau)
         gained = ca.SX.zeros(elongation.shape[0])
         following = ca.SX.zeros(state.shape[0])
-        for index, leg in enumerate(self.legs):
+        for index, leg in enumerate(self.actuators):
             crept, previous = state[index], state[count + index]
             crept = crept + (compliance[leg] * previous - crept) * before_load
             crept = crept + (compliance[leg] * force[leg] - crept) * under_load
@@ -66,6 +74,6 @@ class Creep(Effect):
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         ratio, tau = values["creep_ratio"], values["tau_s"]
         return (
-            f"Under constant load {self.component} creep{'' if self.component.startswith('all') else 's'} by a further "
+            f"Under constant load {self.component} creep{'' if self.component.several else 's'} by a further "
             f"{100 * ratio[0]:.1f} % ({100 * ratio[1]:.1f} to {100 * ratio[2]:.1f} %), time constant {tau[0]:.3g} s."
         )

@@ -6,10 +6,13 @@ when that has moved by more than F (the play operator). Where friction is known 
 its force by F against the sense of the last change, however small that was.
 """
 
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
@@ -22,31 +25,40 @@ _SHARES = (0.05, 0.1, 0.2, 0.4)
 """Of the largest force: friction that holds some legs altogether looks unlike a little of it."""
 
 
+class Slider(StrEnum):
+    """What slips beside the spring."""
+
+    RIGID = "rigid"
+    ELASTIC = "elastic"
+    LAG = "lag"
+
+
 class FrictionHysteresis(Effect):
     """Variants: `rigid` (state: the force that the spring carries), `elastic` (state: the place of the slider, in force
     of the leg's spring) and `lag` (states: the force of the row before, and the sense of its last change).
     """
 
     physics = "friction_hysteresis"
+    forms = tuple(Slider)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [
-            (component, variant) for component in actuators_and_all(robot) for variant in ("rigid", "elastic", "lag")
-        ]
+    def components(cls, robot: Robot) -> list[Component]:
+        return actuators_and_all(robot)
 
     def describe(self) -> tuple[Parameter, ...]:
-        self.states = len(self.legs) * (2 if self.variant == "lag" else 1)
-        friction = Parameter("friction_Nm" if turning(self.robot, self.legs) else "friction_N", 1.0, low=0.0, high=1e5)
-        if self.variant != "elastic":
+        self.states = len(self.actuators) * (2 if self.variant is Slider.LAG else 1)
+        friction = Parameter(
+            "friction_Nm" if turning(self.robot, self.actuators) else "friction_N", 1.0, low=0.0, high=1e5
+        )
+        if self.variant is not Slider.ELASTIC:
             return (friction,)
         return (friction, Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True))
 
     def large_starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant == "lag":
+        if self.variant is Slider.LAG:
             return []  # linear in the friction
         forward = self.robot.jacobians(points.configurations).forward
-        forces = np.einsum("nij,ni->nj", forward, points.wrenches)[:, self.legs]
+        forces = np.einsum("nij,ni->nj", forward, points.wrenches)[:, self.actuators]
         sizes = [share * float(np.abs(forces).max(initial=0.0)) for share in _SHARES]
         return [np.concatenate([[size], self.neutral()[1:]]) for size in sizes if size > 0.0]
 
@@ -56,16 +68,16 @@ class FrictionHysteresis(Effect):
         friction = theta[0]
         gained = ca.SX.zeros(elongation.shape[0])
         following = ca.SX.zeros(state.shape[0])
-        for index, leg in enumerate(self.legs):
+        for index, leg in enumerate(self.actuators):
             applied, before = force[leg], state[index]
-            if self.variant == "lag":
-                sense = state[len(self.legs) + index]
+            if self.variant is Slider.LAG:
+                sense = state[len(self.actuators) + index]
                 changed = applied - before
                 sense = ca.if_else(ca.fabs(changed) > _SLACK, ca.sign(changed), sense)
-                following[index], following[len(self.legs) + index] = applied, sense
+                following[index], following[len(self.actuators) + index] = applied, sense
                 gained[leg] = -compliance[leg] * friction * sense
                 continue
-            if self.variant == "rigid":
+            if self.variant is Slider.RIGID:
                 carried = ca.fmin(ca.fmax(before, applied - friction), applied + friction)
                 following[index] = carried
             else:

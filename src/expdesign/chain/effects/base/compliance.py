@@ -1,14 +1,18 @@
 """The base or the ground deforms: a compliance fixed to the ground, in series with the legs."""
 
+from collections.abc import Sequence
+
 import casadi as ca
 
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.effects.platform.compliance import compliance_parameters
+from expdesign.chain.effects.platform.compliance import Shape, compliance_parameters
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
+from expdesign.chain.variant import Variant
+from expdesign.moments import lever_map
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 
@@ -19,23 +23,27 @@ class BaseCompliance(Effect):
     """
 
     physics = "base_compliance"
+    forms = tuple(Shape)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+    def components(cls, robot: Robot) -> list[Component]:
         # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
-        if isinstance(robot, Body) and not measured_axes(points) & {0, 1, 2}:
-            return []  # without translations this is what `support_compliance` says with fewer parameters
-        return [("base", "diagonal"), ("base", "full")]
+        return [BASE]
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if robot.on_support and not measured_axes(points) & {0, 1, 2}:
+            return []  # without translations this is what `support.compliance` says with fewer parameters
+        return super().places(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
-        coordinates = self.robot.coordinates
-        return compliance_parameters(coordinates.translations, coordinates.n, self.variant == "full")
+        return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        n = self.robot.coordinates.n
+        n, translations = self.robot.coordinates.n, self.robot.coordinates.translations
         carry = ca.SX.eye(n)
-        if n > 2:
-            carry[:3, 3:] = -ca.skew(row.position)
+        if n > translations:
+            carry[:translations, translations:] = lever_map(row.position)
         return deflection + row.rates @ carry @ symmetric(theta, n) @ carry.T @ (wrench + row.weight)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

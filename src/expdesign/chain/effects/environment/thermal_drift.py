@@ -1,12 +1,16 @@
 """A deflection that follows temperature or time, not load."""
 
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.components import ALL_LEGS, legs_and_all
+from expdesign.chain.component import ENVIRONMENT, Component
+from expdesign.chain.components import legs_and_all
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -14,6 +18,21 @@ from expdesign.robots.robot import Robot
 def varies(temperature: FloatArray | None) -> bool:
     """Whether temperatures were recorded and changed."""
     return temperature is not None and bool(np.any(np.ptp(temperature, axis=0) > 0.0))
+
+
+class Driver(StrEnum):
+    """With what something drifts."""
+
+    TEMPERATURE = ""
+    TIME = "time"
+    WARM_UP = "warm-up"
+
+
+def seen_drivers(points: LoadedPoints) -> list[Driver]:
+    """Temperature and time, as far as they were recorded and changed."""
+    warmed = varies(points.temperature) or varies(points.leg_temperature)
+    lasted = points.time is not None and bool(np.any(np.diff(points.time) > 0.0))
+    return [driver for driver, seen in ((Driver.TEMPERATURE, warmed), (Driver.TIME, lasted)) if seen]
 
 
 class ThermalDrift(Effect):
@@ -24,19 +43,24 @@ class ThermalDrift(Effect):
     physics = "thermal_drift"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        places: list[tuple[str, str]] = []
-        if points.marker is not None:
-            return places  # `thermal_drift_of_instruments` is what positions show of it
-        if varies(points.temperature) or varies(points.leg_temperature):
-            places += [(component, "") for component in (*legs_and_all(robot), "environment")]
-        if points.time is not None and np.any(np.diff(points.time) > 0.0):
-            places += [(component, "time") for component in (*legs_and_all(robot), "environment")]
-        return places
+    def components(cls, robot: Robot) -> list[Component]:
+        # An angle does not grow with temperature.
+        growing = legs_and_all(robot) if set(robot.units) == {"m"} else []
+        return [*growing, ENVIRONMENT]
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        return [Driver.TEMPERATURE, Driver.TIME]
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if points.measurand.absolute:
+            return []  # `instrument.drift` is what positions show of it
+        return [(component, driver) for driver in seen_drivers(points) for component in cls.components(robot)]
 
     def describe(self) -> tuple[Parameter, ...]:
-        unit, scale = ("per_s", 1e-9) if self.variant == "time" else ("per_K", 1e-6)
-        if self.component == "environment":
+        unit, scale = ("per_s", 1e-9) if self.variant is Driver.TIME else ("per_K", 1e-6)
+        if self.component == ENVIRONMENT:
             coordinates = self.robot.coordinates
             return tuple(
                 Parameter(f"{name.rsplit('_', 1)[0]}_{name.rsplit('_', 1)[1]}_{unit}", scale, low=-1e-2, high=1e-2)
@@ -48,27 +72,27 @@ class ThermalDrift(Effect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        if self.component == "environment":
+        if self.component == ENVIRONMENT:
             return elongation, state
         gained = ca.SX.zeros(elongation.shape[0])
-        for leg in self.legs:
-            driver = row.elapsed if self.variant == "time" else row.warming[leg]
+        for leg in self.actuators:
+            driver = row.elapsed if self.variant is Driver.TIME else row.warming[leg]
             gained[leg] = theta[0] * row.lengths[leg] * driver
         return elongation + gained, state
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.component != "environment":
+        if self.component != ENVIRONMENT:
             return reading
-        driver = row.elapsed if self.variant == "time" else ca.sum1(row.warming) / row.warming.shape[0]
+        driver = row.elapsed if self.variant is Driver.TIME else ca.sum1(row.warming) / row.warming.shape[0]
         return reading + theta * driver
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        cause = "time" if self.variant == "time" else "temperature"
-        if self.component == "environment":
+        cause = "time" if self.variant is Driver.TIME else "temperature"
+        if self.component == ENVIRONMENT:
             return f"The reading drifts with {cause}, whatever the load: instrument or stand."
         name, value = next(iter(values.items()))
-        verb = "grow" if self.component == ALL_LEGS else "grows"
+        verb = "grow" if self.component.several else "grows"
         return (
-            f"{self.component.capitalize()} {verb} with {cause}: {1e6 * value[0]:.3g} ({1e6 * value[1]:.3g} to "
+            f"{self.subject} {verb} with {cause}: {1e6 * value[0]:.3g} ({1e6 * value[1]:.3g} to "
             f"{1e6 * value[2]:.3g}) µm per metre and {'second' if name.endswith('_s') else 'kelvin'}."
         )

@@ -1,14 +1,26 @@
 """An instrument that measures positions drifts: its frame shifts and turns slowly against the robot's base."""
 
+from collections.abc import Sequence
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
+from expdesign.chain.component import INSTRUMENT, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 _HOUR = 3600.0
+
+
+class Motion(StrEnum):
+    """Whether the instrument turns as well."""
+
+    SHIFT = "shift"
+    SHIFT_AND_TURN = "shift and turn"
 
 
 class InstrumentDrift(Effect):
@@ -17,22 +29,27 @@ class InstrumentDrift(Effect):
     """
 
     physics = "thermal_drift"
+    forms = tuple(Motion)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if points.marker is None or points.time is None or not np.any(np.diff(points.time) > 0.0):
+    def components(cls, robot: Robot) -> list[Component]:
+        return [INSTRUMENT]
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if not points.measurand.absolute or points.time is None or not np.any(np.diff(points.time) > 0.0):
             return []
-        return [("instrument", "shift"), ("instrument", "shift and turn")]
+        return super().places(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
         shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]
         turn = [Parameter(f"drift_r{axis}_rad_per_h", 1e-5) for axis in "xyz"]
-        return tuple(shift if self.variant == "shift" else shift + turn)
+        return tuple(shift if self.variant is Motion.SHIFT else shift + turn)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         hours = row.clock / _HOUR
         moved = reading + theta[:3] * hours
-        return moved if self.variant == "shift" else moved + ca.cross(theta[3:6] * hours, reading)
+        return moved if self.variant is Motion.SHIFT else moved + ca.cross(theta[3:6] * hours, reading)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         shift = ", ".join(f"{1e3 * values[f'drift_{axis}_m_per_h'][0]:.3g}" for axis in "xyz")

@@ -8,24 +8,40 @@ Q is given by the angles of `fixed-xyz`, Q = Rz(rot_z)·Ry(rot_y)·Rx(rot_x), wh
 columns of Q are the instrument's axes in the base frame.
 """
 
+from collections.abc import Sequence
+from enum import StrEnum
+
 import casadi as ca
 
+from expdesign.chain.component import INSTRUMENT, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
-from expdesign.robots.hexapod import Hexapod
 from expdesign.robots.orientation import angles_of, rotation_matrix
 from expdesign.robots.robot import Robot
 
 
-def _seen_turns(points: LoadedPoints) -> list[str]:
+class Axes(StrEnum):
+    """What is read in the instrument's axes: poses, differences of poses, or a body turned about one axis alone."""
+
+    POSES = ""
+    DIFFERENCES = "differences"
+    ABOUT_X = "about x"
+    ABOUT_Y = "about y"
+    ABOUT_Z = "about z"
+
+
+_ABOUT = (Axes.ABOUT_X, Axes.ABOUT_Y, Axes.ABOUT_Z)
+
+
+def _seen_turns(points: LoadedPoints) -> list[Axes]:
     """Variants for a body: a turn about an axis shows where the two axes that it mixes were measured."""
     axes = measured_axes(points)
-    pairs = {"x": ({1, 2}, {4, 5}), "y": ({0, 2}, {3, 5}), "z": ({0, 1}, {3, 4})}
-    seen = [axis for axis, mixed in pairs.items() if any(pair <= axes for pair in mixed)]
-    return [""] if len(seen) == len(pairs) else [f"about {axis}" for axis in seen]
+    pairs = (({1, 2}, {4, 5}), ({0, 2}, {3, 5}), ({0, 1}, {3, 4}))
+    seen = [axis for axis, mixed in zip(_ABOUT, pairs, strict=True) if any(pair <= axes for pair in mixed)]
+    return [Axes.POSES] if len(seen) == len(pairs) else seen
 
 
 class InstrumentMisalignment(Effect):
@@ -36,35 +52,46 @@ class InstrumentMisalignment(Effect):
     physics = "instrument_misalignment"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if points.marker is not None:
+    def components(cls, robot: Robot) -> list[Component]:
+        return [INSTRUMENT]
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        if robot.on_support:
+            return [Axes.POSES, *_ABOUT]
+        # What reads poses turns them; deflections of an arm are twists, and the plane has one axis to turn about.
+        return [Axes.POSES, Axes.DIFFERENCES] if robot.orientation is not None else [Axes.POSES]
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if points.measurand.absolute:
             return []  # the instrument's frame is a parameter of every model
-        if isinstance(robot, Body):
-            return [("instrument", variant) for variant in _seen_turns(points)]
-        spatial = isinstance(robot, Hexapod)
-        return [("instrument", variant) for variant in (("", "differences") if spatial else ("",))]
+        if robot.on_support:
+            return [(INSTRUMENT, variant) for variant in _seen_turns(points)]
+        return super().places(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
-        axes = "xyz" if self.robot.coordinates.n > 2 else "z"
-        if self.variant.startswith("about"):
-            axes = self.variant[-1]
+        axes = "xyz" if self.robot.coordinates.translations > 2 else "z"
+        if self.variant in _ABOUT:
+            axes = "xyz"[_ABOUT.index(self.variant)]
         return tuple(Parameter(f"rot_{axis}_rad", 1e-2, low=-1.0, high=1.0) for axis in axes)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant.startswith("about"):
+        if self.variant in _ABOUT:
             angles = ca.SX.zeros(3)
-            angles["xyz".index(self.variant[-1])] = theta[0]
+            angles[_ABOUT.index(self.variant)] = theta[0]
             turn = rotation_matrix(angles, "fixed-xyz")
             return ca.vertcat(turn.T @ reading[:3], turn.T @ reading[3:])
         if theta.shape[0] == 1:
             c, s = ca.cos(theta[0]), ca.sin(theta[0])
-            return ca.vertcat(c * reading[0] + s * reading[1], -s * reading[0] + c * reading[1])
+            return ca.vertcat(c * reading[0] + s * reading[1], -s * reading[0] + c * reading[1], reading[2:])
         turn = rotation_matrix(theta, "fixed-xyz")
-        if self.variant == "differences" or not isinstance(self.robot, Hexapod):
+        closed_form, orientation = self.robot.inverse_kinematics, self.robot.orientation
+        if self.variant is Axes.DIFFERENCES or closed_form is None or orientation is None:
             return ca.vertcat(turn.T @ reading[:3], turn.T @ reading[3:])
-        angles = angles_of(turn.T @ row.rotation @ turn, self.robot.orientation)
+        angles = angles_of(turn.T @ row.rotation @ turn, orientation)
         pose = ca.SX.sym("read", 6)
-        rates = ca.substitute(self.robot.pose_rate_map(pose), pose, ca.vertcat(row.pose[:3], angles))
+        rates = ca.substitute(closed_form.pose_rate_map(pose), pose, ca.vertcat(row.pose[:3], angles))
         twist = ca.solve(row.rates, reading)
         return rates @ ca.vertcat(turn.T @ twist[:3], turn.T @ twist[3:])
 

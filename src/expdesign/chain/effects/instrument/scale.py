@@ -2,9 +2,9 @@
 
 import casadi as ca
 
+from expdesign.chain.component import INSTRUMENT, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
@@ -14,11 +14,11 @@ class InstrumentScale(Effect):
     physics = "instrument_scale"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("instrument", "")]
+    def components(cls, robot: Robot) -> list[Component]:
+        return [INSTRUMENT]
 
     def describe(self) -> tuple[Parameter, ...]:
-        axes = "xyz"[: self.robot.coordinates.translations]
+        axes = self.robot.coordinates.axes
         return tuple(Parameter(f"scale_{axis}", 1e-2, low=-0.9, high=9.0) for axis in axes)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:

@@ -4,20 +4,23 @@ What the pose of the instrument or the place of a marker can stand for does not 
 loosely determined is held by how well machines are made (`spread`).
 """
 
+from collections.abc import Sequence
+
 import casadi as ca
 
-from expdesign.chain.arm import arm_of
+from expdesign.chain.arm import links_of
+from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
+from expdesign.chain.components import each_joint, each_link
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
-from expdesign.robots.serial import SerialRobot
 
 _ANGLE = 0.02
 """rad; how well joints are zeroed and links are aligned, before anything is measured (standard deviation)."""
 _LENGTH = 0.005
 """m; likewise."""
-_JOINTS, _ALL = "all joints", "geometry"
 
 
 class GeometricError(Effect):
@@ -28,36 +31,36 @@ class GeometricError(Effect):
     physics = "joint_position_error"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+    def components(cls, robot: Robot) -> list[Component]:
+        joints = each_joint(robot)
+        return [*joints, ALL_JOINTS, *each_link(robot), GEOMETRY] if joints else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         # In deflections the geometry of a serial robot shows at second order only.
-        if not isinstance(robot, SerialRobot) or points.marker is None:
-            return []
-        count = len(robot.configuration)
-        joints = [(f"joint {k + 1}", "") for k in range(count)]
-        links = [(f"link {k + 1}", "") for k in range(count)]
-        return [*joints, (_JOINTS, ""), *links, (_ALL, "")]
+        return super().places(robot, points) if points.measurand.absolute else []
 
     @property
     def _indices(self) -> list[int]:
         """Geometric errors that the component has."""
-        robot = arm_of(self.robot)
-        count = len(robot.configuration)
-        if self.component == _JOINTS:
+        robot = links_of(self.robot)
+        count = len(self.robot.configuration)
+        if self.component == ALL_JOINTS:
             return list(range(count))
-        if self.component == _ALL:
+        if self.component == GEOMETRY:
             # The base's frame (link 0) is the instrument's.
             return [*range(count), *range(robot.tree.link_frame(1, "x"), robot.tree.size)]
-        if self.component.startswith("joint"):
-            return [self.leg]
-        return [robot.tree.link_frame(self.leg + 1, axis) for axis in FRAME_AXES]
+        if self.component.part is Part.JOINT:
+            return [self.component.index]
+        return [robot.tree.link_frame(self.component.number, axis) for axis in FRAME_AXES]
 
     def describe(self) -> tuple[Parameter, ...]:
         return tuple(self._parameter(index) for index in self._indices)
 
     def _parameter(self, index: int) -> Parameter:
-        robot = arm_of(self.robot)
-        count = len(robot.configuration)
-        angle = robot.revolute[index] if index < count else (index - count) % len(FRAME_AXES) >= 3
+        robot = links_of(self.robot)
+        count = len(self.robot.configuration)
+        angle = self.robot.units[index] == "rad" if index < count else (index - count) % len(FRAME_AXES) >= 3
         name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"
         spread = _ANGLE if angle else _LENGTH
         return Parameter(name, 1e-3, low=-50.0 * spread, high=50.0 * spread, spread=spread)

@@ -5,12 +5,15 @@ and without the load. The deflection is the difference of the two poses; a paylo
 its lever turns with the tip. Two passes from δ = 0 give it to second order.
 """
 
+from collections.abc import Sequence
+
 import casadi as ca
 
-from expdesign.chain.arm import ArmEffect, arm_of
-from expdesign.chain.components import each_joint
-from expdesign.chain.effect import Parameter
+from expdesign.chain.arm import links_of
+from expdesign.chain.component import GEOMETRY, Component
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.orientation import rotation_vector
 from expdesign.robots.robot import Robot
@@ -18,14 +21,18 @@ from expdesign.robots.robot import Robot
 _PASSES = 2
 
 
-class ArmGeometricStiffness(ArmEffect):
+class ArmGeometricStiffness(Effect):
     """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
 
     physics = "geometric_stiffness"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("geometry", "")] if each_joint(robot) and points.marker is None else []
+    def components(cls, robot: Robot) -> list[Component]:
+        return [GEOMETRY] if robot.links is not None else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        return super().places(robot, points) if not points.measurand.absolute else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
@@ -40,8 +47,8 @@ class ArmGeometricStiffness(ArmEffect):
 
     def _equilibrium(self, wrench: ca.SX, payload: ca.SX, compliance: ca.SX, row: Row) -> tuple[ca.SX, ca.SX]:
         """Position and orientation of the tip in equilibrium under a wrench given at the commanded pose."""
-        robot = arm_of(self.robot)
-        q = ca.SX.sym("q", len(robot.configuration))
+        robot = links_of(self.robot)
+        q = ca.SX.sym("q", len(self.robot.configuration))
         forward, _, rotation = robot.jacobian_expressions(q)
         arm = rotation @ row.rotation.T @ row.lever - row.lever
         turned = wrench + ca.vertcat(ca.SX.zeros(3), payload * ca.cross(arm, wrench[:3]))

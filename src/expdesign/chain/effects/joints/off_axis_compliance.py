@@ -5,39 +5,49 @@ beyond it turns by C·P·M about the joint, M being the moment there and P the p
 joint's guide tilts about every direction. In positions the weight of the links beyond the joint tilts it too.
 """
 
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import ArmEffect, arm_of, at_tip, moment_at, with_links_beyond
-from expdesign.chain.components import each_joint
-from expdesign.chain.effect import Parameter
+from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
+from expdesign.chain.component import Component
+from expdesign.chain.components import each_joint, turning
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class JointCompliance(ArmEffect):
+class Directions(StrEnum):
+    """Whether the bearing is the same across all directions."""
+
+    ALL = ""
+    TWO = "two directions"
+
+
+class JointCompliance(Effect):
     """Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint."""
 
     physics = "joint_compliance"
+    forms = tuple(Directions)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(joint, variant) for joint in each_joint(robot) for variant in ("", "two directions")]
+    def components(cls, robot: Robot) -> list[Component]:
+        return each_joint(robot)
 
     def describe(self) -> tuple[Parameter, ...]:
-        if self.variant == "two directions":
+        if self.variant is Directions.TWO:
             return tuple(Parameter(f"lateral_{i}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for i in (1, 2))
         return (Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),)
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        robot = arm_of(self.robot)
-        point, frame = robot.tree.joint_frame(row.pose, self.leg)
-        load = with_links_beyond(robot, wrench, row, self.leg + 1)
-        first, second = across(robot.tree.joints[self.leg].axis)
+        robot = links_of(self.robot)
+        point, frame = robot.tree.joint_frame(row.pose, self.component.index)
+        load = with_links_beyond(self.robot, wrench, row, self.component.number)
+        first, second = across(robot.tree.joints[self.component.index].axis)
         compliances = theta[0] * ca.SX(np.outer(first, first)) + theta[-1] * ca.SX(np.outer(second, second))
-        if not robot.revolute[self.leg] and self.variant != "two directions":
+        if not turning(self.robot, self.actuators) and self.variant is Directions.ALL:
             compliances = theta[0] * ca.SX.eye(3)
         turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
         return deflection + at_tip(ca.SX.zeros(3), turn, row, point)

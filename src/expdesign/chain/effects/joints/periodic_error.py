@@ -8,11 +8,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import ArmEffect
-from expdesign.chain.components import each_joint, turning
-from expdesign.chain.effect import Parameter
+from expdesign.chain.component import Component
+from expdesign.chain.components import each_joint, each_leg, turning
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
 from expdesign.chain.row import Row
+from expdesign.chain.variant import ONLY, Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -21,18 +22,24 @@ _FINEST = {True: 2.0 * np.pi / 60.0, False: 5e-4}
 _MOST_STARTS = 120
 
 
-class JointPeriodicError(ArmEffect):
+class JointPeriodicError(Effect):
     """Δq gains amplitude·sin(2π·q/pitch + phase), fitted as a sine and a cosine."""
 
     physics = "encoder_periodic_error"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        commands = [len(np.unique(points.configurations[:, i])) for i in range(len(robot.configuration))]
-        return [(joint, "") for joint, count in zip(each_joint(robot), commands, strict=False) if count >= 4]
+    def components(cls, robot: Robot) -> list[Component]:
+        rotary = set(robot.units) == {"rad"}
+        return each_joint(robot) or (each_leg(robot) if rotary else [])
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        coordinates = robot.actuator_coordinates(points.configurations)
+        commands = [len(np.unique(coordinates[:, i])) for i in range(len(robot.stiffness))]
+        return [(joint, ONLY) for joint, count in zip(cls.components(robot), commands, strict=False) if count >= 4]
 
     def describe(self) -> tuple[Parameter, ...]:
-        turns = turning(self.robot, self.legs)
+        turns = turning(self.robot, self.actuators)
         unit, longest = ("rad", 4.0 * np.pi) if turns else ("m", 1e3)
         return (
             Parameter(f"sine_{unit}", 1e-5, low=-0.1, high=0.1),
@@ -43,8 +50,8 @@ class JointPeriodicError(ArmEffect):
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         """Periods at equal steps of frequency; a joint's errors repeat within a turn."""
-        turns = turning(self.robot, self.legs)
-        span = float(np.ptp(points.configurations[:, self.leg]))
+        turns = turning(self.robot, self.actuators)
+        span = float(np.ptp(self.robot.actuator_coordinates(points.configurations)[:, self.component.index]))
         if span <= 0.0:
             return [self.neutral()]
         lowest = 1.0 / (2.0 * np.pi) if turns else 0.5 / span
@@ -54,7 +61,7 @@ class JointPeriodicError(ArmEffect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        return with_periodic_error(elongation, row, self.leg, theta), state
+        return with_periodic_error(elongation, row, self.component.index, theta), state
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         return amplitude_pitch_phase(theta, self.parameters[0].name.split("_")[1])

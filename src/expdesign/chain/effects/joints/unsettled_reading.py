@@ -4,28 +4,40 @@ A row's joints have moved from where they were in the row before it (unloaded, a
 way to where the load takes them. Unlike creep it does not depend on how long the interval is, and it ends with the row.
 """
 
+from collections.abc import Sequence
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.arm import ArmEffect
-from expdesign.chain.components import ALL_JOINTS, each_joint
-from expdesign.chain.effect import Parameter
+from expdesign.chain.component import ALL_JOINTS, Component
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class LoggedBeforeSettled(ArmEffect):
+class Cause(StrEnum):
+    """Unlike creep, which shares its physics, it is no property of the arm."""
+
+    UNSETTLED = "logged before settled"
+
+
+class LoggedBeforeSettled(Effect):
     """Δq = Δq(load) − ρ·(Δq(load) − Δq(row before)); ρ is `unsettled_fraction`, the same for all joints."""
 
     physics = "creep"
+    forms = tuple(Cause)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+    def components(cls, robot: Robot) -> list[Component]:
+        return [ALL_JOINTS] if robot.links is not None else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         several = len(np.unique(points.series)) < len(points)
-        return (
-            [(ALL_JOINTS, "logged before settled")] if each_joint(robot) and several and points.marker is None else []
-        )
+        return super().places(robot, points) if several and not points.measurand.absolute else []
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.robot.stiffness)

@@ -5,13 +5,23 @@ linear deflection gives it to second order: the maps are taken at the loaded pos
 direction while its lever turns with the platform.
 """
 
+from enum import StrEnum
+
 import casadi as ca
 
+from expdesign.chain.component import GEOMETRY, Component
+from expdesign.chain.components import turned_lever
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
+
+
+class Correction(StrEnum):
+    """How far the loaded pose is followed."""
+
+    EQUILIBRIUM = ""
+    MAPPING = "mapping"
 
 
 class GeometricStiffness(Effect):
@@ -22,30 +32,28 @@ class GeometricStiffness(Effect):
     """
 
     physics = "geometric_stiffness"
+    forms = tuple(Correction)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("geometry", ""), ("geometry", "mapping")] if isinstance(robot, ParallelRobot) else []
+    def components(cls, robot: Robot) -> list[Component]:
+        return [GEOMETRY] if robot.inverse_kinematics is not None else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        robot = self.robot
-        assert isinstance(robot, ParallelRobot)
+        robot = self.robot.inverse_kinematics
+        assert robot is not None
         geometry = ca.SX(robot.geometry)
-        symbol = ca.SX.sym("loaded", robot.coordinates.n)
-        if self.variant == "mapping":
+        symbol = ca.SX.sym("loaded", self.robot.coordinates.n)
+        if self.variant is Correction.MAPPING:
             return self._mapped(robot, deflection, wrench, compliance, row, theta, symbol, geometry)
         lengths = robot.actuator_lengths(symbol, geometry)
         lever = row.forward.T  # actuator force per wrench at the unloaded pose
         loaded_lever = (ca.jacobian(lengths, symbol) @ robot.pose_rate_map(symbol)).T
         loaded = row.pose + deflection
         whole = row.absolute + (wrench - row.wrench)
-        if robot.coordinates.n > 2:
-            turn = robot.rotation(loaded) @ row.rotation.T
-            arm = turn @ row.lever - row.lever
-            whole = whole + ca.vertcat(ca.SX.zeros(3), row.payload * ca.cross(arm, wrench[:3]))
+        whole = whole + turned_lever(robot.rotation(loaded), row, wrench)
         force = ca.solve(ca.substitute(loaded_lever, symbol, loaded), whole)
         change = force - lever @ (row.absolute + (wrench - row.wrench))
         stretch = robot.actuator_lengths(loaded, geometry) - robot.actuator_lengths(row.pose, geometry)
@@ -70,7 +78,7 @@ class GeometricStiffness(Effect):
         geometric = ca.substitute(ca.jacobian(wrench_of, symbol), symbol, row.pose)
         geometric = ca.substitute(geometric, held, row.forward.T @ (row.absolute + (wrench - row.wrench)))
         softening = row.pose_map @ ca.diag(compliance) @ row.forward.T @ geometric
-        eye = ca.SX.eye(robot.coordinates.n)
+        eye = ca.SX.eye(self.robot.coordinates.n)
         return ca.solve(eye + theta[0] * softening, deflection)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

@@ -1,12 +1,21 @@
 """A joint is not where the geometry says, so that both the true pose and the lever arms differ."""
 
+from enum import StrEnum
+
 import casadi as ca
 
+from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.chain.variant import Variant
 from expdesign.robots.robot import Robot
+
+
+class End(StrEnum):
+    """At which end of a leg."""
+
+    BASE = "base"
+    PLATFORM = "platform"
 
 
 class JointPositionError(Effect):
@@ -16,21 +25,24 @@ class JointPositionError(Effect):
     changes_geometry = True
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, ParallelRobot):
-            return []
-        ends = ("base", "platform") if robot.coordinates.n > 2 else ("base",)
-        return [(leg, end) for leg in each_leg(robot) for end in ends]
+    def components(cls, robot: Robot) -> list[Component]:
+        return each_leg(robot) if cls.variants(robot) else []
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        closed_form = robot.inverse_kinematics
+        return [] if closed_form is None else [end for end in End if f"{end} 1 x" in closed_form.geometry_names]
 
     def describe(self) -> tuple[Parameter, ...]:
-        axes = "xyz"[: self.robot.coordinates.translations]
+        axes = self.robot.coordinates.axes
         return tuple(Parameter(f"joint_d{axis}_m", 1e-3, low=-0.1, high=0.1) for axis in axes)
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        assert isinstance(self.robot, ParallelRobot)
+        closed_form = self.robot.inverse_kinematics
+        assert closed_form is not None
         moved = ca.SX(geometry)
         for axis, parameter in zip("xyz", range(theta.shape[0]), strict=False):
-            index = self.robot.geometry_names.index(f"{self.variant} {self.leg + 1} {axis}")
+            index = closed_form.geometry_names.index(f"{self.variant} {self.component.number} {axis}")
             moved[index] = moved[index] + theta[parameter]
         return moved
 

@@ -1,16 +1,18 @@
 """A leg's passive joint, or its mount, yields differently along different directions.
 
 Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ, and
-∂q/∂a = −u). A C that is the same in all directions cannot be told from the leg's own compliance; what shows is how the
+∂q/∂a = −u). A C that is the same in all directions is confounded with the leg's own compliance; what shows is how the
 apparent compliance changes as the leg turns against the frame in which C is fixed.
 """
 
 import casadi as ca
 
+from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effects.legs.joint_position_error import End
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.chain.variant import Variant
 from expdesign.robots.robot import Robot
 
 
@@ -20,12 +22,16 @@ class PassiveJointCompliance(Effect):
     physics = "passive_joint_compliance"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        ends = ("base", "platform") if robot.coordinates.n > 2 else ("base",)
-        return [(leg, end) for leg in each_leg(robot) for end in ends]
+    def components(cls, robot: Robot) -> list[Component]:
+        return each_leg(robot) if robot.straight_legs is not None else []
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        # What a platform that does not turn is joined to yields as a base does.
+        return list(End) if robot.coordinates.rotations else [End.BASE]
 
     def describe(self) -> tuple[Parameter, ...]:
-        entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.n > 2 else ("xx", "xy")
+        entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.translations > 2 else ("xx", "xy")
         # Differences to the leg's own compliance; a joint that yields by 1 mm under 1 N holds no leg.
         return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8, low=-1e-3, high=1e-3) for entry in entries)
 
@@ -34,8 +40,8 @@ class PassiveJointCompliance(Effect):
     ) -> tuple[ca.SX, ca.SX]:
         # A row of J⁻¹ begins with the direction of the leg.
         split = self.robot.coordinates.translations
-        direction = ca.solve(row.forward, ca.SX.eye(row.forward.shape[0]))[self.leg, :split].T
-        if self.variant == "platform":
+        direction = ca.solve(row.forward, ca.SX.eye(row.forward.shape[0]))[self.component.index, :split].T
+        if self.variant is End.PLATFORM:
             direction = row.rotation.T @ direction
         x, y = direction[0], direction[1]
         if split == 2:
@@ -44,9 +50,9 @@ class PassiveJointCompliance(Effect):
             z = direction[2]
             along = theta[0] * x**2 + theta[1] * y**2 + 2.0 * (theta[2] * x * y + theta[3] * x * z + theta[4] * y * z)
         gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.leg] = along * force[self.leg]
+        gained[self.component.index] = along * force[self.component.index]
         return elongation + gained, state
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        end = "base" if self.variant == "base" else "platform"
-        return f"The {end} joint of {self.component}, or its mount, yields differently along different directions."
+        joint = f"{self.variant} joint of {self.component}"
+        return f"The {joint}, or its mount, yields differently along different directions."

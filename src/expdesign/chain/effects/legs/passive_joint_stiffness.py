@@ -9,15 +9,29 @@ Flexures that are relaxed at the zero pose are bent at every other one. The legs
 and the geometric stiffness of these adds to K_J, which itself follows from the energy of the bent joints.
 """
 
+from enum import StrEnum
+
 import casadi as ca
 
+from expdesign.chain.component import Component
 from expdesign.chain.components import legs_and_all
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.hexapod import Hexapod
+from expdesign.chain.variant import Variant
+from expdesign.robots.capabilities import StraightLegs
 from expdesign.robots.orientation import rotation_vector
+from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
+
+
+class Joints(StrEnum):
+    """What the joints at the ends of a leg resist."""
+
+    CARDAN = ""
+    BENDING = "bending"
+    BASE = "base"
+    PLATFORM = "platform"
+    FLEXURES = "flexures"
 
 
 class PassiveJointStiffness(Effect):
@@ -30,23 +44,26 @@ class PassiveJointStiffness(Effect):
     physics = "passive_joint_stiffness"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        variants = ("", "bending", "base", "platform", "flexures") if isinstance(robot, Hexapod) else ("",)
-        return [(component, variant) for component in legs_and_all(robot) for variant in variants]
+    def components(cls, robot: Robot) -> list[Component]:
+        return legs_and_all(robot) if robot.straight_legs is not None else []
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        return list(Joints) if robot.coordinates.rotations == 3 else [Joints.CARDAN]
 
     def describe(self) -> tuple[Parameter, ...]:
-        self.changes_geometry = self.variant == "flexures"
+        self.changes_geometry = self.variant is Joints.FLEXURES
         return (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        stiffness = theta[0] * (self._bent(row) if self.variant == "flexures" else self._relaxed(row))
+        stiffness = theta[0] * (self._bent(row) if self.variant is Joints.FLEXURES else self._relaxed(row))
         softened = ca.SX.eye(elongation.shape[0]) + ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
         return ca.solve(softened, elongation), state
 
     def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant != "flexures":
+        if self.variant is not Joints.FLEXURES:
             return pose
         return pose + row.pose_map @ (compliance * theta[0] * self._preload(row))
 
@@ -55,25 +72,24 @@ class PassiveJointStiffness(Effect):
         n = self.robot.coordinates.n
         inverse = ca.solve(row.forward, ca.SX.eye(n))
         total = ca.SX.zeros(n, n)
-        for leg in self.legs:
+        for leg in self.actuators:
             length = row.lengths[leg]
-            if n == 2:
+            if self.robot.coordinates.rotations == 0:
                 u = inverse[leg, :].T
                 turning = ca.vertcat(-u[1], u[0]).T / length
                 total += turning.T @ turning
                 continue
-            assert isinstance(self.robot, Hexapod)
             u = inverse[leg, :3].T
-            joint = row.rotation @ ca.SX(self.robot.platform_joints[leg])
+            joint = row.rotation @ ca.SX(self._straight.platform_joints[leg])
             velocity = ca.horzcat(ca.SX.eye(3), -ca.skew(joint))
             leg_turn = ca.skew(u) @ velocity / length
             spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
             across = (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn
-            if self.variant != "platform":
+            if self.variant is not Joints.PLATFORM:
                 total += leg_turn.T @ leg_turn
-            if self.variant != "base":
+            if self.variant is not Joints.BASE:
                 total += across.T @ across
-            if not self.variant:
+            if self.variant is Joints.CARDAN:
                 about = u.T @ spin
                 total += 0.5 * about.T @ about
         return total
@@ -82,16 +98,15 @@ class PassiveJointStiffness(Effect):
         """K_J + K_G(τ₀) per unit stiffness in twist coordinates, from the energy of joints relaxed at the zero pose.
 
         With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the
-        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness sought.
+        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness of the joints.
         """
-        robot = self.robot
-        assert isinstance(robot, Hexapod)
+        robot = self._closed_form
         pose = ca.SX.sym("X", 6)
         held = ca.SX.sym("tau", 6)
         geometry = ca.SX(robot.geometry)
         lengths = robot.actuator_lengths(pose, geometry)
         rates = robot.pose_rate_map(pose)
-        bending = rates.T @ ca.gradient(self._energy(robot, pose), pose)
+        bending = rates.T @ ca.gradient(self._energy(pose), pose)
         wrench = bending + (ca.jacobian(lengths, pose) @ rates).T @ held
         derivative = ca.jacobian(wrench, pose) @ rates
         # τ₀ is held constant in the derivative, so it is put in last.
@@ -99,21 +114,31 @@ class PassiveJointStiffness(Effect):
 
     def _preload(self, row: Row) -> ca.SX:
         """τ₀ (n_p,) per unit stiffness: actuator forces that hold the bent joints without any load."""
-        robot = self.robot
-        assert isinstance(robot, Hexapod)
         pose = ca.SX.sym("X", 6)
-        bending = robot.pose_rate_map(pose).T @ ca.gradient(self._energy(robot, pose), pose)
+        bending = self._closed_form.pose_rate_map(pose).T @ ca.gradient(self._energy(pose), pose)
         return -row.forward.T @ ca.substitute(bending, pose, row.pose)
 
-    def _energy(self, robot: Hexapod, pose: ca.SX) -> ca.SX:
+    @property
+    def _straight(self) -> StraightLegs:
+        legs = self.robot.straight_legs
+        assert legs is not None
+        return legs
+
+    @property
+    def _closed_form(self) -> ParallelRobot:
+        closed_form = self.robot.inverse_kinematics
+        assert closed_form is not None
+        return closed_form
+
+    def _energy(self, pose: ca.SX) -> ca.SX:
         """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²)."""
-        geometry = ca.SX(robot.geometry)
-        vectors = robot.leg_vectors(pose, geometry)
-        relaxed = robot.leg_vectors(ca.SX.zeros(6), geometry)
-        rotation = robot.rotation(pose)
+        geometry = ca.SX(self._closed_form.geometry)
+        vectors = self._straight.leg_vectors(pose, geometry)
+        relaxed = self._straight.leg_vectors(ca.SX.zeros(6), geometry)
+        rotation = self._closed_form.rotation(pose)
         turned = rotation_vector(rotation)
         energy = ca.SX(0)
-        for leg in self.legs:
+        for leg in self.actuators:
             u = vectors[:, leg] / ca.norm_2(vectors[:, leg])
             home = relaxed[:, leg] / ca.norm_2(relaxed[:, leg])
             bends = _angle_squared(u, home) + _angle_squared(u, rotation @ home)

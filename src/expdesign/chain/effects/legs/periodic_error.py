@@ -3,16 +3,19 @@
 In deflections it is an offset of all rows of a series that depends on the leg's commanded length (interfaces.md).
 """
 
+from collections.abc import Sequence
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
 _FINEST_PITCH = 5e-4
@@ -25,11 +28,13 @@ class EncoderPeriodicError(Effect):
     physics = "encoder_periodic_error"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, ParallelRobot):
-            return []
+    def components(cls, robot: Robot) -> list[Component]:
+        return each_leg(robot) if set(robot.units) == {"m"} else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         commands = len(np.unique(points.configurations, axis=0))
-        return [(leg, "") for leg in each_leg(robot)] if commands >= 4 else []
+        return super().places(robot, points) if commands >= 4 else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (
@@ -40,8 +45,7 @@ class EncoderPeriodicError(Effect):
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         """Pitches at equal steps of frequency, fine enough that none lies between two of them."""
-        assert isinstance(self.robot, ParallelRobot)
-        lengths = self.robot.lengths(points.configurations)[:, self.leg]
+        lengths = self.robot.actuator_coordinates(points.configurations)[:, self.component.index]
         span = float(np.ptp(lengths))
         if span <= 0.0:
             return [self.neutral()]
@@ -52,7 +56,7 @@ class EncoderPeriodicError(Effect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        return with_periodic_error(elongation, row, self.leg, theta), state
+        return with_periodic_error(elongation, row, self.component.index, theta), state
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         return amplitude_pitch_phase(theta, "m")

@@ -5,33 +5,34 @@ With force f and moment M at the far end of a link of length L along d (Euler an
     turn of the end = κ·P·(M + L/2·d×f) + κ_t·d·dᵀM,   its motion = κ·(L/2·P·M + L²/3·d×f)×d,   P = I − d·dᵀ.
 """
 
+from collections.abc import Sequence
+
 import casadi as ca
 
-from expdesign.chain.arm import ArmEffect, arm_of, at_tip, link_span, long_links, moment_at, with_links_beyond
-from expdesign.chain.effect import Parameter
+from expdesign.chain.arm import at_tip, link_span, long_links, moment_at, with_links_beyond
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
-class LinkCompliance(ArmEffect):
+class LinkCompliance(Effect):
     """`bending_rad_per_Nm` κ and `torsion_rad_per_Nm` κ_t: turns of the link's end per moment there."""
 
     physics = "link_compliance"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [(link, "") for link in long_links(robot)]
+    def components(cls, robot: Robot) -> Sequence[Component]:
+        return long_links(robot)
 
     def describe(self) -> tuple[Parameter, ...]:
         return tuple(Parameter(f"{how}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for how in ("bending", "torsion"))
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        robot = arm_of(self.robot)
-        start, end = link_span(robot, row.pose, self.leg)
+        start, end = link_span(self.robot, row.pose, self.component.index)
         length = ca.norm_2(end - start)
         along = (end - start) / length
-        load = with_links_beyond(arm_of(self.robot), wrench, row, self.leg + 2)
+        load = with_links_beyond(self.robot, wrench, row, self.component.number + 1)
         moment, lever = moment_at(load, row, end), length * ca.cross(along, load[:3])
         twisting = along * ca.dot(along, moment)
         turn = theta[0] * (moment - twisting + lever / 2.0) + theta[1] * twisting
@@ -41,6 +42,6 @@ class LinkCompliance(ArmEffect):
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         bend, twist = values["bending_rad_per_Nm"], values["torsion_rad_per_Nm"]
         return (
-            f"{self.component.capitalize()} bends: its end turns by {1e6 * bend[0]:.3g} ({1e6 * bend[1]:.3g} to "
+            f"{self.subject} bends: its end turns by {1e6 * bend[0]:.3g} ({1e6 * bend[1]:.3g} to "
             f"{1e6 * bend[2]:.3g}) µrad per N·m across it and {1e6 * twist[0]:.3g} about it."
         )

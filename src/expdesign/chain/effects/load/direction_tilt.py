@@ -2,10 +2,11 @@
 
 import casadi as ca
 
+from expdesign.chain.component import PAYLOAD, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.loads.load import small_rotation
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.moments import moment
 from expdesign.robots.robot import Robot
 
 
@@ -17,11 +18,11 @@ class LoadDirectionTilt(Effect):
     physics = "load_direction_tilt"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        return [("payload", "")]
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD]
 
     def describe(self) -> tuple[Parameter, ...]:
-        names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.n > 2 else ("tilt_z_rad",)
+        names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.translations > 2 else ("tilt_z_rad",)
         return tuple(Parameter(name, 1e-3, low=-0.5, high=0.5) for name in names)
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
@@ -30,9 +31,10 @@ class LoadDirectionTilt(Effect):
         turned = small_rotation(force, theta)
         if wrench.shape[0] == split:
             return turned
-        moment = wrench[split:]
-        as_payload = moment + ca.cross(row.lever, turned - force)
-        as_wrench = small_rotation(moment, theta)
+        turning = wrench[split:]
+        as_payload = turning + moment(row.lever, turned - force)
+        # About the normal of the plane a moment stays what it is.
+        as_wrench = small_rotation(turning, theta) if split == 3 else turning
         return ca.vertcat(turned, row.payload * as_payload + (1.0 - row.payload) * as_wrench)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

@@ -5,14 +5,18 @@ from soft legs (theory.md 5.2). What can be seen is one weight that is wrong amo
 adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
 """
 
+from dataclasses import dataclass
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import PAYLOAD, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant, rounded
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 _RELATIVE_WIDTH = 0.02
@@ -20,6 +24,40 @@ _RELATIVE_WIDTH = 0.02
 _MOST_WEIGHTS = 12
 _SMALLEST = 1e-9
 """N; less is no load."""
+
+
+class Wrong(StrEnum):
+    """Which loads are wrong; the values are the ends of their texts."""
+
+    ALL = "forgotten"
+    ONE = " newton"
+    FROM = " newton and more"
+
+
+@dataclass(frozen=True)
+class Weights:
+    """The loads that are wrong: all, the one of a size, or those from a size on.
+
+    Attributes:
+        wrong: which.
+        size: the least load concerned, N.
+    """
+
+    wrong: Wrong
+    size: float = 0.0
+
+    def __str__(self) -> str:
+        return str(self.wrong) if self.wrong is Wrong.ALL else f"{self.size:.6g}{self.wrong}"
+
+
+def weights_from_text(text: str) -> Weights:
+    """The loads that a file names; raises `ValueError` for another text."""
+    if text == str(Wrong.ALL):
+        return Weights(Wrong.ALL)
+    wrong = next((each for each in (Wrong.ONE, Wrong.FROM) if text.endswith(each)), None)
+    if wrong is None:
+        raise ValueError(f"`{text}` names no loads")
+    return Weights(wrong, float(text.removesuffix(wrong)))
 
 
 class PayloadMassError(Effect):
@@ -30,52 +68,57 @@ class PayloadMassError(Effect):
     physics = "payload_mass_error"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD]
+
+    @classmethod
+    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
+        return weights_from_text(text)
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if np.any(points.absolute != points.wrenches):
             return []  # changes of a load are no weights
-        if isinstance(robot, Body) and points.payload is None:
+        if robot.on_support and points.payload is None:
             return []  # what acts on a body without payload columns is what a force plate read, nothing was weighed
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
         if len(sizes) < 2:
             return []
-        places = [("payload", "forgotten")]
+        found = [Weights(Wrong.ALL)]
         if len(sizes) <= _MOST_WEIGHTS:
-            places += [("payload", f"{size:.6g} newton") for size in sizes]
+            found += [Weights(Wrong.ONE, rounded(size)) for size in sizes]
             # From the smallest on it is what was forgotten, and the largest alone is one weight.
-            places += [("payload", f"{size:.6g} newton and more") for size in sizes[1:-1]]
-        return places
+            found += [Weights(Wrong.FROM, rounded(size)) for size in sizes[1:-1]]
+        return [(PAYLOAD, weights) for weights in found]
 
     def describe(self) -> tuple[Parameter, ...]:
-        if self.variant == "forgotten":
+        if self.variant.wrong is Wrong.ALL:
             return (Parameter("forgotten_N", 1.0, low=-1e5, high=1e5),)
-        if self.variant.endswith("more"):
+        if self.variant.wrong is Wrong.FROM:
             return (Parameter("disc_error_N", 1.0, low=-1e5, high=1e5),)
         return (Parameter("relative_mass_error", 0.01, low=-0.9, high=9.0),)
 
-    @property
-    def size(self) -> float:
-        """The least load concerned, N."""
-        return 0.0 if self.variant == "forgotten" else float(self.variant.split()[0])
-
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         force = ca.norm_2(row.wrench[: self.robot.coordinates.translations])
-        if self.variant.endswith("newton"):
-            concerned = ca.logic_and(force > self.size * (1.0 - 1e-5), force < self.size * (1.0 + _RELATIVE_WIDTH))
+        if self.variant.wrong is Wrong.ONE:
+            concerned = ca.logic_and(
+                force > self.variant.size * (1.0 - 1e-5), force < self.variant.size * (1.0 + _RELATIVE_WIDTH)
+            )
             return wrench * (1.0 + ca.if_else(concerned, theta[0], 0.0))
-        concerned = force > max(self.size * (1.0 - 1e-5), _SMALLEST)
+        concerned = force > max(self.variant.size * (1.0 - 1e-5), _SMALLEST)
         return wrench * (1.0 + ca.if_else(concerned, theta[0] / ca.fmax(force, _SMALLEST), 0.0))
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        value = next(iter(values.values()))
-        if self.variant == "forgotten":
+        value, size = next(iter(values.values())), self.variant.size
+        if self.variant.wrong is Wrong.ALL:
             return f"Every load is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) off, as by a forgotten part."
-        if self.variant.endswith("more"):
+        if self.variant.wrong is Wrong.FROM:
             return (
-                f"Every load of {self.size:.4g} N and more is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) "
+                f"Every load of {size:.4g} N and more is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) "
                 "off, as by one disc of a stack."
             )
         return (
-            f"The load of {self.size:.4g} N ({self.size / 9.80665:.4g} kg of weight) is really {100 * value[0]:+.2f} % "
+            f"The load of {size:.4g} N ({size / 9.80665:.4g} kg of weight) is really {100 * value[0]:+.2f} % "
             f"({100 * value[1]:+.2f} to {100 * value[2]:+.2f} %) of that heavier."
         )
 

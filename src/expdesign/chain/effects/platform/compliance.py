@@ -1,19 +1,28 @@
 """The platform or the payload's mount deforms: a compliance fixed to the platform, in series with the legs."""
 
+from enum import StrEnum
+
 import casadi as ca
 
+from expdesign.chain.component import PLATFORM, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
+from expdesign.coordinates import Coordinates
 from expdesign.robots.robot import Robot
 
 
-def compliance_parameters(translations: int, n: int, full: bool) -> tuple[Parameter, ...]:
+class Shape(StrEnum):
+    """Which elements of a compliance are not zero."""
+
+    DIAGONAL = "diagonal"
+    FULL = "full"
+
+
+def compliance_parameters(coordinates: Coordinates, full: bool) -> tuple[Parameter, ...]:
     """Entries of a symmetric compliance, diagonal first, then the upper triangle by rows."""
-    axes = "xyz"[:translations]
-    names = [f"d{axis}" for axis in axes] + [f"r{axis}" for axis in axes[: n - translations]]
+    n = coordinates.n
+    names = [f"d{axis}" for axis in coordinates.axes] + [f"r{axis}" for axis in coordinates.rotation_axes]
     units = {"dd": ("m_per_N", 1e-9), "dr": ("per_N", 1e-8), "rr": ("rad_per_Nm", 1e-7)}
     # A part that yields by 1 mm under 1 N, or turns by 0.1 rad under 1 N·m, carries nothing; between, their mean.
     softest = {"dd": 1e-3, "dr": 1e-2, "rr": 1e-1}
@@ -35,20 +44,19 @@ class PlatformCompliance(Effect):
     """
 
     physics = "platform_compliance"
+    forms = tuple(Shape)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if isinstance(robot, Body):
-            return []  # a body is rigid; what it stands on yields
-        return [("platform", "diagonal"), ("platform", "full")]
+    def components(cls, robot: Robot) -> list[Component]:
+        return [] if robot.on_support else [PLATFORM]  # a body is rigid; what it stands on yields
 
     def describe(self) -> tuple[Parameter, ...]:
-        coordinates = self.robot.coordinates
-        return compliance_parameters(coordinates.translations, coordinates.n, self.variant == "full")
+        return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         n = self.robot.coordinates.n
-        turn = row.rotation if n == 2 else ca.diagcat(row.rotation, row.rotation)
+        rotations = self.robot.coordinates.rotations
+        turn = ca.diagcat(row.rotation, row.rotation if rotations == 3 else ca.SX.eye(rotations))
         return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

@@ -1,21 +1,44 @@
 """A body's support yields: rotation under moment, about the body's own origin or about a centre that is found."""
 
+from dataclasses import dataclass
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.support import measured_axes, over_pose, powers, with_powers
+from expdesign.chain.support import Over, ending, measured_axes, over_pose, powers, split_over, with_powers
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 _AXES = ("rx", "ry", "rz")
 _PAIRS = ((0, 1), (0, 2), (1, 2))
 _FARTHEST = 50.0
 """m; a centre of rotation farther away than this is a translation."""
+
+
+class Form(StrEnum):
+    """Springs about the axes of O, about any axes through the origin of P, or about a point that is found."""
+
+    AXES = "axes"
+    ROTATION = "rotation"
+    CENTRE = "centre"
+
+
+@dataclass(frozen=True)
+class Springs:
+    """The form, and the range of a pose coordinate over which the compliance is a parabola."""
+
+    form: Form
+    over: Over | None = None
+
+    def __str__(self) -> str:
+        return f"{self.form}{ending(self.over)}"
 
 
 class SupportCompliance(Effect):
@@ -29,30 +52,39 @@ class SupportCompliance(Effect):
     physics = "base_compliance"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, Body):
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
+        form, over = split_over(text)
+        return Springs(Form(form), over)
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if not robot.on_support:
             return []
-        places = [("base", "axes"), ("base", "rotation")]
+        found = [Springs(Form.AXES), Springs(Form.ROTATION)]
         if measured_axes(points) & {0, 1, 2} or np.ptp(points.wrenches[:, :3], axis=0).any():
             # Pure moments and rotations say nothing of where a body turns.
-            places.append(("base", "centre"))
-        for ending in over_pose(points, robot.configuration):
-            places += [("base", f"axes{ending}"), ("base", f"rotation{ending}")]
-        return places
+            found.append(Springs(Form.CENTRE))
+        for over in over_pose(points, robot.configuration):
+            found += [Springs(Form.AXES, over), Springs(Form.ROTATION, over)]
+        return [(BASE, springs) for springs in found]
 
     def describe(self) -> tuple[Parameter, ...]:
         diagonal = [Parameter(f"compliance_{a}_{a}_rad_per_Nm", 1e-6, low=0.0) for a in _AXES]
         upper = [Parameter(f"compliance_{_AXES[i]}_{_AXES[j]}_rad_per_Nm", 1e-6) for i, j in _PAIRS]
-        chosen = tuple(diagonal if self.variant.startswith("axes") else diagonal + upper)
-        if self.variant == "centre":
+        chosen = tuple(diagonal if self.variant.form is Form.AXES else diagonal + upper)
+        if self.variant.form is Form.CENTRE:
             return chosen + tuple(
                 Parameter(f"centre_{axis}_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True)
                 for axis in "xyz"
             )
-        return with_powers(chosen, self.variant)
+        return with_powers(chosen, self.variant.over)
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant != "centre":
+        if self.variant.form is not Form.CENTRE:
             return [self.neutral()]
         position = self.robot.position(points.configurations).mean(axis=0)
         # On the ground below the body, at its own height, and far below.
@@ -60,13 +92,13 @@ class SupportCompliance(Effect):
         return [np.concatenate([np.zeros(6), [position[0], position[1], height]]) for height in heights]
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant == "centre":
+        if self.variant.form is Form.CENTRE:
             arm = row.position - theta[6:9]
             turn = symmetric(theta[:6], 3) @ (wrench[3:] + ca.cross(arm, wrench[:3]))
             return deflection + row.rates @ ca.vertcat(ca.cross(turn, arm), turn)
-        width = 3 if self.variant.startswith("axes") else 6
+        width = 3 if self.variant.form is Form.AXES else 6
         turn = ca.SX.zeros(3)
-        for i, factor in enumerate(powers(self.variant, row, self.robot.configuration)):
+        for i, factor in enumerate(powers(self.variant.over, row, self.robot.configuration)):
             turn += factor * (symmetric(theta[width * i : width * (i + 1)], 3) @ wrench[3:])
         return deflection + row.rates @ ca.vertcat(ca.SX.zeros(3), turn)
 
@@ -78,10 +110,9 @@ class SupportCompliance(Effect):
             if abs(v[2]) < 1e299
         )
         text = f"What the body stands on yields: {listed or 'by an amount that is hardly known'}"
-        if " over " in self.variant:
-            name, low, _, high = self.variant.split(" over ")[1].split()
-            text += f" halfway between {name} = {low} and {high}, and it changes with {name}"
-        if self.variant == "centre":
+        if self.variant.over is not None:
+            text += f" {self.variant.over.sentence}"
+        if self.variant.form is Form.CENTRE:
             x, y, z = (values[f"centre_{axis}_m"][0] for axis in "xyz")
             text += f"; it turns about ({x:.2f}, {y:.2f}, {z:.2f}) m in O"
         return text + "."

@@ -1,17 +1,28 @@
 """A body's support creeps under the changes of load, or settles under the load that it has carried all along."""
 
+from collections.abc import Hashable, Sequence
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 _NAMES = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
+
+
+class Cause(StrEnum):
+    """What makes the support give way."""
+
+    LOAD = ""
+    SETTLING = "settling"
 
 
 class SupportCreep(Effect):
@@ -20,23 +31,28 @@ class SupportCreep(Effect):
     """
 
     physics = "creep"
+    forms = tuple(Cause)
     builds_on = "base_compliance"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, Body) or points.time is None or not np.any(np.diff(points.time) > 0.0):
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if points.time is None or not np.any(np.diff(points.time) > 0.0):
             return []
-        return [("base", ""), ("base", "settling")]
+        return super().places(robot, points)
 
     @property
-    def slot(self) -> tuple[str, str]:
-        return self.physics, f"{self.component} {self.variant}"
+    def slot(self) -> tuple[Hashable, ...]:
+        return self.physics, self.component, self.variant
 
     def describe(self) -> tuple[Parameter, ...]:
         # A support that settles needs no load that changes.
-        self.builds_on = "" if self.variant == "settling" else "base_compliance"
+        self.builds_on = "" if self.variant is Cause.SETTLING else "base_compliance"
         tau = Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True)
-        if self.variant == "settling":
+        if self.variant is Cause.SETTLING:
             amounts = tuple(Parameter(f"settled_{name}", 1e-6) for name in _NAMES)
             return (*amounts, tau)
         self.states = 3
@@ -57,7 +73,7 @@ class SupportCreep(Effect):
         self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
         tau = theta[-1]
-        if self.variant == "settling":
+        if self.variant is Cause.SETTLING:
             return deflection + theta[:6] * (1.0 - ca.exp(-row.elapsed / tau)), state
         crept = state + (wrench[3:] - state) * (1.0 - ca.exp(-row.interval / tau))
         turn = symmetric(theta[:6], 3) @ crept
@@ -66,6 +82,6 @@ class SupportCreep(Effect):
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         tau = values["tau_s"]
         time = f"time constant {tau[0]:.3g} ({tau[1]:.3g} to {tau[2]:.3g}) s"
-        if self.variant == "settling":
+        if self.variant is Cause.SETTLING:
             return f"What the body stands on settles from the start of the series on, {time}."
         return f"What the body stands on gives way slowly after a change of load, {time}."

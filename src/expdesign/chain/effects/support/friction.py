@@ -1,14 +1,17 @@
 """Loading and unloading of a body's support differ: part of it yields only behind a friction (a play operator)."""
 
+from collections.abc import Hashable
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.support import AZIMUTHS, OBLIQUE, drive_load, drive_values, drives, twist_of, unit_of
+from expdesign.chain.support import AZIMUTHS, Drive, drive_load, drive_values, drives, twist_of, unit_of
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 
@@ -20,23 +23,26 @@ class SupportFriction(Effect):
     """
 
     physics = "friction_hysteresis"
+    forms = tuple(Drive)
     builds_on = "base_compliance"
     states = 1
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, Body):
-            return []
-        return [("base", drive) for drive in drives(points, oblique=True)]
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        return [(BASE, drive) for drive in drives(points, oblique=True)] if robot.on_support else []
 
     @property
-    def slot(self) -> tuple[str, str]:
-        return self.physics, f"{self.component} {self.variant}"
+    def slot(self) -> tuple[Hashable, ...]:
+        return self.physics, self.component, self.variant
 
     def describe(self) -> tuple[Parameter, ...]:
         force, motion = unit_of(self.variant)
         friction = Parameter(f"friction_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True)
-        if self.variant == OBLIQUE:
+        if self.variant is Drive.OBLIQUE:
             return (
                 Parameter("behind_rx_rad_per_Nm", 1e-6),
                 Parameter("behind_ry_rad_per_Nm", 1e-6),
@@ -47,17 +53,17 @@ class SupportFriction(Effect):
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         starts = []
-        for azimuth in AZIMUTHS if self.variant == OBLIQUE else (0.0,):
+        for azimuth in AZIMUTHS if self.variant is Drive.OBLIQUE else (0.0,):
             spread = float(np.ptp(drive_values(self.variant, points.wrenches, azimuth)))
             for share in (0.02, 0.08, 0.25):
-                ending = [share * spread, azimuth] if self.variant == OBLIQUE else [share * spread]
+                ending = [share * spread, azimuth] if self.variant is Drive.OBLIQUE else [share * spread]
                 starts.append(np.array([*np.zeros(len(self.parameters) - len(ending)), *ending]))
         return starts
 
     def structure_with_memory(
         self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        oblique = self.variant == OBLIQUE
+        oblique = self.variant is Drive.OBLIQUE
         friction = theta[2] if oblique else theta[1]
         load = drive_load(self.variant, wrench, theta[3] if oblique else 0.0)
         carried = ca.fmin(ca.fmax(state[0], load - friction), load + friction)
@@ -68,7 +74,7 @@ class SupportFriction(Effect):
         force, _ = unit_of(self.variant)
         v = values[f"friction_{force}"]
         unit = "N·m" if force == "Nm" else "N"
-        where = "about an oblique axis" if self.variant == OBLIQUE else self.variant
+        where = "about an oblique axis" if self.variant is Drive.OBLIQUE else self.variant
         return (
             f"Loading and unloading of the support differ: part of it follows the load {where} only when that has "
             f"changed by more than {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) {unit}."

@@ -1,17 +1,40 @@
 """A body's support is stiffer or softer under larger loads, or part of it lifts off."""
 
+from collections.abc import Hashable
+from dataclasses import dataclass
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.support import OBLIQUE, drive_load, drive_values, drives, twist_of, unit_of, whole_load
+from expdesign.chain.support import Drive, drive_load, drive_values, drives, twist_of, unit_of, whole_load
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 _AROUND = tuple(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
+
+
+class Bend(StrEnum):
+    """How the support is not linear."""
+
+    STIFFENING = "stiffening"
+    LIFT_OFF = "lift-off"
+
+
+@dataclass(frozen=True)
+class Law:
+    """How the support is not linear, and under which load."""
+
+    bend: Bend
+    drive: Drive
+
+    def __str__(self) -> str:
+        return f"{self.bend} {self.drive}"
 
 
 class SupportNonlinearity(Effect):
@@ -24,27 +47,37 @@ class SupportNonlinearity(Effect):
     builds_on = "base_compliance"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, Body):
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        return [Law(bend, drive) for bend in Bend for drive in Drive]
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if not robot.on_support:
             return []
-        found = [("base", f"stiffening {drive}") for drive in drives(points)]
-        return found + [("base", f"lift-off {drive}") for drive in drives(points, oblique=True)]
+        found = [Law(Bend.STIFFENING, drive) for drive in drives(points)]
+        found += [Law(Bend.LIFT_OFF, drive) for drive in drives(points, oblique=True)]
+        return [(BASE, law) for law in found]
 
     @property
-    def drive(self) -> str:
+    def drive(self) -> Drive:
         """Direction of the load."""
-        return self.variant.split(" ", 1)[1]
+        drive: Drive = self.variant.drive
+        return drive
 
     @property
-    def slot(self) -> tuple[str, str]:
-        return self.physics, f"{self.component} {self.variant}"
+    def slot(self) -> tuple[Hashable, ...]:
+        return self.physics, self.component, self.variant
 
     def describe(self) -> tuple[Parameter, ...]:
         force, motion = unit_of(self.drive)
-        if self.variant.startswith("stiffening"):
+        if self.variant.bend is Bend.STIFFENING:
             return (Parameter(f"cubic_{motion}_at_100_{force}", 1e-6),)
         hinge = Parameter(f"lift_off_{force}", 10.0, low=-1e6, high=1e6, shape=True)
-        if self.drive == OBLIQUE:
+        if self.drive is Drive.OBLIQUE:
             return (
                 Parameter("beyond_rx_rad_per_Nm", 1e-6),
                 Parameter("beyond_ry_rad_per_Nm", 1e-6),
@@ -54,32 +87,32 @@ class SupportNonlinearity(Effect):
         return (Parameter(f"beyond_{motion}_per_{force}", 1e-6), hinge)
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant.startswith("stiffening"):
+        if self.variant.bend is Bend.STIFFENING:
             return [self.neutral()]
         starts = []
-        for azimuth in _AROUND if self.drive == OBLIQUE else (0.0,):
+        for azimuth in _AROUND if self.drive is Drive.OBLIQUE else (0.0,):
             for load in np.quantile(drive_values(self.drive, points.absolute, azimuth), (0.25, 0.5, 0.75)):
-                starts.append(np.array([0.0, 0.0, load, azimuth] if self.drive == OBLIQUE else [0.0, load]))
+                starts.append(np.array([0.0, 0.0, load, azimuth] if self.drive is Drive.OBLIQUE else [0.0, load]))
         return starts
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         now, before = whole_load(wrench, row)
-        if self.variant.startswith("stiffening"):
+        if self.variant.bend is Bend.STIFFENING:
             amounts = theta[0] * sum(
                 sign * (drive_load(self.drive, load) / 100.0) ** 3 for sign, load in ((1.0, now), (-1.0, before))
             )
             return deflection + row.rates @ twist_of(self.drive, amounts)
-        azimuth = theta[3] if self.drive == OBLIQUE else 0.0
-        hinge = theta[2] if self.drive == OBLIQUE else theta[1]
+        azimuth = theta[3] if self.drive is Drive.OBLIQUE else 0.0
+        hinge = theta[2] if self.drive is Drive.OBLIQUE else theta[1]
         beyond = ca.fmax(drive_load(self.drive, now, azimuth) - hinge, 0.0)
         beyond -= ca.fmax(drive_load(self.drive, before, azimuth) - hinge, 0.0)
-        amounts = (theta[:2] if self.drive == OBLIQUE else theta[0]) * beyond
+        amounts = (theta[:2] if self.drive is Drive.OBLIQUE else theta[0]) * beyond
         return deflection + row.rates @ twist_of(self.drive, amounts)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         force, _ = unit_of(self.drive)
-        where = "about an oblique axis" if self.drive == OBLIQUE else self.drive
-        if self.variant.startswith("stiffening"):
+        where = "about an oblique axis" if self.drive is Drive.OBLIQUE else self.drive
+        if self.variant.bend is Bend.STIFFENING:
             value = next(iter(values.values()))[0]
             return f"The support {'softens' if value > 0.0 else 'stiffens'} with the load {where} (cubic)."
         at = values[f"lift_off_{force}"][0]

@@ -1,26 +1,44 @@
 """Play in a body's support: the body shifts or rocks by the gap where the load on the support changes sign."""
 
+from collections.abc import Hashable
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
-    OBLIQUE,
+    Drive,
+    Over,
     drive_load,
     drive_values,
     drives,
+    ending,
     over_pose,
     powers,
+    split_over,
     twist_of,
     unit_of,
     whole_load,
     with_powers,
 )
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class PlayDrive:
+    """The load that takes up the play, and the range of a pose coordinate over which the gap is a parabola."""
+
+    drive: Drive
+    over: Over | None = None
+
+    def __str__(self) -> str:
+        return f"{self.drive}{ending(self.over)}"
 
 
 class SupportPlay(Effect):
@@ -35,20 +53,30 @@ class SupportPlay(Effect):
     physics = "joint_backlash"
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, Body):
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
+        drive, over = split_over(text)
+        return PlayDrive(Drive(drive), over)
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if not robot.on_support:
             return []
-        endings = ["", *over_pose(points, robot.configuration)]
-        return [("base", f"{drive}{ending}") for drive in drives(points) for ending in endings]
+        ranges = [None, *over_pose(points, robot.configuration)]
+        return [(BASE, PlayDrive(drive, over)) for drive in drives(points) for over in ranges]
 
     @property
-    def drive(self) -> str:
+    def drive(self) -> Drive:
         """Direction of the load."""
-        return self.variant.split(" over ")[0]
+        drive: Drive = self.variant.drive
+        return drive
 
     @property
-    def slot(self) -> tuple[str, str]:
-        return self.physics, f"{self.component} {self.drive}"
+    def slot(self) -> tuple[Hashable, ...]:
+        return self.physics, self.component, self.drive
 
     def describe(self) -> tuple[Parameter, ...]:
         force, motion = unit_of(self.drive)
@@ -59,11 +87,11 @@ class SupportPlay(Effect):
                 Parameter(f"changeover_{force}", scale, low=-1e5, high=1e5, shape=True),
                 Parameter(f"width_{force}", scale, neutral=10.0, low=1e-2, high=1e5, shape=True),
             ),
-            self.variant,
+            self.variant.over,
         )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        assert self.drive != OBLIQUE
+        assert self.drive is not Drive.OBLIQUE
         load = drive_values(self.drive, points.absolute)
         spread = float(np.ptp(load))
         places = [0.0] if load.min() < 0.0 < load.max() else []
@@ -79,7 +107,7 @@ class SupportPlay(Effect):
             x = (load - changeover) / width
             return 0.5 * x / ca.sqrt(1.0 + x**2)
 
-        factors = powers(self.variant, row, self.robot.configuration)
+        factors = powers(self.variant.over, row, self.robot.configuration)
         gap = sum((theta[i] * factor for i, factor in enumerate(factors)), ca.SX(0.0))
         return deflection + row.rates @ twist_of(self.drive, gap * (place(now) - place(before)))
 
@@ -90,7 +118,6 @@ class SupportPlay(Effect):
             f"The support has play: {1e6 * gap[0]:.3g} ({1e6 * gap[1]:.3g} to {1e6 * gap[2]:.3g}) µ{motion} "
             f"{self.drive}, taken up around {at[0]:.3g} {'N·m' if force == 'Nm' else 'N'}"
         )
-        if " over " in self.variant:
-            name, low, _, high = self.variant.split(" over ")[1].split()
-            text += f"; this is halfway between {name} = {low} and {high}, and it changes with {name}"
+        if self.variant.over is not None:
+            text += f"; this is {self.variant.over.sentence}"
         return text + "."

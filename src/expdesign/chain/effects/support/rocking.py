@@ -1,18 +1,29 @@
 """Play in a body's support that lets it rock: it turns by the gap about an edge or a hinge away from its origin."""
 
+from collections.abc import Hashable
+from enum import StrEnum
+
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes, whole_load
+from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.body import Body
 from expdesign.robots.robot import Robot
 
 _FARTHEST = 50.0
 """m; an axis farther away than this is a translation."""
+
+
+class Line(StrEnum):
+    """The direction of the line about which the body rocks."""
+
+    X = "rocking about x"
+    Y = "rocking about y"
 
 
 class SupportRocking(Effect):
@@ -25,26 +36,27 @@ class SupportRocking(Effect):
     """
 
     physics = "joint_backlash"
+    forms = tuple(Line)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[str, str]]:
-        if not isinstance(robot, Body) or not np.ptp(points.wrenches[:, :3], axis=0).any():
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if not robot.on_support or not np.ptp(points.wrenches[:, :3], axis=0).any():
             # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
             return []
         seen = measured_axes(points)
-        return [
-            ("base", f"rocking about {axis}")
-            for axis, moved in (("x", {1, 2, 3}), ("y", {0, 2, 4}))
-            if len(seen & moved) > 1
-        ]
+        return [(BASE, line) for line, moved in ((Line.X, {1, 2, 3}), (Line.Y, {0, 2, 4})) if len(seen & moved) > 1]
 
     @property
-    def slot(self) -> tuple[str, str]:
-        return self.physics, f"{self.component} {self.variant}"
+    def slot(self) -> tuple[Hashable, ...]:
+        return self.physics, self.component, self.variant
 
     @property
     def _axis(self) -> int:
-        return "xy".index(self.variant[-1])
+        return 0 if self.variant is Line.X else 1
 
     def describe(self) -> tuple[Parameter, ...]:
         across = "xy"[1 - self._axis]

@@ -1,0 +1,35 @@
+"""The reading that recordings are of: the one place where it is chosen."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.registration import held_coordinates, require_registration, start_of
+from expdesign.errors import InputError
+from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.robots.robot import Robot
+
+
+def reading_of(robot: Robot, points: LoadedPoints) -> Reading:
+    """What points read, with a start of the unknown parameters.
+
+    Raises:
+        InputError: markers are on a platform that has no orientation.
+        NotIdentifiableError: the instrument's pose is unknown and the fitted positions do not determine it.
+    """
+    if not points.measurand.absolute:
+        return DEFLECTION
+    if robot.coordinates.rotations == 0 and robot.inverse_kinematics is not None:
+        what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"
+        raise InputError(what, where=points.source, remedy="Convert them to deflections.")
+    places = {name: place for name, place in robot.markers.items() if name in points.markers}
+    reading = MarkerPosition(points.markers, places, robot.instrument, np.zeros(0))
+    if not isinstance(points, Recordings):
+        return replace(reading, start=np.zeros(len(reading.parameters)))
+    if robot.instrument is None:
+        require_registration(points)
+        reading = replace(reading, held=held_coordinates(reading, robot, points))
+    return replace(reading, start=start_of(reading, robot, points))

@@ -1,0 +1,152 @@
+"""The reading of an instrument that measures where markers are: a laser tracker, a total station, motion capture.
+
+The chain ends with the position of a marker in the instrument's axes,
+
+    y = R_Iᵀ·(p(q; geometry) + δp + Rot(δφ)·R(q; geometry)·m − t_I),
+
+p and R being the tip's pose as geometry alone has it, (δp, δφ) its deflection, m the marker's place on the tip and
+(t_I, R_I) the instrument's pose in O. Marker and instrument are parameters of every model, the base model included,
+unless the robot file gives them.
+
+A tool that keeps one orientation shows only p + R·m − t_I: the marker's place along an axis of the tip that never turns
+is confounded with the instrument's. Orientations that vary by less than geometry is uncertain by anyway tell nothing
+either, however small the noise; such coordinates are `held` at the tip's origin, and what depends on them is not known.
+"""
+
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.parameter import Parameter
+from expdesign.chain.readings.reading import Reading
+from expdesign.chain.row import Row
+from expdesign.errors import InputError
+from expdesign.moments import arrays_in_space, in_space
+from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.robots.orientation import rotation_matrix
+from expdesign.robots.robot import Robot
+
+SMALLEST_TURN = 0.02
+"""rad (RMS); a tip that turns by less, as links may be misaligned, leaves marker and instrument confounded."""
+_HELD = 1e-6
+"""m; standard deviation of a coordinate that is held."""
+MARKER_SPREAD = 1.0
+"""m; standard deviation of a marker's place on the tip before anything is measured."""
+_AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
+
+
+@dataclass(frozen=True)
+class MarkerPosition(Reading):
+    """The position of a marker in the instrument's axes, and what of markers and instrument is unknown.
+
+    Attributes:
+        names: the markers, in the order of `Row.marker`.
+        places: known places on the tip (m), shape (3,) each, by name.
+        instrument: the instrument's known pose in O (m, rad), shape (6,), or None.
+        start: of the unknown parameters, in the order of `parameters`.
+        held: coordinates of markers that are held at the tip's origin, e.g. `("prism", "x")`.
+    """
+
+    names: tuple[str, ...]
+    places: dict[str, FloatArray]
+    instrument: FloatArray | None
+    start: FloatArray
+    held: tuple[tuple[str, str], ...] = ()
+    linear = False
+    compliance_spread = 3.0
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Markers whose places are estimated."""
+        return tuple(name for name in self.names if name not in self.places)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The instrument's pose, then the places of the markers, where they are unknown."""
+        frame = () if self.instrument is not None else tuple(Parameter(f"instrument {a}", 1e-2) for a in _AXES)
+        return frame + tuple(
+            Parameter(f"marker {name} {axis}_m", 1e-2, spread=_HELD if (name, axis) in self.held else MARKER_SPREAD)
+            for name in self.unknown
+            for axis in "xyz"
+        )
+
+    @property
+    def degeneracies(self) -> list[str]:
+        """What is confounded, in sentences."""
+        sentences = []
+        for name in self.unknown:
+            axes = [axis for marker, axis in self.held if marker == name]
+            if axes:
+                listed = "its place" if len(axes) == 3 else f"its place along {' and '.join(axes)} of the tip"
+                sentences.append(
+                    f"In the fitted rows the tip keeps one orientation, as far as marker `{name}` is concerned: "
+                    f"{listed} is confounded with that of the instrument, and is taken to be the tip's origin. Rows "
+                    "in which the tip is turned otherwise cannot be predicted, and are not judged; give the marker's "
+                    "place in the robot file, or record more orientations."
+                )
+        return sentences
+
+    @property
+    def record(self) -> dict[str, object]:
+        return {"markers": list(self.names), "held": [list(pair) for pair in self.held]}
+
+    def width(self, robot: Robot) -> int:
+        return 3
+
+    def with_own_weight(self, row: Row, change: ca.SX) -> Row:
+        return replace(row, carried=row.carried + change)
+
+    def released(self, spreads: FloatArray) -> FloatArray:
+        return np.where(np.isfinite(spreads), MARKER_SPREAD, spreads)
+
+    def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
+        if points.marker is None:
+            return None
+        for name in points.markers:
+            if name not in self.names:
+                row = int(np.flatnonzero(points.marker == points.markers.index(name))[0])
+                what = f"the model knows no marker `{name}`"
+                raise InputError(what, where=points.where(row, "marker"), remedy=f"It knows {', '.join(self.names)}.")
+        numbers = np.array([self.names.index(name) for name in points.markers])
+        return replace(points, marker=numbers[points.marker], markers=self.names)
+
+    def predictable(self, robot: Robot, recordings: Recordings) -> BoolArray:
+        """Rows in which nothing that is held shows: the tip is turned as in the fitted rows, shape (N,)."""
+        if not self.held:
+            return np.ones(len(recordings), dtype=bool)
+        differences, fixed = turns(robot, recordings)
+        turned = np.linalg.norm(differences @ fixed, axis=(1, 2))
+        within: BoolArray = turned <= max(2.0 * float(turned[~recordings.test].max()), 1e-9)
+        return within
+
+    def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
+        """Position (3,) of the row's marker in the instrument's axes; `geometry` holds a serial robot's errors."""
+        frame = theta[:6] if self.instrument is None else ca.SX(self.instrument)
+        offset = 6 if self.instrument is None else 0
+        place = ca.SX.zeros(3)
+        for index, name in enumerate(self.names):
+            if name in self.places:
+                own = ca.SX(self.places[name])
+            else:
+                start = offset + 3 * self.unknown.index(name)
+                own = theta[start : start + 3]
+            place += row.marker[index] * own
+        position, rotation = in_space(*robot.frame(row.pose, deflection, geometry))
+        return rotation_matrix(frame[3:6], "fixed-xyz").T @ (position + rotation @ place - frame[:3])
+
+
+def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]:
+    """R − R̄ of every row (N, 3, 3), R̄ being the mean of the fitted rows, and which axes of the tip that leaves fixed.
+
+    The second is a projector (3, 3) onto directions of the tip that the fitted rows turn by less than `SMALLEST_TURN`.
+    """
+    _, rotations = arrays_in_space(
+        robot.position(recordings.configurations), robot.jacobians(recordings.configurations).rotation
+    )
+    kept = ~recordings.test
+    differences = rotations - rotations[kept].mean(axis=0)
+    _, sizes, axes = np.linalg.svd(differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum())))
+    fixed = axes[sizes < SMALLEST_TURN]
+    return differences, fixed.T @ fixed

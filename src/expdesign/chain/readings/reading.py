@@ -1,0 +1,75 @@
+"""What the instrument reads: the link between the motion of the platform and the instrument's own errors."""
+
+from abc import ABC, abstractmethod
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.parameter import Parameter
+from expdesign.chain.row import Row
+from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.robots.robot import Robot
+
+
+class Reading(ABC):
+    """One kind of reading.
+
+    Attributes:
+        names: markers whose positions are read, in the order of `Row.marker`; none for deflections.
+        start: of the unknown parameters of the instrument, in the order of `parameters`.
+        linear: whether the base model is linear in its compliances and has no further parameters.
+        compliance_spread: standard deviation of a compliance in units of the robot file's before anything is measured.
+    """
+
+    names: tuple[str, ...]
+    start: FloatArray
+    linear: bool
+    compliance_spread: float
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What of the instrument is unknown in every model."""
+
+    @property
+    @abstractmethod
+    def degeneracies(self) -> list[str]:
+        """What of the instrument is confounded in the fitted rows, in sentences."""
+
+    @property
+    @abstractmethod
+    def record(self) -> dict[str, object]:
+        """What a model file says of it beside the values of `parameters`; empty for deflections."""
+
+    @abstractmethod
+    def width(self, robot: Robot) -> int:
+        """Number of components of a reading."""
+
+    @abstractmethod
+    def with_own_weight(self, row: Row, change: ca.SX) -> Row:
+        """The row where the robot's own weight loads the actuators by `change` (n_p,) more than assumed."""
+
+    @abstractmethod
+    def released(self, spreads: FloatArray) -> FloatArray:
+        """Standard deviations of `parameters` where nothing is held that is merely confounded, from those held."""
+
+    @abstractmethod
+    def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
+        """The reading (width,) of a platform that deflects.
+
+        Args:
+            robot: the robot.
+            deflection: in pose coordinates (n,).
+            row: the row.
+            theta: values of `parameters`.
+            geometry: errors of the geometry of the robot's links, or None.
+        """
+
+    @abstractmethod
+    def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
+        """Points with markers numbered as here, or None where the points name none; raises `InputError`."""
+
+    def predictable(self, robot: Robot, recordings: Recordings) -> BoolArray:
+        """Rows whose prediction rests on nothing that the fitted rows leave confounded, shape (N,)."""
+        return np.ones(len(recordings), dtype=bool)

@@ -1,0 +1,48 @@
+"""Robots are asked what they offer, and readings are chosen once: what the sources must not contain."""
+
+import ast
+from pathlib import Path
+
+import expdesign
+
+SOURCES = Path(expdesign.__file__).parent
+KINDS = {"Robot", "ParallelRobot", "SerialRobot", "Hexapod", "Bipod", "Body"}
+#: Where the kind of reading is decided: what recordings hold, and the strategies.
+#: The forward model of plans and its Monte-Carlo, which still ask for a `ParallelRobot`; to be emptied.
+REMAINING = (
+    "design/optimality/measurement_maps.py", "design/optimality/sensitivity.py", "design/optimality/partials.py",
+    "elastostatics/regressors/", "validation/plants.py",
+)  # fmt: skip
+STRATEGIES = ("recordings/recordings.py", "chain/readings/")
+
+
+def _modules(*without: str) -> list[tuple[str, ast.Module]]:
+    found = []
+    for path in sorted(SOURCES.rglob("*.py")):
+        name = path.relative_to(SOURCES).as_posix()
+        if not name.startswith(without):
+            found.append((name, ast.parse(path.read_text(encoding="utf-8"))))
+    return found
+
+
+def test_no_one_asks_for_the_kind_of_a_robot() -> None:
+    asked = []
+    for name, tree in _modules("robots/", *REMAINING):
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
+                names = {part.id for part in ast.walk(node.args[1]) if isinstance(part, ast.Name)}
+                if names & KINDS:
+                    asked.append(f"{name}:{node.lineno}")
+    assert asked == []
+
+
+def test_no_one_branches_on_markers_but_the_strategies() -> None:
+    asked = []
+    for name, tree in _modules(*STRATEGIES):
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Compare) and any(isinstance(op, ast.Is | ast.IsNot) for op in node.ops):
+                left = node.left
+                called = left.attr if isinstance(left, ast.Attribute) else getattr(left, "id", "")
+                if called in ("marker", "markers", "reading", "positions"):
+                    asked.append(f"{name}:{node.lineno}")
+    assert asked == []
