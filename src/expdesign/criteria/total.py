@@ -11,6 +11,7 @@ class Total(Criterion):
     name = "total"
     title = "total expected error"
     unit = "tolerances"
+    root_mean_square = True
 
     def values(self, assessment: Assessment) -> FloatArray:
         variance = assessment.noise_variance + assessment.force_variance

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.differentiation import plain
 from expdesign.robots.orientation import angular_velocity_map
 from expdesign.robots.robot import Jacobians, Robot, invert
 from expdesign.symbolic import BatchFunction
@@ -82,7 +83,7 @@ class ParallelRobot(Robot):
         length_rates, pose_rates, rotation = self._kinematics(configurations)
         inverse_forward = length_rates @ pose_rates
         forward = invert(inverse_forward)
-        condition = self._condition(inverse_forward, forward, rotation)
+        condition = self._condition(plain(inverse_forward), plain(forward), plain(rotation))
         return Jacobians(forward, pose_rates @ forward, rotation, condition)
 
     def _condition(self, inverse: FloatArray, forward: FloatArray, rotation: FloatArray) -> FloatArray:

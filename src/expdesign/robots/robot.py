@@ -18,6 +18,7 @@ from pydantic import Field
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
+from expdesign.differentiation import inverse_with_adjoint
 from expdesign.files.schema import Number, Section
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing
@@ -141,6 +142,7 @@ class Robot(ABC):
         return usable
 
 
+@inverse_with_adjoint
 def invert(matrices: FloatArray) -> FloatArray:
     """Inverses of a batch (..., n, n); NaN where a matrix is exactly singular or not finite."""
     try:
