@@ -107,7 +107,7 @@ class _Recorded(ArrayBox):  # type: ignore[misc]
 
         def pull(seed: FloatArray) -> tuple[FloatArray]:
             spread = seed if keepdims or axis is None else np.expand_dims(seed, axis)
-            return (np.broadcast_to(spread, shape),)
+            return (spread + np.zeros(shape),)
 
         return _box(self._value.sum(axis=axis, keepdims=keepdims), (self._node,), pull)
 
@@ -152,9 +152,8 @@ def gradient(result: FloatArray, weights: FloatArray, like: FloatArray) -> Float
             seed = seeds.pop(node)
             for parent, part in zip(node.parents, node.vjp(seed)):
                 known = seeds.get(parent)
-                if isinstance(part, SparseObject):
-                    part = part.mut_add(part.vs.zeros())
-                seeds[parent] = part if known is None else _joined(known, part)
+                dense = part.mut_add(part.vs.zeros()) if isinstance(part, SparseObject) else part
+                seeds[parent] = dense if known is None else _joined(known, dense)
     return np.asarray(seed)
 
 

@@ -139,16 +139,16 @@ class Assessment(TargetVariances):
         orthogonal, triangular = self._factors
         full = self.rank == self.parameters
         if full.all():
-            root = np.linalg.inv(triangular)
-            gain = root @ orthogonal.swapaxes(-1, -2)
+            root: FloatArray = np.linalg.inv(triangular)
+            gain: FloatArray = root @ orthogonal.swapaxes(-1, -2)
         else:
             root, gain = self._of_full_rank(full)
-        rows = self.targets.observation
+        rows: FloatArray = self.targets.observation
         estimable = np.broadcast_to(full[:, None, None], (self.batch, *rows.shape[:2])).copy()
         for index in np.flatnonzero(~full):
             basis = self._row_space(int(index))
-            scaled = rows / self._scale[index]
-            outside = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
+            scaled: FloatArray = rows / self._scale[index]
+            outside: FloatArray = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
             estimable[index] = outside <= 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
         estimable &= self._exists[:, None, None]
         return root, gain[:, :, : self.whitened.shape[1]], estimable

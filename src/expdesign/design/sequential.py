@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.criteria.criterion import known_criteria
 from expdesign.criteria.target_variances import GivenVariances
 from expdesign.criteria.targets import Targets
+from expdesign.criteria.total import Total
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
@@ -102,7 +102,7 @@ def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) ->
     lost = np.linalg.norm(np.einsum("tip,...kp->...tik", rows, right * ~kept[..., None]), axis=-1)
     usable = ~((lost > _LOST * np.linalg.norm(rows, axis=-1)) & (targets.importance > 0.0)).any(axis=(-2, -1))
     noise, force = (np.einsum("tip,...pq,tiq->...ti", rows, part, rows) for part in (covariance, load_errors))
-    total = known_criteria()["total"].values(GivenVariances(targets, noise, force))
+    total = Total().values(GivenVariances(targets, noise, force))
     result: FloatArray = np.where(usable, total, np.inf)
     return result
 
