@@ -9,6 +9,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
+from expdesign.design.found_robot import FoundRobot
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
@@ -41,6 +42,7 @@ class DesignProblem:
         optimiser: settings of the search.
         config: the configuration as resolved (robot written out, defaults filled in).
         source: name of the configuration file.
+        found: the model that the robot was found to be; None where the configuration names a robot file.
     """
 
     loaded: LoadedRobot
@@ -53,6 +55,7 @@ class DesignProblem:
     optimiser: OptimiserSettings
     config: dict[str, Any]
     source: str
+    found: FoundRobot | None = None
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""

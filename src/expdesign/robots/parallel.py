@@ -13,7 +13,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.differentiation import plain
 from expdesign.robots.orientation import angular_velocity_map
-from expdesign.robots.robot import Jacobians, Robot, invert
+from expdesign.robots.robot import CommandedState, Jacobians, Robot, invert
 from expdesign.symbolic import BatchFunction
 
 
@@ -52,6 +52,11 @@ class ParallelRobot(Robot):
             velocity_map = angular_velocity_map(self.rotation(pose), pose[translations:])
             rates[translations:, translations:] = ca.inv_minor(velocity_map)
         return rates
+
+    def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        position = ca.SX(self.home) + configuration[: self.coordinates.translations]
+        return CommandedState(position, self.pose_rate_map(configuration), lengths, ca.SX.zeros(len(self.stiffness)))
 
     def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))

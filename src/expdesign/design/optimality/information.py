@@ -122,7 +122,7 @@ class MeasurementInformation:
         """
         loaded = self.problem.loaded
         own = [source.source for source in loaded.sources if not source.shared and self.load_errors > 0.0]
-        return not loaded.geometric_stiffness and all(name == "wrench" for name in own)
+        return loaded.linear_in_load and all(name == "wrench" for name in own)
 
     def load_genes(self) -> LoadGenes:
         """The genes that set the load (not the tilt of the base), and their extreme combinations."""
