@@ -10,8 +10,12 @@ from abc import ABC, abstractmethod
 from functools import lru_cache
 from typing import ClassVar
 
+import numpy as np
+
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
+from expdesign.differentiation import is_recorded, plain
+from expdesign.errors import InputError
 from expdesign.plugins import implementations
 
 
@@ -39,6 +43,35 @@ class Criterion(ABC):
         One expression in NumPy, without writing into arrays: gradients and optimality conditions come from it by
         automatic differentiation (`differentiation.py`). A maximum is written with `assessment.largest`.
         """
+
+
+def criterion_values(criterion: Criterion, assessment: Assessment) -> FloatArray:
+    """Values (b,) of a criterion, recorded where the assessment is.
+
+    Raises:
+        InputError: its code fails, or gives something else than one number per design.
+    """
+    where = f"criterion `{criterion.name}`"
+    try:
+        values = criterion.values(assessment)
+        shape = np.shape(plain(values))
+    except (ArithmeticError, AttributeError, LookupError, NotImplementedError, TypeError, ValueError) as error:
+        what = f"its values cannot be computed{_recorded(assessment)} ({type(error).__name__}: {error})"
+        raise InputError(what, where=where, remedy=_REMEDY) from None
+    if shape != (assessment.batch,):
+        what = f"its values have the shape {shape} for {assessment.batch} designs"
+        raise InputError(what, where=where, remedy="`values` gives one number per design.")
+    return values
+
+
+def _recorded(assessment: Assessment) -> str:
+    return " and differentiated" if is_recorded(assessment.measurements.observation) else ""
+
+
+_REMEDY = (
+    "Write `values` as one expression of NumPy functions without assignments into arrays, and replace NaN, which marks "
+    "what a design cannot identify, before functions that do not pass it on; or leave it out of `objectives`."
+)
 
 
 @lru_cache(maxsize=1)

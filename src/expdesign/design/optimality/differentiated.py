@@ -11,10 +11,9 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.criterion import Criterion, criterion_values
 from expdesign.design.problem import DesignProblem
 from expdesign.differentiation import gradient, independent, plain
-from expdesign.errors import InputError
 from expdesign.instrument.deflection_noise import series_by_pose
 
 
@@ -86,17 +85,9 @@ class Differentiated:
         return found
 
     def _piece(self, criterion: Criterion) -> Piece:
-        try:
-            with np.errstate(all="ignore"):
-                result = criterion.values(self.assessment)
-            value = np.asarray(plain(result), dtype=float)
-        except (AttributeError, TypeError, ValueError, NotImplementedError) as error:
-            what = f"the criterion `{criterion.name}` cannot be differentiated ({type(error).__name__}: {error})"
-            remedy = (
-                "Write its `values` as one expression of NumPy functions, without assignments into arrays or loops "
-                "over their numbers; or leave it out of `objectives`."
-            )
-            raise InputError(what, where=f"{self.problem.source}, objectives", remedy=remedy) from None
+        with np.errstate(all="ignore"):
+            result = criterion_values(criterion, self.assessment)
+        value = np.asarray(plain(result), dtype=float)
         return Piece(np.where(self.regular, value, np.nan), result, self)
 
 

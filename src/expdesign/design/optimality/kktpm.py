@@ -51,7 +51,9 @@ def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
     scaled_limits = (limit_gradients * width)[..., free]
     position = ((genes - space.lower) / np.where(free, space.upper - space.lower, 1.0))[..., free]
     measure = np.full(len(genes), np.nan)
-    for index in np.flatnonzero(designs.regular):
+    # Where a criterion has a kink that it does not state, its gradient is not finite.
+    smooth = np.logical_and.reduce([np.isfinite(column).all(axis=(1, 2)) for column in columns])
+    for index in np.flatnonzero(designs.regular & smooth):
         measure[index] = _violation(
             np.stack([column[index].ravel() for column in columns], axis=1),
             np.array([gap[index] for gap in slack]),

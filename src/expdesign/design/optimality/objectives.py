@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.criterion import Criterion, criterion_values
 from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series
 from expdesign.design.problem import DesignProblem
 
@@ -27,7 +27,9 @@ class Objectives:
     def values(self, genes: FloatArray) -> FloatArray:
         """All criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
         assessment = self.problem.assess(*self.problem.space.decode(genes))
-        columns = [sign * criterion.values(assessment) for sign, criterion in zip(self._signs, self._criteria)]
+        columns = [
+            sign * criterion_values(criterion, assessment) for sign, criterion in zip(self._signs, self._criteria)
+        ]
         return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
 
     @staticmethod
