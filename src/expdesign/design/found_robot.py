@@ -12,8 +12,10 @@ import numpy as np
 
 from expdesign.chain.linearised import KnownChain
 from expdesign.errors import InputError
+from expdesign.files.kinds import kind_of
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import robot_from_document
 
 
 @dataclass(frozen=True)
@@ -71,3 +73,15 @@ def found_robot(document: YamlDocument) -> FoundRobot:
     effects = tuple(effect.key for effect in chain.effects)
     held = tuple(effect.key for effect in chain.effects if effect.states)
     return FoundRobot(robot, KnownChain(chain, values) if effects else None, model, effects, held)
+
+
+def robot_of(document: YamlDocument) -> tuple[Robot, FoundRobot | None]:
+    """The robot of a robot file or a model file, and what it was found to be in the latter.
+
+    Raises:
+        InputError: the file is wrong.
+    """
+    if kind_of(document.content) == "identified model":
+        found = found_robot(document)
+        return found.robot, found
+    return robot_from_document(document), None

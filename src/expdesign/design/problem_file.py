@@ -10,7 +10,7 @@ from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.calibration_file import load_section, read_regressor
-from expdesign.design.found_robot import FoundRobot, found_robot
+from expdesign.design.found_robot import FoundRobot, robot_of
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
 from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
@@ -19,7 +19,7 @@ from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
-from expdesign.files.kinds import kind_of, require_kind
+from expdesign.files.kinds import require_kind
 from expdesign.files.schema import nearest, validate
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
@@ -29,7 +29,6 @@ from expdesign.loads.payload import Payload
 from expdesign.loads.wrench import Wrench
 from expdesign.plugins import implementations
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
-from expdesign.robots.robot_file import robot_from_document
 
 
 def read_problem(path: Path) -> DesignProblem:
@@ -116,10 +115,8 @@ def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, Fou
         part = read_yaml(path)
     else:
         part = document.part("robot")
-    if kind_of(part.content) == "identified model":
-        found = found_robot(part)
-        return found.robot, part.content, found
-    return robot_from_document(part), part.content, None
+    robot, found = robot_of(part)
+    return robot, part.content, found
 
 
 def _require_plain(physics: KnownChain | None, experiment: ExperimentSection, document: YamlDocument) -> None:
