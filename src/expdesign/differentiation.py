@@ -70,6 +70,9 @@ class _Recorded(ArrayBox):  # type: ignore[misc]
     def __sub__(self, other: Any) -> Any:
         return _add(self, -other)
 
+    def __truediv__(self, other: Any) -> Any:
+        return library.true_divide(self, other) if isbox(other) else _multiply(self, 1.0 / other)
+
     def __pow__(self, other: Any) -> Any:
         return _multiply(self, self) if np.isscalar(other) and other == 2 else library.power(self, other)
 

@@ -194,3 +194,9 @@ def test_a_model_file_is_found_by_its_path_and_its_errors_are_told(tmp_path: Pat
         read()
     with pytest.raises(InputError, match="geometric_stiffness"):
         planned(written(model_of(HEXAPOD["robot"], BASE)), {"experiment.geometric_stiffness": True})
+
+
+def test_linear_physics_is_known_to_be_linear_in_the_load() -> None:
+    """Then only extreme loads need be looked at, in seeds and in bounds."""
+    for effects, linear in ((BASE, True), ({**BASE, **PLATFORM}, True), (GEOMETRIC, False)):
+        assert planned(written(model_of(HEXAPOD["robot"], effects)), {}).loaded.linear_in_load is linear

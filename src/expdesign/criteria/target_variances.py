@@ -37,7 +37,7 @@ class TargetVariances:
         """Root of the mean or maximum over targets of squares (..., t), shape (...)."""
         if self.targets.aggregate == "max":
             return square_root(self.largest(squares))
-        return square_root((squares @ self.targets.weights) / self.targets.weights.sum())
+        return square_root((squares * (self.targets.weights / self.targets.weights.sum())).sum(axis=-1))
 
     def largest(self, values: FloatArray) -> FloatArray:
         """The largest of values (..., t), shape (...): the maximum of smooth pieces, where t are targets for example.

@@ -82,7 +82,9 @@ class LoadedRobot:
     @property
     def linear_in_load(self) -> bool:
         """Whether the observation matrix is linear in the load and the compliance does not depend on it."""
-        return not self.geometric_stiffness and self.physics is None
+        if self._under_load is not None:
+            return self._under_load.linear_in_load
+        return not self.geometric_stiffness
 
     @cached_property
     def scale(self) -> FloatArray:

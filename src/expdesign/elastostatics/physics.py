@@ -12,6 +12,13 @@ from expdesign.robots.robot import Jacobians
 class LoadedPhysics(Protocol):
     """How a robot deflects under one kind of load, about known compliances."""
 
+    @property
+    def linear_in_load(self) -> bool:
+        """Whether the derivative by the compliances is affine in each quantity of the load alone, and that by the
+        wrench does not depend on the load.
+        """
+        ...
+
     def maps(
         self, configurations: FloatArray, loads: FloatArray, jacobians: Jacobians
     ) -> tuple[FloatArray, FloatArray]:
