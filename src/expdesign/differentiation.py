@@ -289,6 +289,20 @@ def square_root(square: FloatArray) -> FloatArray:
     return np.sqrt(square)
 
 
+def _inverse_root_adjoint(root: FloatArray, covariance: FloatArray, seed: FloatArray) -> FloatArray:
+    # For G = L⁻¹: L̄ = −Gᵀ·Ḡ·Gᵀ; for V = L·Lᵀ: V̄ = ½·Gᵀ·(P + Pᵀ)·G, P the lower half of Lᵀ·L̄ = −Ḡ·Gᵀ (Murray 2016).
+    half = np.tril(-seed @ transposed(root))
+    half *= 1.0 - 0.5 * np.eye(half.shape[-1])
+    return 0.5 * transposed(root) @ (half + transposed(half)) @ root
+
+
+@with_adjoint(_inverse_root_adjoint)
+def inverse_root(covariance: FloatArray) -> FloatArray:
+    """G with GᵀG = V⁻¹ of a batch of covariances V: the inverse of the Cholesky factor."""
+    inverse: FloatArray = np.linalg.inv(np.linalg.cholesky(covariance))
+    return inverse
+
+
 def _qr(matrices: Any) -> tuple[Any, ...]:
     """Q and R; Ā = (Q̄ + Q·copyltu(M))·R⁻ᵀ, M = R·R̄ᵀ − Q̄ᵀ·Q (Walter & Lehmann 2018), for full column rank."""
     orthogonal, triangular = np.linalg.qr(plain(matrices))

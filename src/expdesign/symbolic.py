@@ -79,7 +79,7 @@ class BatchFunction:
         batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
         count = int(np.prod(batch, dtype=np.int64))
         flat = [
-            np.ascontiguousarray(np.broadcast_to(array, (*batch, width)), dtype=np.float64).reshape(count, width)
+            np.ascontiguousarray(_spread(array, (*batch, width)), dtype=np.float64).reshape(count, width)
             for array, width in zip(arrays, self._widths, strict=True)
         ]
         # CasADi stores columns first, so a sample's matrix appears transposed in a C-ordered array.
@@ -99,3 +99,7 @@ class BatchFunction:
             result.reshape(*batch, rows) if columns == 1 else result.swapaxes(-1, -2).reshape(*batch, rows, columns)
             for result, (rows, columns) in zip(results, self._shapes, strict=True)
         )
+
+
+def _spread(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    return array if array.shape == shape else np.broadcast_to(array, shape)

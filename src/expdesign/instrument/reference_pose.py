@@ -10,7 +10,7 @@ after each pose, the middle one serving both.
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.differentiation import plain
+from expdesign.differentiation import inverse_root, plain
 from expdesign.errors import InputError
 from expdesign.instrument.deflection_noise import DeflectionNoise
 
@@ -63,8 +63,8 @@ class ReferencedNoise(DeflectionNoise):
         covariance = self.covariance_at(np.where(exists, pose_map, 0.0))
         # The scale is for the factorisation's sake and cancels, so that nothing depends on its derivative.
         scale = np.sqrt(np.diagonal(plain(covariance), axis1=-2, axis2=-1))
-        factor = np.linalg.cholesky(covariance / (scale[..., :, None] * scale[..., None, :]))
-        whitener: FloatArray = np.linalg.inv(factor) / scale[..., None, :]
+        scaled = covariance / (scale[..., :, None] * scale[..., None, :])
+        whitener: FloatArray = inverse_root(scaled) / scale[..., None, :]
         return whitener
 
 

@@ -20,7 +20,7 @@ from expdesign.design.optimality.differentiated import to_variables
 from expdesign.design.optimality.weights import Dual, Relaxation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
-from expdesign.differentiation import gradient, independent, plain
+from expdesign.differentiation import gradient, independent, inverse_root, plain
 
 CHUNK = 20000
 """Number of measurements that are evaluated at a time, so that memory is that of the results."""
@@ -99,7 +99,7 @@ class MeasurementInformation:
         stacked = self._sharpness * stacked
         if self.own.any():
             own = self._sharpness * self.load_errors * (errors @ np.eye(len(self.own))[:, self.own])
-            root = np.linalg.inv(np.linalg.cholesky(np.eye(own.shape[1]) + own @ own.swapaxes(1, 2)))
+            root = inverse_root(np.eye(own.shape[1]) + own @ own.swapaxes(1, 2))
             stacked = root @ stacked
         return stacked
 
