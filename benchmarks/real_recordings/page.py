@@ -124,7 +124,9 @@ def _undetermined(result: Diagnosis, finding: Finding, name: str, value: tuple[f
     """Whether an interval is all that is possible."""
     if abs(value[2]) > 1e299:
         return True
-    effect = next((e for e in result.model.effects if (e.physics, str(e.component), str(e.variant)) == _key(finding)), None)
+    effect = next(
+        (e for e in result.model.effects if (e.physics, str(e.component), str(e.variant)) == _key(finding)), None
+    )
     bounds = {} if effect is None else {p.name: (p.low, p.high) for p in effect.parameters}
     return name in bounds and value[1:] == bounds[name] and value[1] != value[2]
 

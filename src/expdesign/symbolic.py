@@ -1,11 +1,13 @@
 """Evaluate CasADi expressions on whole NumPy batches without copying."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.differentiation import is_recorded, plain, recorded_parts, unbroadcast
 
 _LARGEST_MAP = 2048
 """Most samples of one call to the engine. Maps are made for powers of two up to it, because making the map of every
@@ -23,6 +25,7 @@ class BatchFunction:
 
     def __init__(self, name: str, inputs: Sequence[ca.SX], outputs: Sequence[ca.SX]) -> None:
         dense = [ca.densify(output) for output in outputs]
+        self._symbols, self._dense = list(inputs), dense
         self._function = ca.Function(name, list(inputs), dense)
         self._widths = [symbol.shape[0] for symbol in inputs]
         self._shapes = [output.shape for output in dense]
@@ -45,12 +48,38 @@ class BatchFunction:
             arrays: one per input, shape (..., width); their batch dimensions are broadcast against each other.
 
         Returns:
-            One array per output, shape (..., rows, columns), or (..., rows) for a column vector.
+            One array per output, shape (..., rows, columns), or (..., rows) for a column vector. Results of recorded
+            arrays are recorded; their adjoint is CasADi's.
         """
+        if any(is_recorded(array) for array in arrays):
+            return self._recorded(arrays)
+        return self._evaluated(*arrays)
+
+    def _recorded(self, arrays: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+        numbers = [plain(array) for array in arrays]
+        values = self._evaluated(*numbers)
+        batch = values[0].shape[: values[0].ndim - (1 if self._shapes[0][1] == 1 else 2)]
+
+        def pull(seeds: list[FloatArray]) -> list[FloatArray]:
+            found = self.adjoint(*numbers, *(seed.reshape(*batch, -1) for seed in seeds))
+            return [unbroadcast(part, number.shape) for part, number in zip(found, numbers, strict=True)]
+
+        return recorded_parts(values, arrays, pull)
+
+    @cached_property
+    def adjoint(self) -> "BatchFunction":
+        """Vector-Jacobian products: of inputs and one seed per output (rows first) to one gradient per input."""
+        seeds = [ca.SX.sym(f"seed{index}", output.numel()) for index, output in enumerate(self._dense)]
+        stacked = ca.vertcat(*(ca.vec(output.T) for output in self._dense))
+        products = ca.jtimes(stacked, ca.vertcat(*self._symbols), ca.vertcat(*seeds), True)
+        parts = ca.vertsplit(products, np.cumsum([0, *self._widths]).tolist())
+        return BatchFunction(f"{self._function.name()}_adjoint", [*self._symbols, *seeds], parts)
+
+    def _evaluated(self, *arrays: FloatArray) -> tuple[FloatArray, ...]:
         batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
         count = int(np.prod(batch, dtype=np.int64))
         flat = [
-            np.ascontiguousarray(np.broadcast_to(array, (*batch, width)), dtype=np.float64).reshape(count, width)
+            np.ascontiguousarray(_spread(array, (*batch, width)), dtype=np.float64).reshape(count, width)
             for array, width in zip(arrays, self._widths, strict=True)
         ]
         # CasADi stores columns first, so a sample's matrix appears transposed in a C-ordered array.
@@ -70,3 +99,7 @@ class BatchFunction:
             result.reshape(*batch, rows) if columns == 1 else result.swapaxes(-1, -2).reshape(*batch, rows, columns)
             for result, (rows, columns) in zip(results, self._shapes, strict=True)
         )
+
+
+def _spread(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    return array if array.shape == shape else np.broadcast_to(array, shape)

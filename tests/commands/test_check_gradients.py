@@ -6,7 +6,7 @@ import pytest
 from tests.commands.calls import CONFIG, call
 
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.sensitivity import DesignModel
+from expdesign.design.optimality import differentiated
 
 SMALL = """schema_version: 1
 robot:
@@ -35,8 +35,8 @@ def test_every_criterion_of_the_example_passes(capsys: pytest.CaptureFixture[str
 def test_a_wrong_gradient_is_an_exit_status(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    right = DesignModel.to_genes
-    monkeypatch.setattr(DesignModel, "to_genes", lambda model, values: 1.001 * right(model, values))
+    right = differentiated.to_variables
+    monkeypatch.setattr(differentiated, "to_variables", lambda problem, values: 1.001 * right(problem, values))
     assert call("check", CONFIG, "--gradients") == 1
     captured = capsys.readouterr()
     assert captured.out.count(" fail") == len(known_criteria())

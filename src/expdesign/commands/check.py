@@ -119,6 +119,8 @@ def check_problem(problem: DesignProblem) -> str:
     reachable = float(problem.loaded.robot.usable(poses).mean())
     if reachable < _FEW:
         note(f"{problem.source}: hardly any pose in `experiment.poses` can be reached; check their units (m, rad)")
+    if problem.found is not None:
+        note(f"{problem.source}: {problem.found.note}")
     continuous = int((~space.discrete).sum())
     return (
         f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {space.measurements} measurements with "

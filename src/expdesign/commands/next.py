@@ -56,7 +56,7 @@ def command(
         loads = plan.loads[np.searchsorted(table.lines, measured.lines)]
     try:
         goodness = identify(problem.loaded.robot, measured, shared_reference=problem.noise.shared_reference).goodness
-        if goodness.p_value is not None and goodness.p_value < DOUBTFUL:
+        if problem.found is None and goodness.p_value is not None and goodness.p_value < DOUBTFUL:
             note(
                 f"the base model does not explain the recordings (p = {goodness.p_value:.2g}): more of them will not "
                 "help until `expdesign diagnose` has found why"

@@ -5,6 +5,9 @@ gain is M⁻¹A_MᵀGᵀG = R⁻¹QᵀG, and nothing needs M itself, whose condi
 deficient, only functions of the compliances that lie in its row space can be estimated; what cannot be is NaN here, and
 never the number that a pseudo-inverse would put in its place. A design with a measurement at a singular configuration,
 whose maps do not exist, is NaN as a whole, and the other designs of its batch are not touched by it.
+
+All of it is NumPy that can be differentiated (`differentiation.py`): on recorded measurements, the same lines give the
+gradients of every criterion. A design whose matrix is rank deficient, or does not exist, has none (`differentiable`).
 """
 
 from functools import cached_property
@@ -12,7 +15,9 @@ from functools import cached_property
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.criteria.target_variances import TargetVariances
 from expdesign.criteria.targets import Targets
+from expdesign.differentiation import plain
 from expdesign.elastostatics.measurements import Measurements
 from expdesign.instrument.deflection_noise import DeflectionNoise, reference_whitener
 
@@ -20,7 +25,7 @@ RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the largest count as zero (rounding of the maps is about 1e-13)."""
 
 
-class Assessment:
+class Assessment(TargetVariances):
     """Lazily computed quantities of b designs of m measurements, for n_p compliances and t targets.
 
     Args:
@@ -56,13 +61,14 @@ class Assessment:
 
     @cached_property
     def _whitener(self) -> FloatArray:
-        """G of each measurement, shape (k, k) or (b, m, k, k)."""
-        return self.noise.whitener_at(self.measurements.pose_map)
+        """G of each measurement on the axes measured, 0 on others, shape (k, n) or (b, m, k, n)."""
+        axes = np.eye(self.measurements.observation.shape[-2])[self.noise.axes]
+        return self.noise.whitener_at(self.measurements.pose_map) @ axes
 
     @cached_property
     def _exists(self) -> BoolArray:
         """Whether the maps of all measurements exist, shape (b,)."""
-        exists: BoolArray = np.logical_and.reduce(np.isfinite(self.measurements.observation), axis=(1, 2, 3))
+        exists: BoolArray = np.logical_and.reduce(np.isfinite(plain(self.measurements.observation)), axis=(1, 2, 3))
         return exists
 
     @cached_property
@@ -71,9 +77,9 @@ class Assessment:
         observation = self.measurements.observation
         if not self._exists.all():
             observation = np.where(self._exists[:, None, None, None], observation, 0.0)
-        rows = self._whitener @ observation[:, :, self.noise.axes, :]
+        rows = self._whitener @ observation
         if self._across is not None:
-            rows = np.einsum("bij,bjkp->bikp", self._across, rows)
+            rows = (self._across @ rows.reshape(self.batch, self.count, -1)).reshape(rows.shape)
         return rows.reshape(self.batch, -1, self.parameters)
 
     @cached_property
@@ -88,17 +94,21 @@ class Assessment:
 
     @cached_property
     def singular_values(self) -> FloatArray:
-        """Singular values of Ã, falling, shape (b, n_p); exactly 0 beyond the rank, NaN where Ã does not exist."""
+        """Singular values of Ã, falling, shape (b, n_p); exactly 0 beyond the rank, NaN where Ã does not exist.
+
+        Where two coincide neither is differentiable; the gradient is that of one of the smooth continuations.
+        """
         values = np.linalg.svd(self._factors[1], compute_uv=False)
-        index = np.arange(self.parameters)
-        clipped = np.where(index < self.rank[:, None], values, 0.0)
+        if self.differentiable.all():
+            return values
+        clipped = np.where(np.arange(self.parameters) < self.rank[:, None], values, 0.0)
         existing: FloatArray = np.where(self._exists[:, None], clipped, np.nan)
         return existing
 
     @cached_property
     def _scale(self) -> FloatArray:
         """Column norms of R (b, n_p), which make the rank test independent of the actuators' units."""
-        norms = np.linalg.norm(self._factors[1], axis=1)
+        norms = np.linalg.norm(plain(self._factors[1]), axis=1)
         largest = norms.max(axis=1, keepdims=True)
         scale: FloatArray = np.where(norms > RANK_TOLERANCE * largest, norms, np.where(largest > 0.0, largest, 1.0))
         return scale
@@ -106,9 +116,14 @@ class Assessment:
     @cached_property
     def rank(self) -> IntArray:
         """Numerical rank of Ã, shape (b,)."""
-        values = np.linalg.svd(self._factors[1] / self._scale[:, None, :], compute_uv=False)
+        values = np.linalg.svd(plain(self._factors[1]) / self._scale[:, None, :], compute_uv=False)
         rank: IntArray = (values > RANK_TOLERANCE * np.maximum(values[:, :1], 1e-300)).sum(axis=1)
         return rank
+
+    @cached_property
+    def differentiable(self) -> BoolArray:
+        """Whether Ã exists and has full rank, so that all that is estimated from it is differentiable, shape (b,)."""
+        return self._exists & (self.rank == self.parameters)
 
     @cached_property
     def condition(self) -> FloatArray:
@@ -123,34 +138,49 @@ class Assessment:
         """Root B with M⁻¹ = B·Bᵀ (b, n_p, n_p), B·Qᵀ (b, n_p, m·k), and which target rows are estimable (b, t, n)."""
         orthogonal, triangular = self._factors
         full = self.rank == self.parameters
-        safe = np.where(full[:, None, None], triangular, np.eye(self.parameters))
-        root = np.linalg.inv(safe)
-        gain = root @ orthogonal.swapaxes(-1, -2)
-        rows = self.targets.observation
+        if full.all():
+            root: FloatArray = np.linalg.inv(triangular)
+            gain: FloatArray = root @ orthogonal.swapaxes(-1, -2)
+        else:
+            root, gain = self._of_full_rank(full)
+        rows: FloatArray = self.targets.observation
         estimable = np.broadcast_to(full[:, None, None], (self.batch, *rows.shape[:2])).copy()
         for index in np.flatnonzero(~full):
-            left, values, right = np.linalg.svd(triangular[index] / self._scale[index])
-            kept = int(self.rank[index])
-            basis = right[:kept].T
-            root[index] = 0.0
-            root[index][:, :kept] = basis / values[:kept] / self._scale[index][:, None]
-            gain[index] = root[index][:, :kept] @ left[:, :kept].T @ orthogonal[index].T
-            scaled = rows / self._scale[index]
-            outside = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
+            basis = self._row_space(int(index))
+            scaled: FloatArray = rows / self._scale[index]
+            outside: FloatArray = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
             estimable[index] = outside <= 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
         estimable &= self._exists[:, None, None]
         return root, gain[:, :, : self.whitened.shape[1]], estimable
 
+    def _of_full_rank(self, full: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """B and B·Qᵀ where some designs are not of full rank: theirs are truncated, and are held in differentiation."""
+        orthogonal, triangular = self._factors
+        root = np.linalg.inv(np.where(full[:, None, None], triangular, np.eye(self.parameters)))
+        gain = root @ orthogonal.swapaxes(-1, -2)
+        truncated, of_truncated = np.zeros(root.shape), np.zeros(gain.shape)
+        for index in np.flatnonzero(~full):
+            left, values, right = np.linalg.svd(plain(triangular)[index] / self._scale[index])
+            kept = int(self.rank[index])
+            truncated[index, :, :kept] = right[:kept].T / values[:kept] / self._scale[index][:, None]
+            of_truncated[index] = truncated[index, :, :kept] @ left[:, :kept].T @ plain(orthogonal)[index].T
+        chosen = full[:, None, None]
+        return np.where(chosen, root, truncated), np.where(chosen, gain, of_truncated)
+
+    def _row_space(self, index: int) -> FloatArray:
+        """Orthonormal basis of the row space of one design's scaled R, shape (n_p, rank)."""
+        right = np.linalg.svd(plain(self._factors[1])[index] / self._scale[index])[2]
+        return right[: int(self.rank[index])].T
+
     @cached_property
     def gain(self) -> FloatArray:
         """P with ε_c = Σ_i P_i·ε_ΔX,i (m/N per m or rad), shape (b, m, n_p, n); zero for axes not measured."""
-        whitened_gain = self._estimator[1].reshape(self.batch, self.parameters, self.count, -1)
+        gains = self._estimator[1]
         if self._across is not None:
-            whitened_gain = np.einsum("bpik,bij->bpjk", whitened_gain, self._across)
-        gain = np.zeros((self.batch, self.count, self.parameters, self.measurements.observation.shape[-2]))
-        per_measurement = whitened_gain.swapaxes(1, 2)
-        gain[..., self.noise.axes] = per_measurement @ self._whitener
-        return gain
+            by_measurement = gains.reshape(self.batch, self.parameters, self.count, -1).swapaxes(-1, -2)
+            gains = (by_measurement @ self._across[:, None]).swapaxes(-1, -2)
+        per_measurement = gains.reshape(self.batch, self.parameters, self.count, -1).swapaxes(1, 2)
+        return per_measurement @ self._whitener
 
     @cached_property
     def estimable(self) -> BoolArray:
@@ -170,7 +200,7 @@ class Assessment:
         return self._where_estimable(self.targets.observation @ self._estimator[0][:, None])
 
     @cached_property
-    def noise_variance(self) -> FloatArray:
+    def noise_variance(self) -> FloatArray:  # type: ignore[override]
         """U_ii (theory.md 4.2), variance of the attained pose due to measurement noise, shape (b, t, n); NaN rows."""
         variance: FloatArray = (self.noise_root**2).sum(axis=-1)
         return variance
@@ -195,7 +225,7 @@ class Assessment:
         return self._where_estimable(self.targets.observation @ self._parameter_error[:, None])
 
     @cached_property
-    def force_variance(self) -> FloatArray:
+    def force_variance(self) -> FloatArray:  # type: ignore[override]
         """(Z·Σ_F·Zᵀ)_ii, variance of the attained pose due to load errors, shape (b, t, n); NaN rows."""
         variance: FloatArray = (self.force_root**2).sum(axis=-1)
         return variance
@@ -223,19 +253,9 @@ class Assessment:
         stacked = per_measurement.swapaxes(1, 2).reshape(self.batch, self.parameters, -1)
         return self._where_estimable(-(self.targets.observation @ stacked[:, None]))
 
-    def weighted(self, variance: FloatArray) -> FloatArray:
-        """Σ_i variance_ii/tol_i² per target, shape (b, t), from (b, t, n); NaN where an axis that matters is."""
-        importance = self.targets.importance
-        terms: FloatArray = np.where(importance > 0.0, variance * importance, 0.0).sum(axis=-1)
-        return terms
-
-    def aggregated(self, squares: FloatArray) -> FloatArray:
-        """Root of the mean or maximum over targets of squares (b, t), shape (b,)."""
-        if self.targets.aggregate == "max":
-            return np.sqrt(squares.max(axis=-1))
-        return np.sqrt((squares @ self.targets.weights) / self.targets.weights.sum())
-
     def _where_estimable(self, rows: FloatArray) -> FloatArray:
         """Rows (b, t, n, …) of the pose coordinates, NaN where the coordinate cannot be estimated."""
+        if self.estimable.all():
+            return rows
         result: FloatArray = np.where(self.estimable[..., None], rows, np.nan)
         return result

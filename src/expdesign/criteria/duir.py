@@ -11,6 +11,7 @@ class Duir(Criterion):
     name = "duir"
     title = "DUIR (measurement noise)"
     unit = "tolerances"
+    root_mean_square = True
 
     def values(self, assessment: Assessment) -> FloatArray:
         return assessment.aggregated(assessment.weighted(assessment.noise_variance))

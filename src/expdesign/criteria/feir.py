@@ -11,6 +11,7 @@ class Feir(Criterion):
     name = "feir"
     title = "FEIR (load errors)"
     unit = "tolerances"
+    root_mean_square = True
 
     def values(self, assessment: Assessment) -> FloatArray:
         return assessment.aggregated(assessment.weighted(assessment.force_variance))

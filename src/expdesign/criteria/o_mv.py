@@ -26,5 +26,4 @@ class MaximumVariance(Criterion):
     unit = "m²"
 
     def values(self, assessment: Assessment) -> FloatArray:
-        values: FloatArray = translational_variance(assessment).max(axis=-1)
-        return values
+        return assessment.largest(translational_variance(assessment))

@@ -1,8 +1,8 @@
 """Total: the RMS error to expect after compensation (theory.md 6, physically scaled compromise)."""
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.target_variances import TargetVariances
 
 
 class Total(Criterion):
@@ -11,7 +11,8 @@ class Total(Criterion):
     name = "total"
     title = "total expected error"
     unit = "tolerances"
+    root_mean_square = True
 
-    def values(self, assessment: Assessment) -> FloatArray:
+    def values(self, assessment: TargetVariances) -> FloatArray:
         variance = assessment.noise_variance + assessment.force_variance
         return assessment.aggregated(assessment.weighted(variance))

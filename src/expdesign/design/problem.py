@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
+from expdesign.design.found_robot import FoundRobot
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
@@ -41,6 +42,7 @@ class DesignProblem:
         optimiser: settings of the search.
         config: the configuration as resolved (robot written out, defaults filled in).
         source: name of the configuration file.
+        found: the model that the robot was found to be; None where the configuration names a robot file.
     """
 
     loaded: LoadedRobot
@@ -53,6 +55,7 @@ class DesignProblem:
     optimiser: OptimiserSettings
     config: dict[str, Any]
     source: str
+    found: FoundRobot | None = None
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""
@@ -61,6 +64,26 @@ class DesignProblem:
         if self.noise.shared_reference and series is None:
             series = series_by_pose(configurations)
         return Assessment(measurements, self.noise, shared, self.targets, series)
+
+    def whitened(self, configurations: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened maps of single measurements, with any batch dimensions in front.
+
+        Returns:
+            G·A, reading per parameter, shape (..., k, n_p), and G·D·L, reading per standard deviation of each load
+            error, shape (..., k, d) in the order of `shared_errors`.
+        """
+        measurements = self.loaded.measure(configurations, loads)
+        axes = np.eye(measurements.observation.shape[-2])[self.noise.axes]
+        whitener = self.noise.whitener_at(measurements.pose_map) @ axes
+        errors = [measurements.compliance @ error for error in measurements.load_errors]
+        columns = np.concatenate(errors, axis=-1) if errors else np.zeros((*measurements.compliance.shape[:-1], 0))
+        return whitener @ measurements.observation, whitener @ columns
+
+    @property
+    def shared_errors(self) -> BoolArray:
+        """Per load error, whether its δ is the same for all measurements, shape (d,)."""
+        flags = [np.full(len(source.deviation), source.shared) for source in self.loaded.sources]
+        return np.concatenate(flags) if flags else np.zeros(0, dtype=bool)
 
     def require_elastostatic(self, what: str) -> None:
         """Raise an `InputError` where something other than the stiffness alone is calibrated."""

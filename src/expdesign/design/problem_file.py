@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.calibration_file import load_section, read_regressor
+from expdesign.design.found_robot import FoundRobot, robot_of
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
 from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
@@ -27,7 +29,6 @@ from expdesign.loads.payload import Payload
 from expdesign.loads.wrench import Wrench
 from expdesign.plugins import implementations
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
-from expdesign.robots.robot_file import read_robot, robot_from_document
 
 
 def read_problem(path: Path) -> DesignProblem:
@@ -44,7 +45,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     """The design problem that a YAML document describes; see `read_problem`."""
     require_kind(document, "run configuration")
     section = validate(RunSection, document)
-    robot, written = _robot(section, document)
+    robot, written, found = _robot(section, document)
     if not len(robot.stiffness):
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
         remedy = "`expdesign diagnose` finds from recordings what it stands on."
@@ -55,7 +56,9 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     load = _load(load_section(experiment), robot, document)
     poses = _poses(experiment, robot, document)
     sources = _sources(experiment, load, document)
-    loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor)
+    physics = None if found is None else found.physics
+    _require_plain(physics, experiment, document)
+    loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
     noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
     return DesignProblem(
@@ -74,6 +77,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         ),
         config=_resolved(section, written, poses),
         source=document.source,
+        found=found,
     )
 
 
@@ -101,20 +105,33 @@ def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]
     return config
 
 
-def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any]:
-    """The robot, and the content of its file."""
-    if not isinstance(section.robot, str):
-        return robot_from_document(document.part("robot")), document.content["robot"]
-    path = document.folder / section.robot
-    return _in_key(document, lambda: read_robot(path), path), read_yaml(path).content
+def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, FoundRobot | None]:
+    """The robot, the content of its file, and what it was found to be where that is a model file."""
+    if isinstance(section.robot, str):
+        path = document.folder / section.robot
+        if not _is_file(path):
+            remedy = "Paths are relative to the configuration file."
+            raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
+        part = read_yaml(path)
+    else:
+        part = document.part("robot")
+    robot, found = robot_of(part)
+    return robot, part.content, found
 
 
-def _in_key(document: YamlDocument, read: Any, path: Path) -> Robot:
-    if not _is_file(path):
-        remedy = "Paths are relative to the configuration file."
-        raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
-    robot: Robot = read()
-    return robot
+def _require_plain(physics: KnownChain | None, experiment: ExperimentSection, document: YamlDocument) -> None:
+    """Raise where the physics of a model file meets something that a configuration says about it otherwise."""
+    if physics is None:
+        return
+    where: KeyPath = ("experiment",)
+    if experiment.geometric_stiffness:
+        what = "the model file says how the robot deflects, and `geometric_stiffness` another thing"
+        remedy = "Take the key out; `expdesign diagnose` adds geometric stiffness to a model where it shows."
+        raise InputError(what, where=document.where((*where, "geometric_stiffness")), remedy=remedy)
+    if experiment.calibration != "elastostatic":
+        what = "a model with effects is planned for elastostatic calibration only"
+        remedy = "Take the key out, or name the robot file."
+        raise InputError(what, where=document.where((*where, "calibration")), remedy=remedy)
 
 
 def _is_file(path: Path) -> bool:
@@ -199,7 +216,7 @@ def _targets(
             wrench = [0.0] * coordinates.n if target.wrench is None else target.wrench
             parameters = _vector(wrench, coordinates.wrench, document, (*where, "wrench"))
         require_usable(robot, pose, document.where((*where, "pose")))
-        here = LoadedRobot(robot, load, (), loaded.geometric_stiffness, loaded.regressor)
+        here = loaded.under(load, instrument=False)
         observations.append(axes[index] @ here.measure(pose, parameters).observation)
         wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
         poses.append(pose)

@@ -4,6 +4,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from expdesign.arrays import FloatArray
+from expdesign.criteria.criterion import criterion_values
 from expdesign.design.problem import DesignProblem
 from expdesign.robots.robot import CONDITION_LIMIT
 
@@ -48,7 +49,10 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         condition = assessment.measurements.condition.max(axis=1)
         singular = ~np.isfinite(condition)
         unidentified = ((~assessment.estimable) & (problem.targets.importance > 0.0)).sum(axis=(1, 2))
-        values = np.stack([criterion.values(assessment) for criterion in problem.objectives], axis=1) * self._signs
+        values = (
+            np.stack([criterion_values(criterion, assessment) for criterion in problem.objectives], axis=1)
+            * self._signs
+        )
         unusable = (unidentified > 0) | singular | ~np.isfinite(values).all(axis=1)
         values[unusable] = UNIDENTIFIED
         excess = robot.limit_excess(configurations).max(axis=1)

@@ -14,7 +14,7 @@ from pymoo.core.population import Population
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
+from expdesign.criteria.criterion import criterion_values, known_criteria
 from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point, spread
 from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
 from expdesign.design.optimality.kktpm import kktpm
@@ -22,7 +22,7 @@ from expdesign.design.optimality.polish import coarse_rounds, fine_rounds
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
-from expdesign.errors import InfeasibleError
+from expdesign.errors import InfeasibleError, InputError
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,9 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     polished = settings.polish and not problem.loaded.regressor.redundant
     known = _Known(settings.generations, report)
     first = early = population.genes(start)
-    known.add(*population.objectives(first))
+    values, violations = population.objectives(first)
+    _require_finite(problem, first)
+    known.add(values, violations)
     if polished:
         for number, early in enumerate(coarse_rounds(problem, first), start=1):
             known.add(*population.objectives(early), note=f"gradients, round {number}")
@@ -94,6 +96,21 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         genes = np.concatenate([genes, early]) if refined is None or len(refined) == 0 else refined
     values, violations = population.objectives(genes)
     return _front(problem, genes, values, violations, known.point, population.evaluations)
+
+
+def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
+    """Raise where an objective is finite at none of the designs (b, m, g) that identify everything."""
+    assessment = problem.assess(*problem.space.decode(designs))
+    regular = assessment.differentiable
+    for criterion in problem.objectives:
+        values = criterion_values(criterion, assessment)
+        if regular.any() and not np.isfinite(values[regular]).any():
+            what = (
+                f"the criterion `{criterion.name}` is not finite at any of {int(regular.sum())} random designs that "
+                f"identify everything ({values[regular][0]:g} at the first)"
+            )
+            remedy = "Correct its `values`, or leave it out of `objectives`."
+            raise InputError(what, where=f"{problem.source}, objectives", remedy=remedy)
 
 
 class _Known:
@@ -154,4 +171,4 @@ def _front(
 
 def all_criteria(assessment: Assessment) -> dict[str, FloatArray]:
     """Every known criterion of the designs of an assessment, shape (b,) each."""
-    return {name: criterion.values(assessment) for name, criterion in known_criteria().items()}
+    return {name: criterion_values(criterion, assessment) for name, criterion in known_criteria().items()}

@@ -9,13 +9,14 @@ where B = Σ A_iᵀV_i⁻¹D_iL_i collects the load errors that all measurements
 those that each has for itself. All of it is a sum over measurements, so that thousands of candidates cost one batch.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.criteria.target_variances import GivenVariances
 from expdesign.criteria.targets import Targets
+from expdesign.criteria.total import Total
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
@@ -59,26 +60,15 @@ class Knowledge:
 
 def knowledge_of(problem: DesignProblem, genes: FloatArray) -> Knowledge:
     """What each of the measurements (c, g) of the design space would say by itself, batch shape (c,)."""
-    measurements = problem.loaded.measure(*problem.space.decode(genes))
-    noise, scale = problem.noise, problem.loaded.scale
-    whitener = noise.whitener_at(measurements.pose_map)
-    root = whitener @ measurements.observation[..., noise.axes, :] * scale
-    errors = [whitener @ (measurements.compliance @ error)[..., noise.axes, :] for error in measurements.load_errors]
-    return _with_errors(root, errors, [source.shared for source in problem.loaded.sources])
+    rows, errors = problem.whitened(*problem.space.decode(genes))
+    return _with_errors(rows * problem.loaded.scale, errors, problem.shared_errors)
 
 
-def _with_errors(root: FloatArray, errors: Sequence[FloatArray], shared: list[bool]) -> Knowledge:
+def _with_errors(root: FloatArray, errors: FloatArray, shared: BoolArray) -> Knowledge:
     """Knowledge from whitened rows (..., r, p) and whitened deflections per load error (..., r, d)."""
-    count = root.shape[-1]
-    own = np.zeros((*root.shape[:-2], count, count))
-    common = [np.zeros((*root.shape[:-2], count, 0))]
-    for error, is_shared in zip(errors, shared, strict=True):
-        seen = root.swapaxes(-1, -2) @ error
-        if is_shared:
-            common.append(seen)
-        else:
-            own = own + seen @ seen.swapaxes(-1, -2)
-    return Knowledge(root, np.concatenate(common, axis=-1), own)
+    seen = root.swapaxes(-1, -2) @ errors
+    own = seen[..., ~shared]
+    return Knowledge(root, seen[..., shared], own @ own.swapaxes(-1, -2))
 
 
 def together(parts: list[Knowledge]) -> Knowledge:
@@ -106,17 +96,15 @@ def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) ->
     inverse = right.swapaxes(-1, -2) / np.where(kept, singular, np.inf)[..., None, :]
     covariance = inverse @ inverse.swapaxes(-1, -2)
     biased = covariance @ knowledge.shared
-    parameters = covariance + biased @ biased.swapaxes(-1, -2) + covariance @ knowledge.own @ covariance
+    load_errors = biased @ biased.swapaxes(-1, -2) + covariance @ knowledge.own @ covariance
     rows = targets.observation * scale
     # What a target needs and the measurements leave out: its part along the directions that are lost.
     lost = np.linalg.norm(np.einsum("tip,...kp->...tik", rows, right * ~kept[..., None]), axis=-1)
     usable = ~((lost > _LOST * np.linalg.norm(rows, axis=-1)) & (targets.importance > 0.0)).any(axis=(-2, -1))
-    variance = np.einsum("tip,...pq,tiq->...ti", rows, parameters, rows)
-    squares = (variance * targets.importance).sum(axis=-1)
-    mean = squares @ targets.weights / targets.weights.sum()
-    total = squares.max(axis=-1) if targets.aggregate == "max" else mean
-    root_total: FloatArray = np.where(usable, np.sqrt(np.maximum(total, 0.0)), np.inf)
-    return root_total
+    noise, force = (np.einsum("tip,...pq,tiq->...ti", rows, part, rows) for part in (covariance, load_errors))
+    total = Total().values(GivenVariances(targets, noise, force))
+    result: FloatArray = np.where(usable, total, np.inf)
+    return result
 
 
 @dataclass(frozen=True)

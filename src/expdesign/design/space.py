@@ -108,7 +108,10 @@ class DesignSpace:
 
     def decode(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Configurations (..., n) and load parameters with gravity (..., k) that genes (..., g) stand for."""
-        values = self.quantities(genes)
+        return self.split(self.quantities(genes))
+
+    def split(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Configurations (..., n) and load parameters with gravity (..., k) of quantities (..., n_q)."""
         poses = values[..., : self.n_pose]
         loads = values[..., self.n_pose : self.n_pose + self.n_load]
         if self.gravity is None:

@@ -12,7 +12,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.elastostatics.maps import actuator_forces, cartesian_compliance, observation_matrix
 from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot import Jacobians
+from expdesign.robots.robot import Jacobians, invert
 from expdesign.symbolic import BatchFunction
 
 
@@ -59,4 +59,5 @@ def conservative_maps(
     stiffness = geometric_stiffness(robot, poses, actuator_forces(jacobians, wrenches))
     softening = np.eye(robot.coordinates.n) + compliance @ stiffness
     plain = observation_matrix(jacobians, wrenches) if observation is None else observation
-    return np.linalg.solve(softening, plain), np.linalg.solve(softening, compliance)
+    softened = invert(softening)
+    return softened @ plain, softened @ compliance

@@ -8,6 +8,7 @@ import casadi as ca
 from expdesign.arrays import FloatArray
 from expdesign.elastostatics.geometric_stiffness import conservative_maps
 from expdesign.elastostatics.maps import actuator_forces, cartesian_compliance
+from expdesign.elastostatics.physics import LoadedPhysics, Physics
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.loads.errors.source import LoadErrorSource
@@ -44,6 +45,8 @@ class LoadedRobot:
         sources: sources of load error.
         geometric_stiffness: whether the change of geometry under load is taken into account (parallel robots).
         regressor: what is calibrated.
+        physics: how the robot deflects, where it does more than stretch its actuators (elastostatic calibration).
+        instrument: whether deflections are as the instrument reads them; else they are those of the platform.
     """
 
     def __init__(
@@ -53,12 +56,34 @@ class LoadedRobot:
         sources: tuple[LoadErrorSource, ...] = (),
         geometric_stiffness: bool = False,
         regressor: Regressor | None = None,
+        physics: Physics | None = None,
+        *,
+        instrument: bool = True,
     ) -> None:
         self.robot = robot
         self.load = load
         self.sources = sources
         self.geometric_stiffness = geometric_stiffness
         self.regressor = Elastostatic() if regressor is None else regressor
+        self.physics = physics
+        self._under_load = None if physics is None else physics.under(load, instrument=instrument)
+
+    def under(self, load: Load, *, instrument: bool = True) -> "LoadedRobot":
+        """The same robot under another kind of load, whose errors are not known."""
+        physics = (self.geometric_stiffness, self.regressor, self.physics)
+        return LoadedRobot(self.robot, load, (), *physics, instrument=instrument)
+
+    @property
+    def under_load(self) -> LoadedPhysics | None:
+        """The robot's own physics under the load; None where its actuators alone are elastic."""
+        return self._under_load
+
+    @property
+    def linear_in_load(self) -> bool:
+        """Whether the observation matrix is linear in the load and the compliance does not depend on it."""
+        if self._under_load is not None:
+            return self._under_load.linear_in_load
+        return not self.geometric_stiffness
 
     @cached_property
     def scale(self) -> FloatArray:
@@ -98,6 +123,9 @@ class LoadedRobot:
         """The linear model at configurations (..., n_q) under loads (..., k), `load.columns` naming the latter."""
         jacobians = self.robot.jacobians(configurations)
         wrench, errors = self.wrenches(jacobians.rotation, loads)
+        if self._under_load is not None:
+            observation, compliance = self._under_load.maps(configurations, loads, jacobians)
+            return Measurements(observation, compliance, errors, jacobians.condition, jacobians.pose)
         function, names = self._further
         further = dict(zip(names, function(configurations), strict=True)) if names else {}
         observation = self.regressor.matrix(PoseMaps(jacobians.pose, actuator_forces(jacobians, wrench), further))
@@ -107,3 +135,12 @@ class LoadedRobot:
         else:
             compliance = cartesian_compliance(jacobians, self.robot.compliance)
         return Measurements(observation, compliance, errors, jacobians.condition, jacobians.pose)
+
+    def deflections(self, configurations: FloatArray, loads: FloatArray, added: FloatArray) -> FloatArray:
+        """Deflections (..., n) of the robot as it is known, under loads (..., k) and added wrenches (..., n)."""
+        if self._under_load is not None:
+            return self._under_load.deflections(configurations, loads, self.robot.jacobians(configurations), added)
+        measured = self.measure(configurations, loads)
+        nominal = measured.observation @ self.robot.compliance
+        deflections: FloatArray = nominal + (measured.compliance @ added[..., None])[..., 0]
+        return deflections

@@ -5,10 +5,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
 from expdesign.design.sequential import Knowledge
-from expdesign.elastostatics.maps import cartesian_compliance, observation_matrix
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.identify import identify, reference_rows
 from expdesign.identification.whitening import Whitening
+from expdesign.loads.wrench import Wrench
 from expdesign.recordings.recordings import Recordings
 
 
@@ -32,7 +32,8 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     deviations = train.deviations if train.deviations is not None else _deviations(problem, recordings, train)
     whitening = Whitening(deviations, train.series, shared_reference=problem.noise.shared_reference)
     jacobians = robot.jacobians(train.configurations)
-    observation = observation_matrix(jacobians, train.wrenches)[:, train.axes] * robot.compliance
+    measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
+    observation = measured.observation[:, train.axes] * robot.compliance
     rows = whitening.apply(observation)
     count = rows.shape[-1]
     # The whitening of the readings, transposed, so that every row's load error meets all that it is whitened with.
@@ -40,9 +41,8 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     own = np.zeros((count, count))
     common = [np.zeros((count, 0))]
     if loads is not None:
-        compliance = cartesian_compliance(jacobians, robot.compliance)
         for source, error in zip(loaded.sources, loaded.wrenches(jacobians.rotation, loads[fitted])[1], strict=True):
-            moved = (compliance @ error)[:, train.axes]
+            moved = (measured.compliance @ error)[:, train.axes]
             seen = gain.swapaxes(-1, -2) @ moved
             if source.shared:
                 common.append(seen.sum(axis=0))

@@ -47,10 +47,10 @@ def simulated_deflections(
     """
     loaded = problem.loaded
     added = load_errors(loaded, plan, seed) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
+    if model is None and problem.found is not None:
+        model = problem.found.model
     if model is None:
-        measurements = loaded.measure(plan.configurations, plan.loads)
-        nominal = measurements.observation @ loaded.robot.compliance
-        deflections: FloatArray = nominal + (measurements.compliance @ added[..., None])[..., 0]
+        deflections = loaded.deflections(plan.configurations, plan.loads, added)
     else:
         deflections = _of_model(model, problem, points, added)
     if noise:

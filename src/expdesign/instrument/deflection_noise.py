@@ -41,16 +41,6 @@ class DeflectionNoise:
         deviations = np.sqrt(np.diag(self.covariance))
         return np.broadcast_to(deviations, (*pose_map.shape[:-2], len(deviations)))
 
-    def pull(self, pose_map: FloatArray, whitener: FloatArray, seed: FloatArray) -> FloatArray | None:
-        """Adjoint of `whitener_at`: partial derivatives with respect to `pose_map`, or None where there are none.
-
-        Args:
-            pose_map: J̌, shape (..., n, n_a).
-            whitener: what `whitener_at` gave there.
-            seed: partial derivatives with respect to it, shape (..., k, k).
-        """
-        return None
-
     @classmethod
     def from_deviations(cls, axes: IntArray, deviations: FloatArray, shared_reference: bool = False) -> Self:
         """Uncorrelated noise (G_U) with the given standard deviations of the measured components."""

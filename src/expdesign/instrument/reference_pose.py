@@ -10,6 +10,7 @@ after each pose, the middle one serving both.
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.differentiation import inverse_root, plain
 from expdesign.errors import InputError
 from expdesign.instrument.deflection_noise import DeflectionNoise
 
@@ -60,19 +61,11 @@ class ReferencedNoise(DeflectionNoise):
     def whitener_at(self, pose_map: FloatArray) -> FloatArray:
         exists = np.logical_and.reduce(np.isfinite(pose_map), axis=(-2, -1), keepdims=True)
         covariance = self.covariance_at(np.where(exists, pose_map, 0.0))
-        scale = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-        factor = np.linalg.cholesky(covariance / (scale[..., :, None] * scale[..., None, :]))
-        whitener: FloatArray = np.linalg.inv(factor) / scale[..., None, :]
+        # The scale is for the factorisation's sake and cancels, so that nothing depends on its derivative.
+        scale = np.sqrt(np.diagonal(plain(covariance), axis1=-2, axis2=-1))
+        scaled = covariance / (scale[..., :, None] * scale[..., None, :])
+        whitener: FloatArray = inverse_root(scaled) / scale[..., None, :]
         return whitener
-
-    def pull(self, pose_map: FloatArray, whitener: FloatArray, seed: FloatArray) -> FloatArray | None:
-        # For G = L⁻¹: L̄ = −Gᵀ·Ḡ·Gᵀ; for V = L·Lᵀ: V̄ = ½·Gᵀ·(P + Pᵀ)·G, P the lower half of Lᵀ·L̄ = −Ḡ·Gᵀ.
-        half = np.tril(-seed @ whitener.swapaxes(-1, -2))
-        half[..., np.arange(half.shape[-1]), np.arange(half.shape[-1])] *= 0.5
-        by_covariance = 0.5 * whitener.swapaxes(-1, -2) @ (half + half.swapaxes(-1, -2)) @ whitener
-        by_transfer = 2.0 * self.price * by_covariance @ self.transfer(pose_map) @ self.covariance
-        by_map: FloatArray = by_transfer @ self._inverse.T
-        return by_map
 
 
 def pose_order(series: IntArray, *, shared_unloaded: bool, interpolated: bool) -> list[tuple[str, int]]:

@@ -229,6 +229,7 @@ def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Sectio
     versions = ", ".join(f"{name} {version}" for name, version in run.get("versions", {}).items())
     items = [
         ("Robot", f"{robot.name} ({robot.kind})"),
+        *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
         ("Configuration", problem.source),
         ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
         ("Search", f"NSGA-II, population {settings.population}, {settings.generations} generations"),

@@ -11,9 +11,10 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.differentiation import plain
 from expdesign.moments import moments, velocities
 from expdesign.robots.orientation import angular_velocity_map
-from expdesign.robots.robot import Jacobians, Robot, invert
+from expdesign.robots.robot import CommandedState, Jacobians, Robot, invert
 from expdesign.symbolic import BatchFunction
 
 
@@ -53,6 +54,11 @@ class ParallelRobot(Robot):
             velocity_map = angular_velocity_map(self.rotation(pose), pose[translations:])
             rates[translations:, translations:] = ca.inv_minor(velocity_map)
         return rates
+
+    def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        position = ca.SX(self.home) + configuration[: self.coordinates.translations]
+        return CommandedState(position, self.pose_rate_map(configuration), lengths, ca.SX.zeros(len(self.stiffness)))
 
     def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
@@ -101,7 +107,7 @@ class ParallelRobot(Robot):
         length_rates, pose_rates, rotation = self._kinematics(configurations)
         inverse_forward = length_rates @ pose_rates
         forward = invert(inverse_forward)
-        condition = self._condition(inverse_forward, forward, rotation)
+        condition = self._condition(plain(inverse_forward), plain(forward), plain(rotation))
         return Jacobians(forward, pose_rates @ forward, rotation, condition)
 
     def _condition(self, inverse: FloatArray, forward: FloatArray, rotation: FloatArray) -> FloatArray:

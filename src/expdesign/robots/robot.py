@@ -21,7 +21,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
@@ -29,6 +29,7 @@ from pydantic import Field
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
+from expdesign.differentiation import inverse_with_adjoint
 from expdesign.files.schema import Number, Section
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.capabilities import Links, StraightLegs
@@ -44,6 +45,22 @@ CONDITION_LIMIT = 100.0
 
 STANDARD_GRAVITY = 9.80665
 """m/s², the magnitude that interfaces.md prescribes."""
+
+
+class CommandedState(NamedTuple):
+    """Where a robot stands at a symbolic configuration, beside its Jacobians.
+
+    Attributes:
+        position: origin of P in O (d,), m.
+        rates: T with Ẋ = T·η (n, n).
+        lengths: commanded actuator lengths or angles (n_p,), m or rad.
+        own: actuator forces by the robot's own weight (n_p,), 0 where the masses of its parts are not known.
+    """
+
+    position: ca.SX
+    rates: ca.SX
+    lengths: ca.SX
+    own: ca.SX
 
 
 @dataclass(frozen=True)
@@ -140,6 +157,12 @@ class Robot(ABC):
     def limit_message(self, configuration: FloatArray) -> str:
         """Which limit the configuration (n_q,) is nearest to or beyond, in words."""
 
+    def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
+        """Position, rates, lengths and own weight at a symbolic configuration under gravity (d,), for robots that have
+        actuators.
+        """
+        raise NotImplementedError
+
     def own_weight(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
         """Actuator forces by the robot's own weight (N or N·m) at configurations (..., n_q) under gravity (..., d).
 
@@ -203,6 +226,7 @@ class Robot(ABC):
         return usable
 
 
+@inverse_with_adjoint
 def invert(matrices: FloatArray) -> FloatArray:
     """Inverses of a batch (..., n, n); NaN where a matrix is exactly singular or not finite."""
     try:

@@ -25,7 +25,7 @@ from expdesign.files.schema import Number, Positive, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing, Part
 from expdesign.robots.kinematic_tree import KinematicTree
-from expdesign.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
+from expdesign.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
 from expdesign.robots.urdf import read_urdf
 from expdesign.symbolic import BatchFunction
 
@@ -162,6 +162,11 @@ class SerialRobot(Robot):
             angular.append(ca.vertcat(rate[2, 1], rate[0, 2], rate[1, 0]))
         forward = ca.vertcat(ca.jacobian(position, configuration), ca.horzcat(*angular))
         return forward, forward, rotation
+
+    def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
+        position, _ = self.tip(configuration)
+        own = self.own_weight_expression(configuration, gravity)
+        return CommandedState(position, ca.SX.eye(self.coordinates.n), configuration[: len(self.stiffness)], own)
 
     def own_weight_expression(
         self, q: ca.SX, gravity: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from expdesign.design.found_robot import robot_of
 from expdesign.design.problem_file import problem_from_document, resolved_config
 from expdesign.errors import InputError
 from expdesign.files.kinds import require_kind
 from expdesign.files.schema import validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import robot_from_document
 from expdesign.sweeps.schema import RangeSection, SweepSection
 
 _KEY = re.compile(r"[^.\[\]]+|\[\d+\]")
@@ -151,7 +151,7 @@ class _Robots:
         """The robot that a mapping describes."""
         key = json.dumps(content, sort_keys=True, default=str)
         if key not in self._robots:
-            self._robots[key] = robot_from_document(YamlDocument(source, Path(), {"robot": content}).part("robot"))
+            self._robots[key] = robot_of(YamlDocument(source, Path(), {"robot": content}).part("robot"))[0]
         return self._robots[key]
 
 

@@ -5,8 +5,12 @@ iteration X ← X_D − A(X)·ĉ contracts by about ‖ΔX‖ divided by the siz
 expanded to first order about the command of the true compliances, so that one evaluation, which every sample needs
 anyway to see that it solves the fixed point, is nearly always the only one.
 
+With the physics of a model file X̂_C + f(X̂_C, ĉ) = X_D takes the place of the first equation, f the chain's motion of
+the platform under the target's load; it is linear in X and c to the order at which the iteration starts.
+
 A robot that is commanded by its actuators (an arm) is compensated there: q̂_C + diag(τ(q̂_C))·ĉ = q_D, τ = Jᵀ·ΔF_D, which
-is the same iteration with another map; the tip's error is J̌ halfway times what the actuators are off.
+is the same iteration with another map; the tip's error is J̌ halfway times what the actuators are off. With the physics
+of a model file its error is taken at the target, f(q_D, c) − f(q_D, ĉ), to first order in the deflection.
 """
 
 from dataclasses import dataclass
@@ -69,20 +73,35 @@ class ExactCompensation:
         target: X_D or q_D, shape (n_q,).
         wrench: ΔF_D, shape (n,); that of the target's orientation.
         true: compliances of the plant, shape (n_p,).
+        parameters: of the target's load, shape (k,), where the robot has physics of its own.
     """
 
-    def __init__(self, loaded: LoadedRobot, target: FloatArray, wrench: FloatArray, true: FloatArray) -> None:
+    def __init__(
+        self,
+        loaded: LoadedRobot,
+        target: FloatArray,
+        wrench: FloatArray,
+        true: FloatArray,
+        parameters: FloatArray | None = None,
+    ) -> None:
         self.robot = loaded.robot
         self.target = target
         self.true = true
         configuration = ca.SX.sym("X", len(target))
         estimate = ca.SX.sym("c", len(true))
-        mapped = deflection_map(loaded, configuration, ca.SX(wrench))
-        both = [mapped @ estimate, mapped @ ca.SX(true)]
-        self._deflections = BatchFunction("deflections", [configuration, estimate], both)
-        self._map = BatchFunction("map", [configuration], [mapped])
+        if loaded.under_load is not None and parameters is not None:
+            deflection = loaded.under_load.expression(configuration, ca.SX(parameters), estimate)
+            mapped = ca.substitute(ca.jacobian(deflection, estimate), estimate, ca.SX(true))
+        else:
+            mapped = deflection_map(loaded, configuration, ca.SX(wrench))
+            deflection = mapped @ estimate
+        at_true = ca.substitute(deflection, estimate, ca.SX(true))
+        self._deflections = BatchFunction("deflections", [configuration, estimate], [deflection, at_true])
+        # What does not follow from the compliances moves the platform as well.
+        self._map = BatchFunction("map", [configuration], [mapped, at_true - mapped @ ca.SX(true)])
         columns = [ca.jacobian(mapped[:, leg], configuration) for leg in range(len(true))]
         self._slopes = BatchFunction("slopes", [configuration], columns)
+        self._at_target = loaded.under_load is not None and loaded.robot.configuration != loaded.robot.coordinates.pose
 
     def attained(self, estimates: FloatArray) -> Attained:
         """Commands and attained errors for ĉ of shape (s, n_p).
@@ -90,6 +109,10 @@ class ExactCompensation:
         Raises:
             ConvergenceError: a fixed point is not found.
         """
+        if self._at_target:
+            commands = np.broadcast_to(self.target, (len(estimates), len(self.target))).copy()
+            predicted, actual = self._deflections(commands, estimates)
+            return Attained(commands, actual - predicted, 0.0)
         commands = self._start(estimates)
         predicted, actual = self._deflections(commands, estimates)
         residual = np.abs(commands + predicted - self.target).max(axis=1)
@@ -116,14 +139,14 @@ class ExactCompensation:
         """Commands with the map expanded about the command of the true compliances, shape (s, n_q)."""
         centre = self.target
         for _ in range(_ITERATIONS):
-            (mapped,) = self._map(centre)
-            following = self.target - mapped @ self.true
+            mapped, further = self._map(centre)
+            following = self.target - mapped @ self.true - further
             if np.abs(following - centre).max() <= TOLERANCE:
                 break
             centre = following
-        (mapped,) = self._map(centre)
+        mapped, further = self._map(centre)
         slopes = np.stack(self._slopes(centre), axis=-1)  # ∂A_kj/∂X_l as [k, l, j]
-        step = (self.target - centre) - estimates @ mapped.T
+        step = (self.target - centre) - further - estimates @ mapped.T
         # X − centre = step − (∂A·ĉ)(X − centre), solved by substituting once: what is left is of third order.
         turned = (estimates @ slopes.reshape(-1, len(self.true)).T).reshape(-1, *slopes.shape[:2])
         commands: FloatArray = centre + step - (turned @ step[..., None])[..., 0]

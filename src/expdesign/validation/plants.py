@@ -26,6 +26,11 @@ class Plant(ABC):
         self.plan = plan
         self.true = loaded.robot.compliance
 
+    def model(self) -> FloatArray:
+        """Deflections (m, n) that the robot's model predicts under the assumed loads with the true compliances."""
+        nothing = np.zeros((len(self.plan), self.loaded.robot.coordinates.n))
+        return self.loaded.deflections(self.plan.configurations, self.plan.loads, nothing)
+
     @abstractmethod
     def deflections(self, added: FloatArray) -> FloatArray:
         """Deflections (s, m, n) under the assumed loads and added wrenches (s, m, n)."""
@@ -43,10 +48,12 @@ class ExplicitPlant(Plant):
     def __init__(self, loaded: LoadedRobot, plan: Plan) -> None:
         super().__init__(loaded, plan)
         measured = loaded.measure(plan.configurations, plan.loads)
-        self._nominal = measured.observation @ self.true
+        self._nominal = self.model()
         self._compliance = block_diag(*measured.compliance)
 
     def deflections(self, added: FloatArray) -> FloatArray:
+        if self.loaded.under_load is not None:
+            return self.loaded.deflections(self.plan.configurations, self.plan.loads, added)
         flat = added.reshape(len(added), -1) @ self._compliance.T
         deflections: FloatArray = self._nominal + flat.reshape(added.shape)
         return deflections
@@ -65,6 +72,9 @@ class EquilibriumPlant(Plant):
         if not isinstance(loaded.robot, ParallelRobot):
             what = f"the full equilibrium is for robots on legs, not for a {loaded.robot.kind}"
             raise InputError(what, where="--plant", remedy="Use `--plant explicit`.")
+        if loaded.under_load is not None:
+            what = "the full equilibrium is of legs that stretch alone, and this robot is a model with effects"
+            raise InputError(what, where="--plant", remedy="Use `--plant explicit`, which has them.")
         self._robot = loaded.robot
         self._measured = Equilibrium(loaded.robot, loaded.load, self.true)
         self._used = Equilibrium(loaded.robot, Wrench(loaded.robot.coordinates), self.true)

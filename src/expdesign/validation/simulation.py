@@ -61,8 +61,9 @@ def simulate(
 ) -> Simulation:
     """Repeat the experiment of a plan `samples` times, identify, and compensate at every target.
 
-    The true compliances are those of the robot file. Every batch has a seed of its own, and noise and load errors have
-    streams of their own: switching one off does not change the other.
+    The true compliances are those of the robot file, or of the model that the robot was found to be; so are its
+    effects. Every batch has a seed of its own, and noise and load errors have streams of their own: switching one off
+    does not change the other.
 
     Args:
         problem: robot, noise, load errors and targets.
@@ -86,14 +87,23 @@ def simulate(
     robot = plant(problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
-    compensations = [ExactCompensation(problem.loaded, *pair, robot.true) for pair in pairs]
+    own_physics = problem.loaded.under_load is not None
+    at_targets = problem.target_loads if own_physics else ((problem.loaded, None),) * len(pairs)
+    compensations = [
+        ExactCompensation(loaded, target, wrench, robot.true, parameters)
+        for (target, wrench), (loaded, parameters) in zip(pairs, at_targets, strict=True)
+    ]
+    # Estimates are corrections of the known compliances; where the model is linear in them their value cancels.
+    known, origin = robot.true, robot.model().reshape(-1)
+    if not own_physics:
+        known, origin = np.zeros_like(known), np.zeros_like(origin)
     errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
     estimates = np.empty((samples, len(robot.true)))
     residual, axes = 0.0, problem.targets.axes
     for batch, start in enumerate(range(0, samples, _BATCH)):
         rows = slice(start, min(start + _BATCH, samples))
         readings = _readings(problem, plan, robot, rows.stop - start, (seed, batch), noise, load_errors, distribution)
-        estimates[rows] = readings.reshape(rows.stop - start, -1) @ gain
+        estimates[rows] = known + (readings.reshape(rows.stop - start, -1) - origin) @ gain
         for index, (compensation, (target, wrench)) in enumerate(zip(compensations, pairs, strict=True)):
             attained = compensation.attained(estimates[rows])
             found = robot.errors(attained, target, wrench)

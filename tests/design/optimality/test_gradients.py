@@ -9,13 +9,13 @@ from tests.oracle import Array
 
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion, known_criteria
+from expdesign.design.optimality import differentiated
+from expdesign.design.optimality.differentiated import Differentiated
 from expdesign.design.optimality.gradient_check import gradient_check, gradient_table
 from expdesign.design.optimality.gradients import criterion_gradients
-from expdesign.design.optimality.measurement_maps import MeasurementMaps
-from expdesign.design.optimality.partials import pieces
-from expdesign.design.optimality.sensitivity import DesignModel
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
+from expdesign.errors import InputError
 
 WRENCH = {
     "kind": "wrench",
@@ -110,8 +110,8 @@ def test_every_criterion_of_every_case_has_its_gradient(name: str) -> None:
 
 def test_the_check_finds_a_wrong_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
     here = a_problem("hexapod")
-    right = DesignModel.to_genes
-    monkeypatch.setattr(DesignModel, "to_genes", lambda model, values: 1.001 * right(model, values))
+    right = differentiated.to_variables
+    monkeypatch.setattr(differentiated, "to_variables", lambda problem, values: 1.001 * right(problem, values))
     table = gradient_check(here, designs(here, 1)[0], ["duir"])
     assert table["relative_error"].max() > 1e-4
     assert gradient_table(here, designs(here, 2), ["duir"])["verdict"].tolist() == ["fail"]
@@ -151,22 +151,6 @@ def test_shared_references_are_differentiated_as_they_are(name: str) -> None:
     assert abs(shared / separate - 1.0) > 1e-3
 
 
-@pytest.mark.parametrize("name", ["bipod", "hexapod", "geometric-stiffness", "wrench", "both-calibrations"])
-def test_the_maps_are_the_model_of_the_criteria(name: str) -> None:
-    here = a_problem(name)
-    genes = designs(here, 4)
-    measured = here.loaded.measure(*here.space.decode(genes))
-    maps = MeasurementMaps(here)
-    quantities = here.space.quantities(genes)
-    tape = maps.run(quantities.reshape(-1, quantities.shape[-1]))
-    whitener, axes = here.noise.whitener, here.noise.axes
-    expected = whitener @ measured.observation[:, :, axes]
-    np.testing.assert_allclose(tape.observation.reshape(expected.shape), expected, rtol=1e-11)
-    errors = np.concatenate([measured.compliance @ error for error in measured.load_errors], axis=-1)
-    whitened = whitener @ errors[:, :, axes]
-    np.testing.assert_allclose(tape.errors.reshape(whitened.shape), whitened, rtol=1e-9, atol=1e-12)
-
-
 def test_values_are_those_of_the_criteria() -> None:
     here = a_problem("largest-target")
     genes = designs(here, 6)
@@ -195,25 +179,60 @@ def test_a_design_that_identifies_too_little_has_no_value_and_no_gradient() -> N
 
 
 class _Unknown(Criterion):
-    """A criterion that a user adds: the mean of DUIR and the cube root of the largest singular value's inverse."""
+    """A criterion that a user adds: DUIR, the largest singular value, and the largest off-diagonal part of U."""
 
     name = "unknown"
     title = "unknown"
 
     def values(self, assessment: Assessment) -> Array:
         duir = assessment.aggregated(assessment.weighted(assessment.noise_variance))
-        return duir + assessment.singular_values[:, 0] ** (-1.0 / 3.0)
+        root = assessment.noise_root
+        coupled = root[:, :, :3] @ root[:, :, 3:].swapaxes(-1, -2)
+        share = np.sqrt((coupled**2).sum(axis=(-2, -1))).mean(axis=-1)
+        return duir + 1e10 * share + np.log(assessment.singular_values[:, 0])
 
 
 def test_a_criterion_of_ones_own_is_differentiated_through_its_code() -> None:
     here = a_problem("hexapod")
+    free = ~here.space.discrete
+    span = (here.space.upper - here.space.lower) * free
     genes = designs(here, 3)
-    state = DesignModel(here).run(genes)
-    piece = pieces(_Unknown(), state)[0]
-    gradient = piece.gradient(state)
-    duir, slope = criterion_gradients(here, genes, ["duir"])["duir"]
-    largest = state.singular_values[:, 0]
-    np.testing.assert_allclose(piece.value, duir + largest ** (-1.0 / 3.0), rtol=1e-12)
-    partials = np.zeros_like(state.singular_values)
-    partials[:, 0] = -(largest ** (-4.0 / 3.0)) / 3.0
-    np.testing.assert_allclose(gradient, slope + state.gradient(by_singular=partials), rtol=1e-9, atol=1e-12)
+    piece = Differentiated.of_designs(here, genes).pieces(_Unknown())[0]
+    gradient = piece.gradient()
+    np.testing.assert_allclose(piece.value, _Unknown().values(here.assess(*here.space.decode(genes))), rtol=1e-12)
+    direction = np.random.default_rng(1).standard_normal(genes.shape) * span
+    step = 1e-6
+    high, low = (_Unknown().values(here.assess(*here.space.decode(genes + s * step * direction))) for s in (1, -1))
+    np.testing.assert_allclose((high - low) / (2.0 * step), (gradient * direction).sum(axis=(1, 2)), rtol=1e-6)
+
+
+class _Looped(Criterion):
+    name = "looped"
+    title = "looped"
+
+    def values(self, assessment: Assessment) -> Array:
+        values = np.zeros(assessment.batch)
+        for index in range(assessment.batch):
+            values[index] = assessment.noise_variance[index].sum()
+        return values
+
+
+def test_a_criterion_that_cannot_be_differentiated_is_named_with_a_remedy() -> None:
+    here = a_problem("bipod")
+    genes = designs(here, 2)
+    assert np.isfinite(_Looped().values(here.assess(*here.space.decode(genes)))).all()
+    with pytest.raises(InputError) as raised:
+        Differentiated.of_designs(here, genes).pieces(_Looped())
+    assert "looped" in str(raised.value)
+    assert "objectives" in str(raised.value)
+
+
+def test_a_tied_maximum_has_the_gradient_of_each_of_its_pieces() -> None:
+    here = a_problem("largest-target")
+    genes = designs(here, 4)
+    found = Differentiated.of_designs(here, genes).pieces(known_criteria()["duir"])
+    assessment = here.assess(*here.space.decode(genes))
+    squares = np.sort(assessment.weighted(assessment.noise_variance), axis=1)[:, ::-1]
+    assert len(found) == squares.shape[1]
+    for place, piece in enumerate(found):
+        np.testing.assert_allclose(piece.value, np.sqrt(squares[:, place]), rtol=1e-12)

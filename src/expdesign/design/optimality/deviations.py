@@ -13,8 +13,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.partials import pieces
-from expdesign.design.optimality.sensitivity import DesignModel
+from expdesign.design.optimality.differentiated import Differentiated, shared_series
 from expdesign.design.problem import DesignProblem
 
 _STEP = 1e-3
@@ -90,12 +89,11 @@ def plan_deviations(problem: DesignProblem, genes: FloatArray) -> Deviations:
     if space.tilts:
         names += robot.coordinates.tilt
     kept = len(names)
-    model = DesignModel(problem)
+    total = known_criteria()["total"]
     quantities = space.quantities(genes)
-    series = model.series(genes)
-    state = model.run_quantities(quantities, series)
-    piece = pieces(known_criteria()["total"], state)[0]
-    values, gradient = piece.value, piece.quantity_gradient(state)[..., :kept]
+    series = shared_series(problem, quantities)
+    piece = Differentiated(problem, quantities, series).pieces(total)[0]
+    values, gradient = piece.value, piece.quantity_gradient()[..., :kept]
     scale = _scales(names, quantities[..., :kept], len(robot.configuration))
     batch, count = quantities.shape[:2]
     curvature = np.empty((batch, count, kept))
@@ -109,20 +107,10 @@ def plan_deviations(problem: DesignProblem, genes: FloatArray) -> Deviations:
                     steps[side, measurement, quantity, measurement, quantity] = sign * _STEP * scale[quantity]
         moved = quantities[part, None, None, None] + steps
         kept_series = None if series is None else np.repeat(series[part], 2 * count * kept, axis=0)
-        neighbours = model.run_quantities(moved.reshape(-1, *quantities.shape[1:]), kept_series)
-        near = _largest_or_mean(problem, neighbours.noise_variance + neighbours.force_variance)
-        near = near.reshape(-1, 2, count, kept)
+        neighbours = problem.assess(*space.split(moved.reshape(-1, *quantities.shape[1:])), kept_series)
+        near = np.where(neighbours.differentiable, total.values(neighbours), np.nan).reshape(-1, 2, count, kept)
         curvature[part] = (near[:, 0] + near[:, 1] - 2.0 * values[part, None, None]) / (_STEP * scale) ** 2
     return Deviations(tuple(names), values, gradient, curvature, scale)
-
-
-def _largest_or_mean(problem: DesignProblem, variance: FloatArray) -> FloatArray:
-    """Total of designs from the variances (b, t, n) at the targets."""
-    targets = problem.targets
-    squares = np.where(targets.importance > 0.0, variance * targets.importance, 0.0).sum(axis=-1)
-    if targets.aggregate == "max":
-        return np.sqrt(squares.max(axis=-1))
-    return np.sqrt(squares @ targets.weights / targets.weights.sum())
 
 
 def _scales(names: list[str], quantities: FloatArray, n_pose: int) -> FloatArray:

@@ -40,11 +40,10 @@ class Exchange:
 
     def __init__(self, problem: DesignProblem, genes: FloatArray, factor: float) -> None:
         information = MeasurementInformation(problem, 0.0)
-        maps = information.model.maps
-        tape = maps.run(problem.space.quantities(genes))
-        rows = tape.observation * problem.loaded.scale
+        observation, errors = problem.whitened(*problem.space.decode(genes))
+        rows, shared = observation * problem.loaded.scale, problem.shared_errors
         transposed = rows.swapaxes(1, 2)
-        common, own = factor * tape.errors[..., maps.shared], factor * tape.errors[..., ~maps.shared]
+        common, own = factor * errors[..., shared], factor * errors[..., ~shared]
         reach = transposed @ own
         parts = [transposed @ rows, reach @ reach.swapaxes(1, 2), transposed @ common]
         self._shapes = [part.shape[1:] for part in parts]

@@ -16,10 +16,11 @@ from itertools import product
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.sensitivity import DesignModel
+from expdesign.design.optimality.differentiated import to_variables
 from expdesign.design.optimality.weights import Dual, Relaxation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
+from expdesign.differentiation import gradient, independent, inverse_root, plain
 
 CHUNK = 20000
 """Number of measurements that are evaluated at a time, so that memory is that of the results."""
@@ -53,8 +54,7 @@ class MeasurementInformation:
 
     def __init__(self, problem: DesignProblem, load_errors: float) -> None:
         self.problem, self.load_errors = problem, load_errors
-        self.model = DesignModel(problem)
-        shared = self.model.maps.shared
+        shared = problem.shared_errors
         self.common: BoolArray = shared & (load_errors > 0.0)
         self.own: BoolArray = ~shared & (load_errors > 0.0)
         self._sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
@@ -77,45 +77,40 @@ class MeasurementInformation:
         count = len(self.problem.noise.axes)
         rows = np.empty((len(genes), count, len(self._scale) + int(self.common.sum())))
         for start in range(0, len(genes), CHUNK):
-            tape = self.model.maps.run(self.problem.space.quantities(genes[start : start + CHUNK]))
-            rows[start : start + CHUNK] = self._assembled(tape.observation, tape.errors)[0]
+            part = genes[start : start + CHUNK]
+            rows[start : start + CHUNK] = self._assembled(*self.problem.whitened(*self.problem.space.decode(part)))
         return rows
 
-    def _assembled(self, observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """R, and the inverse root W of the noise with which it is weighted, R = W·[A, B].
+    def _assembled(self, observation: FloatArray, errors: FloatArray) -> FloatArray:
+        """R = W·[A, B] with the inverse root W of the noise.
 
         An ascent may pass a singular pose, where the maps overflow; the limit on the condition number keeps such a
         measurement out of every result, and here it counts as if it told nothing.
         """
-        size = np.abs(observation).max(axis=(1, 2)) + np.abs(errors).max(axis=(1, 2), initial=0.0)
+        size = np.abs(plain(observation)).max(axis=(1, 2)) + np.abs(plain(errors)).max(axis=(1, 2), initial=0.0)
         regular = (size < _OVERFLOW)[:, None, None]
-        observation, errors = np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
-        common = self.load_errors * errors[..., self.common]
-        stacked = self._sharpness * np.concatenate([observation * self._scale, common], axis=2)
-        root = np.broadcast_to(np.eye(stacked.shape[1]), (len(stacked), stacked.shape[1], stacked.shape[1]))
+        if not regular.all():
+            observation, errors = np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
+        stacked = observation * self._scale
+        if self.common.any():
+            stacked = np.concatenate(
+                [stacked, self.load_errors * (errors @ np.eye(len(self.common))[:, self.common])], 2
+            )
+        stacked = self._sharpness * stacked
         if self.own.any():
-            own = self._sharpness * self.load_errors * errors[..., self.own]
-            root = np.linalg.inv(np.linalg.cholesky(root + own @ own.swapaxes(1, 2)))
+            own = self._sharpness * self.load_errors * (errors @ np.eye(len(self.own))[:, self.own])
+            root = inverse_root(np.eye(own.shape[1]) + own @ own.swapaxes(1, 2))
             stacked = root @ stacked
-        return stacked, root
+        return stacked
 
     def sensitivity(self, dual: Dual, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with genes (b, g)."""
-        tape = self.model.maps.run(self.problem.space.quantities(genes))
-        rows, root = self._assembled(tape.observation, tape.errors)
-        products = rows @ dual.matrix
-        # d = tr(yᵀ·V⁻¹·y) with y = [A, B]·Q: ∂d = 2·tr(yᵀ·V⁻¹·∂y) − tr(yᵀ·V⁻¹·∂V·V⁻¹·y), ∂V from B_own·B_ownᵀ.
-        weighted = root.swapaxes(1, 2) @ products
-        by_rows = 2.0 * self._sharpness * weighted @ dual.matrix.T
-        parameters = tape.observation.shape[-1]
-        by_errors = np.zeros_like(tape.errors)
-        by_errors[..., self.common] = self.load_errors * by_rows[..., parameters:]
-        if self.own.any():
-            factor = self._sharpness * self.load_errors
-            own = factor * tape.errors[..., self.own]
-            by_errors[..., self.own] = -2.0 * factor * weighted @ (weighted.swapaxes(1, 2) @ own)
-        by_quantities = self.model.maps.pull(tape, by_rows[..., :parameters] * self._scale, by_errors)
-        return (products**2).sum(axis=(1, 2)), self.model.to_genes(by_quantities)
+        """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with design variables (b, g)."""
+        quantities = self.problem.space.quantities(genes)
+        with np.errstate(all="ignore"):
+            rows = self._assembled(*self.problem.whitened(*self.problem.space.split(independent(quantities))))
+            found = ((rows @ dual.matrix) ** 2).sum(axis=(1, 2))
+        by_quantities = gradient(found, np.ones(len(genes)), quantities)
+        return plain(found), to_variables(self.problem, by_quantities)
 
     @property
     def convex_in_load(self) -> bool:
@@ -127,7 +122,7 @@ class MeasurementInformation:
         """
         loaded = self.problem.loaded
         own = [source.source for source in loaded.sources if not source.shared and self.load_errors > 0.0]
-        return not loaded.geometric_stiffness and all(name == "wrench" for name in own)
+        return loaded.linear_in_load and all(name == "wrench" for name in own)
 
     def load_genes(self) -> LoadGenes:
         """The genes that set the load (not the tilt of the base), and their extreme combinations."""

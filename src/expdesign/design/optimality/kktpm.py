@@ -6,17 +6,17 @@ conditions over all multipliers u ≥ 0,
 
     min_u ‖Σ u_j·∇φ_j + Σ u_l·∇g_l‖² + (1 − Σ u_j)² + Σ (u_l·g_l)² ,
 
-here solved exactly as a non-negative least-squares problem. It lies between 0 (a KKT point) and 1. Genes are in parts
-of their range, objectives in parts of their span over the front; discrete genes are held.
+here solved exactly as a non-negative least-squares problem. It lies between 0 (a KKT point) and 1. Design variables
+are in parts of their range, objectives in parts of their span over the front; discrete variables are held.
 """
 
 import numpy as np
 from scipy.optimize import nnls
 
 from expdesign.arrays import FloatArray
+from expdesign.design.optimality.differentiated import Differentiated
 from expdesign.design.optimality.limits import MARGIN, Limits
 from expdesign.design.optimality.objectives import Objectives
-from expdesign.design.optimality.partials import ROOT_MEANS
 from expdesign.design.problem import DesignProblem
 
 _VANISHING = 1e-8
@@ -29,8 +29,8 @@ def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
     """
     objectives = Objectives(problem)
     space = problem.space
-    state = objectives.model.run(genes)
-    found = [objectives.pieces(k, state) for k in range(objectives.count)]
+    designs = Differentiated.of_designs(problem, genes)
+    found = [objectives.pieces(k, designs) for k in range(objectives.count)]
     values = np.stack([pieces[0].value for pieces in found], axis=1)
     span = objectives.spans(values)
     free = (~space.discrete) & (space.upper > space.lower)
@@ -39,11 +39,11 @@ def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
     columns, slack = [], []
     for k, pieces in enumerate(found):
         for piece in pieces:
-            gradient = piece.gradient(state) * width
+            gradient = piece.gradient() * width
             if tie is not None:
                 gradient = tie(gradient, np.arange(len(genes)))
             # A root mean square that vanishes is as small as it can be: zero is among its subgradients.
-            vanishing = problem.objectives[k].name in ROOT_MEANS and np.abs(piece.value) <= _VANISHING * span[k]
+            vanishing = problem.objectives[k].root_mean_square and np.abs(piece.value) <= _VANISHING * span[k]
             gradient = np.where(np.reshape(vanishing, (-1, 1, 1)), 0.0, gradient)
             columns.append(gradient[:, :, free] / span[k])
             slack.append((piece.value - values[:, k]) / span[k])
@@ -51,7 +51,9 @@ def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
     scaled_limits = (limit_gradients * width)[..., free]
     position = ((genes - space.lower) / np.where(free, space.upper - space.lower, 1.0))[..., free]
     measure = np.full(len(genes), np.nan)
-    for index in np.flatnonzero(state.regular):
+    # Where a criterion has a kink that it does not state, its gradient is not finite.
+    smooth = np.logical_and.reduce([np.isfinite(column).all(axis=(1, 2)) for column in columns])
+    for index in np.flatnonzero(designs.regular & smooth):
         measure[index] = _violation(
             np.stack([column[index].ravel() for column in columns], axis=1),
             np.array([gap[index] for gap in slack]),

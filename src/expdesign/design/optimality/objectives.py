@@ -5,9 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.criteria.criterion import Criterion
-from expdesign.design.optimality.partials import Piece, pieces
-from expdesign.design.optimality.sensitivity import DesignModel, DesignState
+from expdesign.criteria.criterion import Criterion, criterion_values
+from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series
 from expdesign.design.problem import DesignProblem
 
 
@@ -15,28 +14,23 @@ class Objectives:
     """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted."""
 
     def __init__(self, problem: DesignProblem, further: tuple[Criterion, ...] = ()) -> None:
-        self.model = DesignModel(problem)
+        self.problem = problem
         self._criteria = (*problem.objectives, *further)
         self.count = len(problem.objectives)
         self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self._criteria]
 
-    def pieces(self, index: int, state: DesignState) -> list[Piece]:
+    def pieces(self, index: int, designs: Differentiated) -> list[Piece]:
         """Smooth functions of which objective `index` is the largest, that one first."""
-        found = pieces(self._criteria[index], state)
-        if self._signs[index] > 0.0:
-            return found
-        return [
-            Piece(
-                -piece.value, *(None if part is None else -part for part in (piece.noise, piece.force, piece.singular))
-            )
-            for piece in found
-        ]
+        found = designs.pieces(self._criteria[index])
+        return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
 
     def values(self, genes: FloatArray) -> FloatArray:
-        """All criteria (b, k), minimised, of designs with genes (b, m, g)."""
-        state = self.model.run(genes)
-        columns = [self.pieces(k, state)[0].value for k in range(len(self._criteria))]
-        return np.stack(columns, axis=1)
+        """All criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
+        assessment = self.problem.assess(*self.problem.space.decode(genes))
+        columns = [
+            sign * criterion_values(criterion, assessment) for sign, criterion in zip(self._signs, self._criteria)
+        ]
+        return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
 
     @staticmethod
     def spans(values: FloatArray) -> FloatArray:
@@ -54,10 +48,10 @@ class Objectives:
 
         It takes changes of genes (c, m, g) and the indices (c,) of the designs that they belong to.
         """
-        series = self.model.series(genes)
+        series = shared_series(self.problem, self.problem.space.quantities(genes))
         if series is None:
             return None
-        space = self.model.problem.space
+        space = self.problem.space
         pose = np.array([variable.columns[0] < space.n_pose for variable in space.variables])
         same = (series[:, :, None] == series[:, None, :]).astype(float)
         mean = same / same.sum(axis=2, keepdims=True)
@@ -76,17 +70,17 @@ class Scalarised:
         self._used = np.flatnonzero((weights > 0.0).any(axis=0))
 
     def __call__(self, genes: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-        state = self._objectives.model.run(genes)
-        found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), state)]
+        designs = Differentiated.of_designs(self._objectives.problem, genes)
+        found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), designs)]
         weights = self._weights[index]
         columns = []
         for k, piece in found:
             with np.errstate(invalid="ignore"):
                 value = (piece.value - self._centres[index, k]) * weights[:, k]
             columns.append(np.where(weights[:, k] > 0.0, value, _ABSENT))
-        values = np.where(state.regular[:, None], np.stack(columns, axis=1), np.nan)
+        values = np.where(designs.regular[:, None], np.stack(columns, axis=1), np.nan)
 
-        slopes = [piece.gradient(state) * weights[:, k, None, None] for k, piece in found]
+        slopes = [piece.gradient() * weights[:, k, None, None] for k, piece in found]
         return values, np.stack(slopes, axis=1)
 
 

@@ -1,7 +1,7 @@
 """Compliances of the actuators: A = J̌·diag(JᵀΔF) (thesis 1.17, 1.18; theory.md 2.3)."""
 
 from expdesign.arrays import FloatArray
-from expdesign.elastostatics.regressors.regressor import PoseMaps, PoseSeeds, Regressor
+from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.robots.robot import Robot
 
 
@@ -24,6 +24,3 @@ class Elastostatic(Regressor):
     def matrix(self, maps: PoseMaps) -> FloatArray:
         matrix: FloatArray = maps.pose * maps.forces[..., None, :]
         return matrix
-
-    def pull(self, maps: PoseMaps, seed: FloatArray) -> PoseSeeds:
-        return PoseSeeds(seed * maps.forces[..., None, :], (seed * maps.pose).sum(axis=-2), {})

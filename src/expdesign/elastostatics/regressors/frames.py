@@ -11,7 +11,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.elastostatics.regressors.geometric import TYPICAL_ERROR
-from expdesign.elastostatics.regressors.regressor import PoseMaps, PoseSeeds, Regressor
+from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -48,6 +48,3 @@ class Frames(Regressor):
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         return maps.further["frames"]
-
-    def pull(self, maps: PoseMaps, seed: FloatArray) -> PoseSeeds:
-        return PoseSeeds(None, None, {"frames": seed})

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.elastostatics.regressors.regressor import PoseMaps, PoseSeeds, Regressor
+from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -46,9 +46,3 @@ class Geometric(Regressor):
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         return np.concatenate([-maps.pose @ maps.further["geometry"], maps.pose], axis=-1)
-
-    def pull(self, maps: PoseMaps, seed: FloatArray) -> PoseSeeds:
-        rates = maps.further["geometry"]
-        joints, lengths = seed[..., : rates.shape[-1]], seed[..., rates.shape[-1] :]
-        by_pose = lengths - joints @ rates.swapaxes(-1, -2)
-        return PoseSeeds(by_pose, None, {"geometry": -maps.pose.swapaxes(-1, -2) @ joints})

@@ -3,12 +3,11 @@
 The method asks for nothing else. With ε_X = A·π for small parameters π, the information of a measurement, the error of
 an estimate and the error that it leaves after compensation follow from A alone (theory.md 3 to 5 and 9.I): the
 compliances of the actuators are one choice of π, errors of the geometry another. Each regressor gives A from a few
-matrices of a pose, and the adjoint of that map, from which the exact gradients of every criterion follow.
+matrices of a pose, in NumPy that can be differentiated (`differentiation.py`).
 """
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import casadi as ca
 
@@ -28,14 +27,6 @@ class PoseMaps:
 
     pose: FloatArray
     forces: FloatArray
-    further: dict[str, FloatArray]
-
-
-class PoseSeeds(NamedTuple):
-    """Partial derivatives with respect to the parts of `PoseMaps`, in their shapes; None where there are none."""
-
-    pose: FloatArray | None
-    forces: FloatArray | None
     further: dict[str, FloatArray]
 
 
@@ -78,7 +69,3 @@ class Regressor(ABC):
     @abstractmethod
     def matrix(self, maps: PoseMaps) -> FloatArray:
         """A with ε_X = A·π in pose coordinates, shape (..., n, p)."""
-
-    @abstractmethod
-    def pull(self, maps: PoseMaps, seed: FloatArray) -> PoseSeeds:
-        """Adjoint of `matrix`: partial derivatives for those with respect to A, seed (..., n, p)."""

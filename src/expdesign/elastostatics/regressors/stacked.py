@@ -7,7 +7,7 @@ from expdesign.arrays import FloatArray
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.elastostatics.regressors.frames import Frames
 from expdesign.elastostatics.regressors.geometric import Geometric
-from expdesign.elastostatics.regressors.regressor import PoseMaps, PoseSeeds, Regressor
+from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.robots.robot import Robot
 
 
@@ -42,27 +42,6 @@ class Stacked(Regressor):
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         return np.concatenate([part.matrix(maps) for part in self.parts], axis=-1)
-
-    def pull(self, maps: PoseMaps, seed: FloatArray) -> PoseSeeds:
-        by_pose: FloatArray | None = None
-        by_forces: FloatArray | None = None
-        further: dict[str, FloatArray] = {}
-        start = 0
-        for part in self.parts:
-            width = part.matrix(maps).shape[-1]
-            found = part.pull(maps, seed[..., start : start + width])
-            start += width
-            by_pose = _sum(by_pose, found.pose)
-            by_forces = _sum(by_forces, found.forces)
-            further |= found.further
-        return PoseSeeds(by_pose, by_forces, further)
-
-
-def _sum(first: FloatArray | None, second: FloatArray | None) -> FloatArray | None:
-    if first is None or second is None:
-        return second if first is None else first
-    total: FloatArray = first + second
-    return total
 
 
 CALIBRATIONS = ("elastostatic", "geometric", "both")

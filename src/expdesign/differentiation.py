@@ -1,0 +1,329 @@
+"""Exact derivatives of batched NumPy code: reverse-mode automatic differentiation (Griewank & Walther 2008, ch. 3).
+
+The method's formulas are written once, in NumPy. Evaluated on an `independent` array, every operation is recorded, and
+one backward pass through the record gives the gradient of a result to rounding. What NumPy code calls beside NumPy
+states its own adjoint: CasADi's functions (`symbolic.py`), and rules of linear algebra.
+
+The operations of which every evaluation consists have their adjoints here, because a record costs as much as the small
+matrices in it; all other functions of NumPy take them from the library autograd.
+
+Code that is to be differentiated creates its results and does not write into arrays. `plain` gives the numbers of what
+only decides (ranks, masks, orders).
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import autograd.numpy as library
+import numpy as np
+from autograd.core import SparseObject, VJPNode
+from autograd.numpy.numpy_boxes import ArrayBox
+from autograd.tracer import getval, isbox, toposort, trace_primitives_map
+
+from expdesign.arrays import FloatArray
+
+Adjoint = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""(result, argument, partial derivatives with respect to the result) → partial derivatives for the argument."""
+_TRACE = 0
+
+
+def _node(parents: Sequence[Any], vjp: Callable[[Any], Sequence[Any]]) -> Any:
+    """One recorded operation: where its arguments came from, and its adjoint, one gradient per parent."""
+    node = VJPNode.__new__(VJPNode)
+    node.parents, node.vjp = parents, vjp
+    return node
+
+
+class _Recorded(ArrayBox):  # type: ignore[misc]
+    """A recorded array that NumPy's functions accept, so that code need not know whether it is differentiated."""
+
+    __slots__ = ()
+
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or "out" in kwargs:
+            return NotImplemented
+        rule = _OPERATIONS.get(function) or trace_primitives_map.get(function)
+        return NotImplemented if rule is None else rule(*inputs, **kwargs)
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        rule = _FUNCTIONS.get(function)
+        if rule is None:
+            module = library.linalg if function.__module__ == "numpy.linalg" else library
+            rule = getattr(module, function.__name__, None)
+        return NotImplemented if rule is None else rule(*args, **kwargs)
+
+    def __add__(self, other: Any) -> Any:
+        return _add(self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return _add(other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return _multiply(self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return _multiply(other, self)
+
+    def __neg__(self) -> Any:
+        return _multiply(self, -1.0)
+
+    def __sub__(self, other: Any) -> Any:
+        return _add(self, -other)
+
+    def __truediv__(self, other: Any) -> Any:
+        return library.true_divide(self, other) if isbox(other) else _multiply(self, 1.0 / other)
+
+    def __pow__(self, other: Any) -> Any:
+        return _multiply(self, self) if np.isscalar(other) and other == 2 else library.power(self, other)
+
+    def __matmul__(self, other: Any) -> Any:
+        return _matmul(self, other)
+
+    def __rmatmul__(self, other: Any) -> Any:
+        return _matmul(other, self)
+
+    def __getitem__(self, index: Any) -> Any:
+        shape = self._value.shape
+
+        def pull(seed: FloatArray) -> tuple[FloatArray]:
+            result = np.zeros(shape)
+            if isinstance(index, (int, slice)) or (
+                isinstance(index, tuple)
+                and all(i is None or i is Ellipsis or isinstance(i, (int, slice)) for i in index)
+            ):
+                result[index] = seed
+            else:
+                np.add.at(result, index, seed)
+            return (result,)
+
+        return _box(self._value[index], (self._node,), pull)
+
+    def reshape(self, *shape: Any) -> Any:
+        before = self._value.shape
+        return _box(self._value.reshape(*shape), (self._node,), lambda seed: (seed.reshape(before),))
+
+    def swapaxes(self, first: int, second: int) -> Any:
+        return _box(self._value.swapaxes(first, second), (self._node,), lambda seed: (seed.swapaxes(first, second),))
+
+    def sum(self, axis: Any = None, keepdims: bool = False) -> Any:
+        shape = self._value.shape
+
+        def pull(seed: FloatArray) -> tuple[FloatArray]:
+            spread = seed if keepdims or axis is None else np.expand_dims(seed, axis)
+            return (spread + np.zeros(shape),)
+
+        return _box(self._value.sum(axis=axis, keepdims=keepdims), (self._node,), pull)
+
+
+for _kind in (np.ndarray, np.float64):
+    _Recorded.register(_kind)
+
+
+def _box(value: Any, parents: Sequence[Any], vjp: Callable[[Any], Sequence[Any]]) -> Any:
+    return _Recorded(value, _TRACE, _node(parents, vjp))
+
+
+def independent(values: FloatArray) -> FloatArray:
+    """An array with respect to which results can be differentiated."""
+    return cast(FloatArray, _box(values, (), lambda seed: ()))
+
+
+def plain(values: FloatArray) -> FloatArray:
+    """The numbers of an array, recorded or not."""
+    return cast(FloatArray, getval(values))
+
+
+def is_recorded(values: object) -> bool:
+    """Whether a result depends on an independent array."""
+    return isbox(values)
+
+
+def gradient(result: FloatArray, weights: FloatArray, like: FloatArray) -> FloatArray:
+    """Gradient of Σ weights·result with respect to the independent array that `result` came from (zero if from none).
+
+    Args:
+        result: of any shape.
+        weights: of the same shape.
+        like: values of the independent array.
+    """
+    if not isbox(result):
+        return np.zeros(like.shape)
+    last = result._node  # type: ignore[attr-defined]
+    seeds: dict[Any, Any] = {last: weights}
+    with np.errstate(all="ignore"):
+        for node in toposort(last):
+            seed = seeds.pop(node)
+            for parent, part in zip(node.parents, node.vjp(seed)):
+                known = seeds.get(parent)
+                dense = part.mut_add(part.vs.zeros()) if isinstance(part, SparseObject) else part
+                seeds[parent] = dense if known is None else _joined(known, dense)
+    return np.asarray(seed)
+
+
+def _joined(first: Any, second: Any) -> Any:
+    if isinstance(first, (list, tuple)):
+        return [b if a is None else a if b is None else _joined(a, b) for a, b in zip(first, second)]
+    return first + second
+
+
+def unbroadcast(seed: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """The sum of partial derivatives over the dimensions along which an argument of this shape was repeated."""
+    if seed.shape == shape:
+        return seed
+    if seed.ndim > len(shape):
+        seed = seed.sum(axis=tuple(range(seed.ndim - len(shape))))
+    repeated = tuple(axis for axis, size in enumerate(shape) if size == 1 and seed.shape[axis] != 1)
+    return seed.sum(axis=repeated, keepdims=True) if repeated else seed
+
+
+def recorded(value: FloatArray, arguments: Sequence[Any], pulls: Sequence[Callable[[FloatArray], FloatArray]]) -> Any:
+    """A result whose partial derivatives with respect to each argument are given, as a record where one is recorded."""
+    kept = [(argument._node, pull) for argument, pull in zip(arguments, pulls, strict=True) if isbox(argument)]
+    if not kept:
+        return value
+    return _box(value, [node for node, _ in kept], lambda seed: [pull(seed) for _, pull in kept])
+
+
+def recorded_parts(
+    values: Sequence[FloatArray], arguments: Sequence[Any], pull: Callable[[list[FloatArray]], Sequence[FloatArray]]
+) -> tuple[Any, ...]:
+    """Several results at once; `pull` gives the derivatives for all arguments from those for all results."""
+    places = [place for place, argument in enumerate(arguments) if isbox(argument)]
+
+    def together(seeds: list[Any]) -> list[FloatArray]:
+        filled = [np.zeros(value.shape) if seed is None else seed for seed, value in zip(seeds, values, strict=True)]
+        found = pull(filled)
+        return [found[place] for place in places]
+
+    common = _node([arguments[place]._node for place in places], together)
+    count = len(values)
+
+    def part(index: int) -> Callable[[FloatArray], tuple[list[Any]]]:
+        return lambda seed: ([seed if place == index else None for place in range(count)],)
+
+    return tuple(_box(value, (common,), part(index)) for index, value in enumerate(values))
+
+
+def with_adjoint(
+    adjoint: Adjoint,
+) -> Callable[[Callable[[FloatArray], FloatArray]], Callable[[FloatArray], FloatArray]]:
+    """Decorator of a function of one array that states its adjoint."""
+
+    def decorated(function: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
+        def recording(argument: FloatArray) -> FloatArray:
+            if not isbox(argument):
+                return function(argument)
+            numbers = plain(argument)
+            result = function(numbers)
+            return cast(FloatArray, recorded(result, [argument], [lambda seed: adjoint(result, numbers, seed)]))
+
+        recording.__doc__, recording.__name__ = function.__doc__, function.__name__
+        return recording
+
+    return decorated
+
+
+def transposed(matrices: FloatArray) -> FloatArray:
+    """Transposes of a batch of matrices."""
+    return matrices.swapaxes(-1, -2)
+
+
+def _add(first: Any, second: Any) -> Any:
+    a, b = np.asarray(getval(first)), np.asarray(getval(second))
+    return recorded(a + b, (first, second), (lambda s: unbroadcast(s, a.shape), lambda s: unbroadcast(s, b.shape)))
+
+
+def _subtract(first: Any, second: Any) -> Any:
+    return _add(first, -second)
+
+
+def _multiply(first: Any, second: Any) -> Any:
+    a, b = np.asarray(getval(first)), np.asarray(getval(second))
+    pulls = (lambda s: unbroadcast(s * b, a.shape), lambda s: unbroadcast(s * a, b.shape))
+    return recorded(a * b, (first, second), pulls)
+
+
+def _matmul(first: Any, second: Any) -> Any:
+    a, b = np.asarray(getval(first)), np.asarray(getval(second))
+    if min(a.ndim, b.ndim) < 2:
+        return library.matmul(first, second)
+    pulls = (lambda s: unbroadcast(s @ transposed(b), a.shape), lambda s: unbroadcast(transposed(a) @ s, b.shape))
+    return recorded(a @ b, (first, second), pulls)
+
+
+def _where(condition: Any, first: Any, second: Any) -> Any:
+    a, b = np.asarray(getval(first)), np.asarray(getval(second))
+    pulls = (
+        lambda s: unbroadcast(np.where(condition, s, 0.0), a.shape),
+        lambda s: unbroadcast(np.where(condition, 0.0, s), b.shape),
+    )
+    return recorded(np.where(condition, a, b), (first, second), pulls)
+
+
+def _concatenate(arrays: Sequence[Any], axis: int = 0) -> Any:
+    values = [np.asarray(getval(array)) for array in arrays]
+    ends = np.cumsum([value.shape[axis] for value in values])
+
+    def pull(place: int) -> Callable[[FloatArray], FloatArray]:
+        start = 0 if place == 0 else int(ends[place - 1])
+        return lambda seed: np.take(seed, np.arange(start, ends[place]), axis=axis)
+
+    return recorded(np.concatenate(values, axis=axis), arrays, [pull(place) for place in range(len(values))])
+
+
+def _inverse_adjoint(inverse: FloatArray, matrices: FloatArray, seed: FloatArray) -> FloatArray:
+    return -(transposed(inverse) @ seed @ transposed(inverse))
+
+
+inverse_with_adjoint = with_adjoint(_inverse_adjoint)
+"""Decorator of functions that give inverses of a batch of matrices."""
+
+
+def _root_adjoint(root: FloatArray, square: FloatArray, seed: FloatArray) -> FloatArray:
+    return np.where(root > 0.0, seed / np.where(root > 0.0, 2.0 * root, 1.0), 0.0)
+
+
+@with_adjoint(_root_adjoint)
+def square_root(square: FloatArray) -> FloatArray:
+    """√ of sums of squares. Where they vanish the root is at its least: 0 is among its subgradients, and is given."""
+    return np.sqrt(square)
+
+
+def _inverse_root_adjoint(root: FloatArray, covariance: FloatArray, seed: FloatArray) -> FloatArray:
+    # For G = L⁻¹: L̄ = −Gᵀ·Ḡ·Gᵀ; for V = L·Lᵀ: V̄ = ½·Gᵀ·(P + Pᵀ)·G, P the lower half of Lᵀ·L̄ = −Ḡ·Gᵀ (Murray 2016).
+    half = np.tril(-seed @ transposed(root))
+    half *= 1.0 - 0.5 * np.eye(half.shape[-1])
+    return 0.5 * transposed(root) @ (half + transposed(half)) @ root
+
+
+@with_adjoint(_inverse_root_adjoint)
+def inverse_root(covariance: FloatArray) -> FloatArray:
+    """G with GᵀG = V⁻¹ of a batch of covariances V: the inverse of the Cholesky factor."""
+    inverse: FloatArray = np.linalg.inv(np.linalg.cholesky(covariance))
+    return inverse
+
+
+def _qr(matrices: Any) -> tuple[Any, ...]:
+    """Q and R; Ā = (Q̄ + Q·copyltu(M))·R⁻ᵀ, M = R·R̄ᵀ − Q̄ᵀ·Q (Walter & Lehmann 2018), for full column rank."""
+    orthogonal, triangular = np.linalg.qr(plain(matrices))
+
+    def pull(seeds: list[FloatArray]) -> tuple[FloatArray]:
+        by_orthogonal, by_triangular = seeds
+        product = triangular @ transposed(by_triangular) - transposed(by_orthogonal) @ orthogonal
+        symmetric = np.tril(product) + transposed(np.tril(product, -1))
+        # What is not of full rank has no derivative; another factor there keeps it from stopping the batch.
+        diagonal = np.abs(np.diagonal(triangular, axis1=-2, axis2=-1))
+        regular = (diagonal.min(axis=-1) > 1e-14 * diagonal.max(axis=-1))[..., None, None]
+        inverse = np.linalg.inv(np.where(regular, triangular, np.eye(triangular.shape[-1])))
+        return ((by_orthogonal + orthogonal @ symmetric) @ transposed(inverse),)
+
+    return recorded_parts((orthogonal, triangular), (matrices,), pull)
+
+
+_OPERATIONS: dict[Any, Any] = {np.matmul: _matmul, np.multiply: _multiply, np.add: _add, np.subtract: _subtract}
+_FUNCTIONS: dict[Any, Any] = {
+    np.linalg.qr: _qr,
+    np.linalg.inv: inverse_with_adjoint(np.linalg.inv),
+    np.where: _where,
+    np.concatenate: _concatenate,
+}
