@@ -13,6 +13,7 @@ from tests.oracle import Array
 
 from expdesign.chain.arm import link_span
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.joints.backlash import JointBacklash
 from expdesign.chain.effects.joints.geometric_stiffness import ArmGeometricStiffness
@@ -90,8 +91,8 @@ def test_effects_of_arms_refuse_other_robots() -> None:
     kinds = [kind for kind in KINDS if kind.__module__.split(".")[-2] in ("joints", "links")]
     assert len(kinds) >= 8
     for kind in kinds:
-        with pytest.raises(ValueError, match="serial"):
-            kind(robot("H1"), "joint 1")
+        with pytest.raises(ValueError, match="has no `joint 1`"):
+            kind(robot("H1"), Component(Part.JOINT, 1))
 
 
 def _frames(configuration: Array) -> list[tuple[Array, Array]]:

@@ -46,3 +46,17 @@ def test_no_one_branches_on_markers_but_the_strategies() -> None:
                 if called in ("marker", "markers", "reading", "positions"):
                     asked.append(f"{name}:{node.lineno}")
     assert asked == []
+
+
+def test_effects_declare_the_readings_that_show_them() -> None:
+    """None of them asks recordings what they are of."""
+    asked = [
+        f"{name}:{node.lineno}"
+        for name, tree in _modules()
+        if name.startswith("chain/effects/")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute)
+        and node.attr in ("absolute", "marker", "markers")
+        and not (isinstance(node.value, ast.Name) and node.value.id in ("row", "points") and node.attr == "absolute")
+    ]
+    assert asked == []

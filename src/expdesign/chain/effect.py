@@ -25,6 +25,7 @@ from expdesign.chain.component import Component, component_from_text
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
+from expdesign.recordings.measurand import DEFLECTIONS, POSITIONS, Measurand
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -39,6 +40,8 @@ class Effect(ABC):
             declares one. A file that moves keeps the identifier that its class had by declaring it.
         physics: identifier of interfaces.md, which several effects share that people call by one name.
         forms: its variants, where the robot and the recordings do not decide which there are.
+        measurands: readings that show it. Geometry and own weight show in positions to first order and cancel from
+            deflections; what only shifts or turns the instrument is part of every model of positions.
         component: where it acts.
         variant: which of several forms, `ONLY` where there is one.
         parameters: in the order of `theta` in the overrides.
@@ -51,6 +54,7 @@ class Effect(ABC):
     identifier: ClassVar[str]
     physics: ClassVar[str]
     forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
+    measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS)
     component: Component
     variant: Any
     parameters: tuple[Parameter, ...]
@@ -89,6 +93,11 @@ class Effect(ABC):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         """Components and variants that these recordings could show on this robot."""
+        return cls.shown(robot, points) if points.measurand in cls.measurands else []
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        """`places` in recordings of one of the `measurands`; to be narrowed where only some recordings can show it."""
         return [(component, variant) for component in cls.components(robot) for variant in cls.variants(robot)]
 
     @classmethod

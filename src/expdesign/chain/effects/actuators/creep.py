@@ -29,8 +29,8 @@ class Creep(Effect):
         return actuators_and_all(robot)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return super().places(robot, points) if points.time is not None else []
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        return super().shown(robot, points) if points.time is not None else []
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = 2 * len(self.actuators)

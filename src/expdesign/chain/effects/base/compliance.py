@@ -31,10 +31,10 @@ class BaseCompliance(Effect):
         return [BASE]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         if robot.on_support and not measured_axes(points) & {0, 1, 2}:
             return []  # without translations this is what `support.compliance` says with fewer parameters
-        return super().places(robot, points)
+        return super().shown(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
         return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)

@@ -11,6 +11,7 @@ from expdesign.chain.components import legs_and_all
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
+from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -41,6 +42,7 @@ class ThermalDrift(Effect):
     """
 
     physics = "thermal_drift"
+    measurands = (DEFLECTIONS,)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -53,9 +55,7 @@ class ThermalDrift(Effect):
         return [Driver.TEMPERATURE, Driver.TIME]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if points.measurand.absolute:
-            return []  # `instrument.drift` is what positions show of it
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         return [(component, driver) for driver in seen_drivers(points) for component in cls.components(robot)]
 
     def describe(self) -> tuple[Parameter, ...]:

@@ -10,6 +10,7 @@ from expdesign.chain.component import INSTRUMENT, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
+from expdesign.recordings.measurand import POSITIONS
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -29,6 +30,7 @@ class InstrumentDrift(Effect):
     """
 
     physics = "thermal_drift"
+    measurands = (POSITIONS,)
     forms = tuple(Motion)
 
     @classmethod
@@ -36,10 +38,10 @@ class InstrumentDrift(Effect):
         return [INSTRUMENT]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        if not points.measurand.absolute or points.time is None or not np.any(np.diff(points.time) > 0.0):
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if points.time is None or not np.any(np.diff(points.time) > 0.0):
             return []
-        return super().places(robot, points)
+        return super().shown(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
         shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]

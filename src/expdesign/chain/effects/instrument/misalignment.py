@@ -18,6 +18,7 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
 from expdesign.chain.variant import Variant
+from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.orientation import angles_of, rotation_matrix
 from expdesign.robots.robot import Robot
@@ -50,6 +51,7 @@ class InstrumentMisalignment(Effect):
     """
 
     physics = "instrument_misalignment"
+    measurands = (DEFLECTIONS,)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -63,12 +65,10 @@ class InstrumentMisalignment(Effect):
         return [Axes.POSES, Axes.DIFFERENCES] if robot.orientation is not None else [Axes.POSES]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        if points.measurand.absolute:
-            return []  # the instrument's frame is a parameter of every model
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         if robot.on_support:
             return [(INSTRUMENT, variant) for variant in _seen_turns(points)]
-        return super().places(robot, points)
+        return super().shown(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
         axes = "xyz" if self.robot.coordinates.translations > 2 else "z"

@@ -45,7 +45,7 @@ class JointBacklash(Effect):
         return each_joint(robot)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         joints = each_joint(robot)
         if not joints:
             return []

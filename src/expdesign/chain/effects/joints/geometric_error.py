@@ -4,16 +4,13 @@ What the pose of the instrument or the place of a marker can stand for does not 
 loosely determined is held by how well machines are made (`spread`).
 """
 
-from collections.abc import Sequence
-
 import casadi as ca
 
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
 from expdesign.chain.components import each_joint, each_link
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.measurand import POSITIONS
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
 
@@ -29,16 +26,12 @@ class GeometricError(Effect):
     """
 
     physics = "joint_position_error"
+    measurands = (POSITIONS,)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         joints = each_joint(robot)
         return [*joints, ALL_JOINTS, *each_link(robot), GEOMETRY] if joints else []
-
-    @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        # In deflections the geometry of a serial robot shows at second order only.
-        return super().places(robot, points) if points.measurand.absolute else []
 
     @property
     def _indices(self) -> list[int]:

@@ -5,16 +5,13 @@ and without the load. The deflection is the difference of the two poses; a paylo
 its lever turns with the tip. Two passes from δ = 0 give it to second order.
 """
 
-from collections.abc import Sequence
-
 import casadi as ca
 
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.robots.orientation import rotation_vector
 from expdesign.robots.robot import Robot
 
@@ -25,14 +22,11 @@ class ArmGeometricStiffness(Effect):
     """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
 
     physics = "geometric_stiffness"
+    measurands = (DEFLECTIONS,)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [GEOMETRY] if robot.links is not None else []
-
-    @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return super().places(robot, points) if not points.measurand.absolute else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)

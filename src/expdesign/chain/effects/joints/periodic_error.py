@@ -33,7 +33,7 @@ class JointPeriodicError(Effect):
         return each_joint(robot) or (each_leg(robot) if rotary else [])
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         coordinates = robot.actuator_coordinates(points.configurations)
         commands = [len(np.unique(coordinates[:, i])) for i in range(len(robot.stiffness))]
         return [(joint, ONLY) for joint, count in zip(cls.components(robot), commands, strict=False) if count >= 4]

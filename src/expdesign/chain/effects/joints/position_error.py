@@ -12,6 +12,7 @@ from expdesign.chain.component import Component, Part
 from expdesign.chain.components import each_joint, each_link, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.variant import Variant
+from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
@@ -31,6 +32,7 @@ class ArmGeometry(Effect):
     """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
 
     physics = "joint_position_error"
+    measurands = (DEFLECTIONS,)
     forms = tuple(Moved)
     changes_geometry = True
 
@@ -39,9 +41,7 @@ class ArmGeometry(Effect):
         return [*each_joint(robot), *each_link(robot)]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if points.measurand.absolute:
-            return []  # in positions it is `joints.geometric_error`, which knows what is confounded there
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         moved = {Part.JOINT: Moved.OFFSET, Part.LINK: Moved.FRAME}
         return [(component, moved[component.part]) for component in cls.components(robot)]
 

@@ -14,6 +14,7 @@ from expdesign.chain.component import ALL_JOINTS, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
+from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -28,6 +29,7 @@ class LoggedBeforeSettled(Effect):
     """Δq = Δq(load) − ρ·(Δq(load) − Δq(row before)); ρ is `unsettled_fraction`, the same for all joints."""
 
     physics = "creep"
+    measurands = (DEFLECTIONS,)
     forms = tuple(Cause)
 
     @classmethod
@@ -35,9 +37,9 @@ class LoggedBeforeSettled(Effect):
         return [ALL_JOINTS] if robot.links is not None else []
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         several = len(np.unique(points.series)) < len(points)
-        return super().places(robot, points) if several and not points.measurand.absolute else []
+        return super().shown(robot, points) if several else []
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.robot.stiffness)

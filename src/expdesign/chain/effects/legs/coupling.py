@@ -40,7 +40,7 @@ class LegCoupling(Effect):
         return [Partner(leg, shared) for shared in (False, True) for leg in each_leg(robot)]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         legs = each_leg(robot)
         one_way = [(leg, Partner(other, False)) for leg in legs for other in legs if other != leg]
         shared = [(leg, Partner(other, True)) for i, leg in enumerate(legs) for other in legs[i + 1 :]]

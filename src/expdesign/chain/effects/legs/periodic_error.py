@@ -32,9 +32,9 @@ class EncoderPeriodicError(Effect):
         return each_leg(robot) if set(robot.units) == {"m"} else []
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         commands = len(np.unique(points.configurations, axis=0))
-        return super().places(robot, points) if commands >= 4 else []
+        return super().shown(robot, points) if commands >= 4 else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (

@@ -11,8 +11,7 @@ from expdesign.chain.arm import heavy_links, links_of
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.measurand import POSITIONS
 from expdesign.robots.robot import Robot
 
 
@@ -20,14 +19,11 @@ class LinkMassError(Effect):
     """`link k`, with what hangs on it, weighs 1 + `relative_mass_error` times as much as assumed."""
 
     physics = "payload_mass_error"
+    measurands = (POSITIONS,)
 
     @classmethod
     def components(cls, robot: Robot) -> Sequence[Component]:
         return heavy_links(robot)
-
-    @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return super().places(robot, points) if points.measurand.absolute else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("relative_mass_error", 0.1, low=-1.0, high=9.0),)

@@ -28,7 +28,7 @@ class ArmThermalDrift(Effect):
         return [*each_joint(robot), *long_links(robot)]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         seen = seen_drivers(points)
         places: list[tuple[Component, Variant]] = [
             (component, driver) for driver in seen for component in cls.components(robot)

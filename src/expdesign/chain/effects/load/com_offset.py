@@ -23,9 +23,9 @@ class PayloadComOffset(Effect):
         return [PAYLOAD] if robot.coordinates.centre_of_mass else []
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
-        return [] if robot.on_support and points.payload is None else super().places(robot, points)
+        return [] if robot.on_support and points.payload is None else super().shown(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
         return tuple(Parameter(f"com_d{axis}_m", 1e-3, low=-0.5, high=0.5) for axis in self.robot.coordinates.axes)

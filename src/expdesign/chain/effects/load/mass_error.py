@@ -76,7 +76,7 @@ class PayloadMassError(Effect):
         return weights_from_text(text)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if np.any(points.absolute != points.wrenches):
             return []  # changes of a load are no weights
         if robot.on_support and points.payload is None:

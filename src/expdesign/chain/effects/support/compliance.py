@@ -61,7 +61,7 @@ class SupportCompliance(Effect):
         return Springs(Form(form), over)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if not robot.on_support:
             return []
         found = [Springs(Form.AXES), Springs(Form.ROTATION)]

@@ -39,10 +39,10 @@ class SupportCreep(Effect):
         return [BASE] if robot.on_support else []
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         if points.time is None or not np.any(np.diff(points.time) > 0.0):
             return []
-        return super().places(robot, points)
+        return super().shown(robot, points)
 
     @property
     def slot(self) -> tuple[Hashable, ...]:

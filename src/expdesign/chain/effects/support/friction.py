@@ -32,7 +32,7 @@ class SupportFriction(Effect):
         return [BASE] if robot.on_support else []
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         return [(BASE, drive) for drive in drives(points, oblique=True)] if robot.on_support else []
 
     @property

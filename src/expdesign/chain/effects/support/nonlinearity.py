@@ -55,7 +55,7 @@ class SupportNonlinearity(Effect):
         return [Law(bend, drive) for bend in Bend for drive in Drive]
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if not robot.on_support:
             return []
         found = [Law(Bend.STIFFENING, drive) for drive in drives(points)]

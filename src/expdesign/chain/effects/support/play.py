@@ -62,7 +62,7 @@ class SupportPlay(Effect):
         return PlayDrive(Drive(drive), over)
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if not robot.on_support:
             return []
         ranges = [None, *over_pose(points, robot.configuration)]

@@ -43,7 +43,7 @@ class SupportRocking(Effect):
         return [BASE] if robot.on_support else []
 
     @classmethod
-    def places(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if not robot.on_support or not np.ptp(points.wrenches[:, :3], axis=0).any():
             # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
             return []
