@@ -12,9 +12,9 @@ from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recording
 
 import expdesign as xd
 from expdesign.api.inputs import RobotFile, numeric
-from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import read_table
 from expdesign.identification.model_file import Model
 from expdesign.recordings.recordings import Recordings

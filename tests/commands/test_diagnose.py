@@ -12,7 +12,7 @@ from tests.commands.calls import ROOT, call
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.parallel import ParallelRobot

@@ -10,9 +10,9 @@ from tests.commands.calls import ROBOT
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
-from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.next_experiment import discriminating_series
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings

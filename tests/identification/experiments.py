@@ -7,8 +7,8 @@ import pandas as pd
 from tests.cases import ROBOTS, robot
 from tests.oracle import Array
 
-from expdesign.design.plan import csv_text
 from expdesign.elastostatics.maps import observation_matrix
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings

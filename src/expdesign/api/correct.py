@@ -9,9 +9,9 @@ import pandas as pd
 
 from expdesign.api.inputs import PathLike, RobotInput, TableInput, numeric, robot_of, table_of
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import csv_text
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, write_file
 from expdesign.identification.identify import identify
 from expdesign.recordings.columns import order_in_time

@@ -9,11 +9,11 @@ import pandas as pd
 
 from expdesign.api.identify import RecordingsInput, recordings_of
 from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of
-from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.record import correction_frame, diagnosis_record
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.model_file import Model, model_text
 from expdesign.report.page import Page

@@ -8,7 +8,7 @@ import pandas as pd
 from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.recordings.reader import points_from_table
 from expdesign.recordings.recordings import POSITION, POSITION_DEVIATION

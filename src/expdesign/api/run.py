@@ -12,13 +12,14 @@ from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.front import Front
 from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.plan import Plan, csv_text
+from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import pareto_frame, plan_of, plans_frame
 from expdesign.design.search import Progress, search
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.report.page import Page

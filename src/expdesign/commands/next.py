@@ -7,10 +7,11 @@ import numpy as np
 import typer
 
 from expdesign.commands.console import note, note_unknown_columns
-from expdesign.design.plan import Plan, csv_text, plan_frame, read_plan
+from expdesign.design.plan import Plan, plan_frame, read_plan
 from expdesign.design.problem_file import read_problem
 from expdesign.design.sequential import next_measurements
 from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.files.table import read_table
 from expdesign.identification.identify import identify

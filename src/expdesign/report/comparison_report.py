@@ -10,7 +10,7 @@ from expdesign.comparison.correlation import RankCorrelation
 from expdesign.comparison.judgement import Judgement
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,

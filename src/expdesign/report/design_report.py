@@ -6,9 +6,9 @@ from typing import Any
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
-from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import pareto_frame
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import accuracy_map, error_ellipses, words
 from expdesign.report import deviations as deviations_report
 from expdesign.report.blocks import (

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.locate import LEVEL
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,

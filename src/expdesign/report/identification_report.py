@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import IntArray
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
 from expdesign.recordings.recordings import Recordings
