@@ -32,7 +32,7 @@ class Settings(StudySection):
     plans: Count = Field(description="Number of random plans from which the best is taken.")
     plans_seed: Annotated[int, Field(strict=True, ge=0)] = Field(description="Seed of the random plans.")
     largest_angle_rad: Number = Field(description="Largest rotation of the target in the map (rad).")
-    map_points: Count = Field(description="Points of the map.")
+    map_points: Count = Field(description="Points of the map per axis.")
 
 
 class FiveAxisMirror(Study):

@@ -350,6 +350,7 @@ class RunSection(Section):
         description="Criteria over several targets: root of the weighted mean square, or the `max` target's.",
     )
     objectives: list[str] = Field(
-        default_factory=lambda: ["duir", "feir"], description="Criteria that span the Pareto front, at least two."
+        default_factory=lambda: ["duir", "feir"],
+        description="Criteria that span the Pareto front, at least two. Default: `[duir, feir]`.",
     )
     optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")
