@@ -75,7 +75,7 @@ def kinematics(robot: ParallelRobot, poses: Array) -> Kinematics:
         turned = np.broadcast_to(np.eye(2), (*poses.shape[:-1], 2, 2))
         arms = np.zeros((*poses.shape[:-1], 2, 2))
         rates = np.broadcast_to(np.eye(2), (*poses.shape[:-1], 2, 2))
-    legs = position[..., None, :] + arms - robot.base_joints
+    legs = position[..., None, :] + arms - robot.base_joints  # type: ignore[attr-defined]
     lengths = np.linalg.norm(legs, axis=-1)
     directions = legs / lengths[..., None]
     inverse = directions if dimension == 2 else np.concatenate([directions, np.cross(arms, directions)], axis=-1)

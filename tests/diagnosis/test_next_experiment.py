@@ -32,7 +32,7 @@ class Laboratory:
 
     def plan(self, series: int) -> pd.DataFrame:
         """Series of an unloaded row and three loads each, at random poses."""
-        rows = []
+        rows: list[object] = []
         for number in range(1, series + 1):
             pose = (self.generator.random(6) - 0.5) * [0.05, 0.05, 0.03, 0.2, 0.2, 0.3]
             for mass in (0.0, 5.0, 10.0, 26.5):

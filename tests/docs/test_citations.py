@@ -40,7 +40,7 @@ def sections_cited(text: str) -> list[str]:
         above = ""
         for separator, token in re.findall(rf"({_BETWEEN}|)({_TOKEN})", match[1]):
             short = separator in ("-", "–") and "." in above and "." not in token and token.isdigit()
-            found.append(f"{above.split('.')[0]}.{token}" if short else token)
+            found.append(f"{above.split('.', maxsplit=1)[0]}.{token}" if short else token)
             above = token
     return found
 

@@ -41,7 +41,7 @@ class Experiment:
         """Deflections with noise, half of whose variance a series shares if asked."""
         own = generator.standard_normal(self.exact.shape)
         if shared_reference:
-            common = generator.standard_normal((int(self.series.max()) + 1, own.shape[1]))
+            common = generator.standard_normal((int(self.series.max()) + 1, self.exact.shape[-1]))
             own = np.sqrt(0.5) * (own + common[self.series])
         return self.exact + own * self.deviation
 

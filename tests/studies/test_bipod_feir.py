@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from expdesign.design.problem_file import problem_from_document
@@ -27,14 +28,14 @@ def sensitivity(x: float, y: float) -> np.ndarray:
     return -target @ np.diag(ratio) @ here.T
 
 
-def table(name: str):
+def table(name: str) -> pd.DataFrame:
     path = ROOT / "results" / "studies" / BipodFeir.name() / f"{name}.csv"
     return read_frame(path.read_text(encoding="utf-8"))
 
 
 def test_maps_are_the_closed_form() -> None:
     for row in table("map").iloc[::41].itertuples():
-        zeta = 1e6 * 5.0 * np.linalg.norm(sensitivity(row.x_m, row.y_m), axis=1)
+        zeta = 1e6 * 5.0 * np.linalg.norm(sensitivity(row.x_m, row.y_m), axis=1)  # type: ignore[arg-type]
         assert (row.zeta1_um, row.zeta2_um) == pytest.approx(tuple(zeta), rel=1e-4)
 
 
