@@ -27,7 +27,7 @@ from thesis_studies.tables import column, rows_of
 
 MAPPINGS = {"mapping": "conservative mapping", "equilibrium": "full equilibrium"}
 _LEAST, _MOST = 1e-2, 1e5
-"""kg; loads among which the one that reaches the repeatability is sought."""
+"""kg; bracket of the root search for the load that reaches the repeatability."""
 
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Pose = Annotated[list[Number], Field(min_length=6, max_length=6)]

@@ -131,7 +131,7 @@ def compare(
         random: random designs per configuration.
         generations: of the search for each criterion; the configuration's setting if left out.
         seed: of everything.
-        report: is told how far the work is.
+        report: called with the progress.
 
     Raises:
         InputError: a file is wrong, or the configurations are not comparable.

@@ -29,7 +29,7 @@ class Diagnosed:
         robot: with its file.
         result: everything that the diagnosis found.
         model: the robot with the effects that were found; what prediction and compensation need.
-        series: of a plan to tell two explanations apart.
+        series: number of series of a plan that separates two explanations.
     """
 
     robot: RobotFile
@@ -51,7 +51,7 @@ class Diagnosed:
 
     @property
     def next_plan(self) -> pd.DataFrame | None:
-        """A plan that tells two explanations apart, where two are left."""
+        """A plan that separates two explanations, where two remain; else None."""
         rival = self.result.rival
         if rival is None:
             return None
@@ -97,9 +97,9 @@ def diagnose(
     Args:
         robot: that was measured.
         recordings: in one or more files, or as a frame.
-        series: of a plan to tell two explanations apart.
+        series: number of series of a plan that separates two explanations.
         shared_reference: whether the rows of a series share the noise of their reference.
-        report: is told what is being done.
+        report: called with a sentence on what is being done.
 
     Raises:
         InputError: a file is missing or wrong.

@@ -100,7 +100,7 @@ def identify(
         robot: whose stiffness is wanted.
         recordings: in one or more files, or as a frame.
         shared_reference: whether half of each row's variance is common to its series.
-        prior: relative standard deviation of `actuator_stiffness` beforehand, in percent.
+        prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
 
     Raises:
         InputError: a file is missing or wrong.

@@ -46,7 +46,7 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
         platform: the motion of the platform instead of the instrument's reading.
 
     Raises:
-        InputError: a file is missing or wrong, or does not tell the history that the model depends on.
+        InputError: a file is missing or wrong, or lacks the history on which the model depends.
         SingularConfigurationError: the robot is singular at a point.
     """
     identified = model_of(model)

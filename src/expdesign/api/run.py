@@ -25,7 +25,7 @@ from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]
-"""Told what is done (a word), how many steps of how many are done, and what was reached."""
+"""Called with the stage (one word), the steps done, the steps in all, and a note on what was reached."""
 
 
 def silent(title: str, done: int, total: int, note: str) -> None:
@@ -107,7 +107,7 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
 
     Args:
         config: run configuration.
-        report: is told how far the search is.
+        report: called with the progress of the search.
         timed: whether the record says how long it took; without that, the same input gives the same bytes.
 
     Raises:

@@ -42,7 +42,7 @@ def _form(value: Any) -> str:
 
 
 Values = Annotated[Annotated[list[Any], Tag("list")] | Annotated[RangeSection, Tag("range")], Discriminator(_form)]
-"""Values as a list, or as a range; the form is told by the brackets, so that what is wrong is said of the right one."""
+"""Values as a list or as a range, distinguished by their brackets, so that messages are about the form that was meant."""
 
 
 class SweepSection(Section):
