@@ -254,7 +254,9 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
     coordinate = _most_informative_coordinate(result)
     poses = recordings.configurations[::step, robot.configuration.index(coordinate)]
     if np.ptp(poses) > 0.0:
-        blocks.append(_scatter(result, "pose", poses, f"{coordinate}, the pose coordinate on which they depend most", step))
+        blocks.append(
+            _scatter(result, "pose", poses, f"{coordinate}, the pose coordinate on which they depend most", step)
+        )
     if recordings.time is not None:
         blocks.append(_scatter(result, "time", recordings.time[::step], "time, s", step))
     half = (len(blocks) + 1) // 2

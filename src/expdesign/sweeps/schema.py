@@ -42,7 +42,7 @@ def _form(value: Any) -> str:
 
 
 Values = Annotated[Annotated[list[Any], Tag("list")] | Annotated[RangeSection, Tag("range")], Discriminator(_form)]
-"""Values as a list or as a range, distinguished by their brackets, so that messages are about the form that was meant."""
+"""Values as a list or as a range, distinguished by their brackets, so that messages fit the form that was meant."""
 
 
 class SweepSection(Section):
