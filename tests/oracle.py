@@ -31,7 +31,7 @@ def about(axis: int, angles: Array) -> Array:
 
 
 def rotation(angles: Array, orientation: str) -> Array:
-    """R from (rx, ry, rz) (interfaces.md, Conventions)."""
+    """R from (rx, ry, rz) (file-formats.md, Conventions)."""
     x, y, z = (about(axis, angles[..., axis]) for axis in range(3))
     return z @ y @ x if orientation == "fixed-xyz" else x @ y @ z
 

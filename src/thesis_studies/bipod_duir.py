@@ -35,7 +35,7 @@ TITLES = {"u11": "B₁U₁₁ (µm²)", "o_tp": "O_TP = O_MV (m²)"} | {f"o{i}":
 
 
 class PositionSection(Section):
-    """One identification position; `theory_*` are figures of docs/theory.md's source, where it has some."""
+    """One identification position; `theory_*` are figures of the reconstruction (theory.md 11), where it has some."""
 
     at: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(
         description="Identification position `[x, y]` in pose coordinates (m)."

@@ -62,7 +62,7 @@ def is_number(value: Any) -> bool:
 
 
 def check_record(record: dict[str, Any]) -> None:
-    """Every key of interfaces.md, with its type."""
+    """Every key of file-formats.md, diagnosis.json, with its type."""
     assert record["verdict"] in VERDICTS
     assert set(record["tests"]) >= {"chi2", "dof", "p_value"}
     assert is_number(record["tests"]["dof"])

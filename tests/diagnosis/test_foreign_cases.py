@@ -1,4 +1,4 @@
-"""Recordings that somebody else simulated, in the formats of interfaces.md: every identifier, on bipod and hexapod."""
+"""Recordings that somebody else simulated (file-formats.md, Recordings): every identifier, on bipod and hexapod."""
 
 from pathlib import Path
 

@@ -40,7 +40,7 @@ def test_maps_are_the_closed_form() -> None:
 
 
 def test_at_the_target_only_its_own_compliance_is_left() -> None:
-    """X_M = X_D: Z = −D_D, whose entries are theory.md's test vector."""
+    """X_M = X_D: Z = −D_D, whose entries are the test vector of theory.md 11."""
     row = table("montecarlo").query("x_m == 0.1 and y_m == -0.05").iloc[0]
     compliance = np.array([[0.112, 0.008], [0.008, 0.072]])  # µm/N
     zeta = 5.0 * np.linalg.norm(compliance, axis=1)

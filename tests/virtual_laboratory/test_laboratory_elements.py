@@ -170,7 +170,7 @@ def test_passive_joint_stiffness_away_from_home(bench):
 
 @pytest.mark.parametrize("end", ["base", "platform"])
 def test_joint_position_error_moves_the_unloaded_platform(bench, end):
-    """theory.md 9 I: dX = J-check (u . da) for a base joint and -J-check (u . R db) for a platform joint."""
+    """theory.md 9.I: dX = J-check (u . da) for a base joint and -J-check (u . R db) for a platform joint."""
     robot, model = bench.robot("H1"), bench.Linear(bench.robot("H1"), POSE)
     error = np.array([1e-5, -2e-5, 3e-5])
     shift = error if end == "base" else -bench.rotation(np.array(POSE[3:]), "fixed-xyz") @ error

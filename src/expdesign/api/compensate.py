@@ -19,7 +19,7 @@ class Commands:
     """What to command.
 
     Attributes:
-        text: the targets as they stand in a file, with the command in the pose columns (interfaces.md).
+        text: the targets as they stand in a file, with the command in the pose columns.
         compensation: the same as arrays, rows in the order of their sequence, and how the commands were found.
     """
 

@@ -33,7 +33,7 @@ class Corrected:
     """What the correction made.
 
     Attributes:
-        text: recordings in interfaces.md form, as they stand in a file; empty where no row has a load.
+        text: recordings (file-formats.md, Recordings), as they stand in a file; empty where no row has a load.
         poses: every measured pose with its corrected one in `corrected_x_m …`, as it stands in a file.
         deflections: the same as arrays.
         repeatability: scatter of repeated poses, or None.

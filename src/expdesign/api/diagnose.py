@@ -59,7 +59,7 @@ class Diagnosed:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The content of `diagnosis.json` (interfaces.md)."""
+        """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
         return diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
 
     def page(self) -> Page:

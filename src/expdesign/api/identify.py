@@ -49,7 +49,7 @@ class Identified:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The content of `identification.json` (interfaces.md)."""
+        """The content of `identification.json` (file-formats.md, identification.json)."""
         return identification_record(self.result)
 
     def page(self) -> Page:

@@ -39,7 +39,7 @@ class Run:
     Attributes:
         problem: what was searched.
         front: what was found.
-        record: the content of `run.json` (interfaces.md).
+        record: the content of `run.json` (file-formats.md, run.json).
     """
 
     problem: DesignProblem

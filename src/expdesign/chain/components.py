@@ -1,4 +1,4 @@
-"""Names of components as results speak of them (interfaces.md), and small pieces that several effects share."""
+"""Names of components in results (file-formats.md, diagnosis.json), and small pieces that several effects share."""
 
 import casadi as ca
 

@@ -53,7 +53,7 @@ class Effect(ABC):
     """One kind of physics at one component of a robot.
 
     Attributes:
-        physics: identifier of interfaces.md.
+        physics: identifier (file-formats.md, Identifiers of physics).
         component: e.g. `leg 3`, `payload`.
         variant: which of several forms, where there are some; empty otherwise.
         parameters: in the order of `theta` in the overrides.
@@ -167,7 +167,7 @@ class Effect(ABC):
         return reading
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
-        """The parameters as people know them (names of interfaces.md), as expressions of `theta`."""
+        """The parameters as people know them (names of file-formats.md, diagnosis.json), as expressions of `theta`."""
         return {parameter.name: theta[i] for i, parameter in enumerate(self.parameters)}
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

@@ -1,4 +1,4 @@
-"""The run configuration as it stands in YAML (interfaces.md, Run configuration): keys, types and their meaning."""
+"""The run configuration as it stands in YAML (file-formats.md, Run configurations): keys, types and their meaning."""
 
 from typing import Annotated, Any, Literal, Self
 

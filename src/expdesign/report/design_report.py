@@ -54,7 +54,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     Args:
         problem: what was searched.
         front: what was found.
-        run: the content of `run.json` (interfaces.md).
+        run: the content of `run.json` (file-formats.md, run.json).
     """
     assessment = problem.assess(*problem.space.decode(front.genes))
     budget = error_budget(problem, assessment)

@@ -55,7 +55,7 @@ class Bipod(ParallelRobot):
         leg_length: tuple[float, float] | None = None,
         name: str = "bipod",
     ) -> None:
-        """See the robot file of interfaces.md; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
+        """See file-formats.md, Robot files; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
         self.name = name
         self.base_joints = np.asarray(base_joints, dtype=float)
         self.home = np.asarray(home, dtype=float)

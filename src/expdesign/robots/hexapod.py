@@ -83,7 +83,7 @@ class Hexapod(ParallelRobot):
         leg_length: tuple[float, float] | None = None,
         name: str = "hexapod",
     ) -> None:
-        """See the robot file of interfaces.md; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
+        """See file-formats.md, Robot files; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
         self.name = name
         self.base_joints = np.asarray(base_joints, dtype=float)
         self.platform_joints = np.asarray(platform_joints, dtype=float)

@@ -27,7 +27,7 @@ from expdesign.robots.drawing import Drawing
 CONDITION_LIMIT = 100.0
 
 STANDARD_GRAVITY = 9.80665
-"""m/s², the magnitude that interfaces.md prescribes."""
+"""m/s², the standard magnitude (file-formats.md, Conventions)."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Serial robots: everything from one expression, the tip's pose T(q; geometry).
 
 The joints yield about (or along) their axes, Δq = c∘τ, and the tip moves by the twist J·Δq. Its deflection is that
-twist, the last three components a rotation vector in the axes of the base link (interfaces.md), so that J̌ = J. Unlike a
+twist, the last three components a rotation vector in the axes of the base link, so that J̌ = J. Unlike a
 parallel robot's, the Jacobian is finite everywhere: a serial robot is never singular in the sense of the linear
 deflection model, and the scaled condition number is 1 at every configuration.
 
@@ -77,7 +77,7 @@ class SerialRobot(Robot):
         limits: dict[str, tuple[float, float]] | None = None,
         name: str = "serial robot",
     ) -> None:
-        """See the robot file of interfaces.md; `stiffness` has one entry per coordinate (N·m/rad or N/m).
+        """See file-formats.md, Robot files; `stiffness` has one entry per coordinate (N·m/rad or N/m).
 
         `limits` (by column) narrow those of the URDF.
         """
