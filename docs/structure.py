@@ -3,7 +3,7 @@
 Writes docs/structure.svg, a dependency structure matrix: a mark in row A and column B says that A imports B, darker
 where more modules do. Packages stand in the order of the data flow, so that all marks lie below the diagonal; one above
 it is an import against the flow, and is red. The table in docs/structure.md is made from the same imports. An earlier
-state is drawn from a copy of its sources: `git worktree add DIR 9de871d`, then
+state is drawn from its sources in another folder: `git archive 9de871d src | tar -x -C DIR`, then
 `python docs/structure.py DIR/src docs/structure-before.svg`.
 """
 
