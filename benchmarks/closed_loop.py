@@ -23,11 +23,12 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.compensation.compensate import compensate
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan, csv_text, plan_frame
+from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.single import search_single
 from expdesign.design.start import starting_designs
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
 from expdesign.files.table import Table, parse_table
 from expdesign.files.yaml_reader import YamlDocument

@@ -20,11 +20,12 @@ import yaml
 from expdesign.api.diagnose import diagnose
 from expdesign.api.inputs import document_of
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan, csv_text, plan_frame
+from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.design.search import search
 from expdesign.design.start import starting_designs
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
 from expdesign.identification.model_file import model_text
 from expdesign.instrument.deflection_noise import series_by_pose

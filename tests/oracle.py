@@ -31,7 +31,7 @@ def about(axis: int, angles: Array) -> Array:
 
 
 def rotation(angles: Array, orientation: str) -> Array:
-    """R from (rx, ry, rz) (interfaces.md, Conventions)."""
+    """R from (rx, ry, rz) (file-formats.md, Conventions)."""
     x, y, z = (about(axis, angles[..., axis]) for axis in range(3))
     return z @ y @ x if orientation == "fixed-xyz" else x @ y @ z
 
@@ -75,7 +75,7 @@ def kinematics(robot: ParallelRobot, poses: Array) -> Kinematics:
         turned = np.broadcast_to(np.eye(2), (*poses.shape[:-1], 2, 2))
         arms = np.zeros((*poses.shape[:-1], 2, 2))
         rates = np.broadcast_to(np.eye(2), (*poses.shape[:-1], 2, 2))
-    legs = position[..., None, :] + arms - robot.base_joints
+    legs = position[..., None, :] + arms - robot.base_joints  # type: ignore[attr-defined]
     lengths = np.linalg.norm(legs, axis=-1)
     directions = legs / lengths[..., None]
     inverse = directions if dimension == 2 else np.concatenate([directions, np.cross(arms, directions)], axis=-1)

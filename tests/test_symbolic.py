@@ -33,7 +33,7 @@ def test_batch_dimensions_are_broadcast(function: BatchFunction, shape: tuple[in
 
 def test_arrays_that_are_not_contiguous(function: BatchFunction) -> None:
     x, y = np.arange(16.0).reshape(2, 8).T[::2], np.arange(24.0).reshape(8, 3)[::-2].astype(np.int64)
-    outer, _, _, _ = function(x, y)
+    outer, _, _, _ = function(x, y)  # type: ignore[arg-type]
     np.testing.assert_array_equal(outer, x[:, :, None] * y[:, None, :])
 
 

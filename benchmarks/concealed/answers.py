@@ -1,4 +1,4 @@
-"""What a diagnosis answered: diagnosis.json as interfaces.md fixes it, read strictly."""
+"""What a diagnosis answered: diagnosis.json (file-formats.md, diagnosis.json), read strictly."""
 
 from __future__ import annotations
 

@@ -35,20 +35,29 @@ TITLES = {"u11": "B₁U₁₁ (µm²)", "o_tp": "O_TP = O_MV (m²)"} | {f"o{i}":
 
 
 class PositionSection(Section):
-    """One identification position; `theory_*` are figures of docs/theory.md's source, where it has some."""
+    """One identification position; `theory_*` are figures of the reconstruction (theory.md 11), where it has some."""
 
-    at: Annotated[list[Number], Field(min_length=2, max_length=2)]
-    theory_um: Positive | None = None
-    theory_montecarlo_um: Positive | None = None
+    at: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(
+        description="Identification position `[x, y]` in pose coordinates (m)."
+    )
+    theory_um: Positive | None = Field(
+        default=None,
+        description="Standard deviation of x predicted by the reconstruction (µm). Default: no comparison.",
+    )
+    theory_montecarlo_um: Positive | None = Field(
+        default=None, description="The same by its Monte-Carlo (µm). Default: no comparison."
+    )
 
 
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    map_step: Count
-    positions: Annotated[list[PositionSection], Field(min_length=1)]
-    density_um: Positive
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    map_step: Count = Field(description="Every how many points of the grid are kept in `map.csv`.")
+    positions: Annotated[list[PositionSection], Field(min_length=1)] = Field(
+        description="Identification positions of the Monte-Carlo."
+    )
+    density_um: Positive = Field(description="Half-width of the plotted densities of x (µm).")
 
 
 class BipodDuir(Study):

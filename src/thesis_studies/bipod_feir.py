@@ -38,10 +38,12 @@ DRAWN = 3
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    map_step: Count
-    positions: Annotated[list[Annotated[list[Number], Field(min_length=2, max_length=2)]], Field(min_length=DRAWN)]
-    density_um: Positive
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    map_step: Count = Field(description="Every how many points of the grid are kept in `map.csv`.")
+    positions: Annotated[list[Annotated[list[Number], Field(min_length=2, max_length=2)]], Field(min_length=DRAWN)] = (
+        Field(description="Identification positions `[x, y]` of the Monte-Carlo in pose coordinates (m).")
+    )
+    density_um: Positive = Field(description="Half-width of the plotted densities (µm).")
 
 
 class BipodFeir(Study):

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.compensation.error_norm import planar_norm_moments
@@ -38,9 +39,9 @@ DRAWN = ("duir", "feir", "compromise", "total", "o2")
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    grid_points: Count
-    density_um: Positive
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    grid_points: Count = Field(description="Points of the exhaustive grid per axis.")
+    density_um: Positive = Field(description="Upper end of the plotted densities of the length of the error (µm).")
 
 
 class BipodPareto(Study):

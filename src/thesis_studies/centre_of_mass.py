@@ -25,10 +25,14 @@ MILLI = 1e3
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    plan: Annotated[list[list[Number]], Field(min_length=1)]
-    density_mm: Positive
-    density_deviations: Positive
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    plan: Annotated[list[list[Number]], Field(min_length=1)] = Field(
+        description="Measurements: pose (m, rad), mass (kg), centre of mass (m)."
+    )
+    density_mm: Positive = Field(description="Half-width of the plotted densities of the centre of mass (mm).")
+    density_deviations: Positive = Field(
+        description="Half-width of the plotted densities of the error, in standard deviations."
+    )
 
 
 class CentreOfMass(Study):

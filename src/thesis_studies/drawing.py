@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from expdesign.arrays import FloatArray
 
 COLOURS = ("#0b66c3", "#c2410c", "#15803d", "#7e22ce", "#a16207", "#0e7490", "#be185d", "#475569")
-"""For series, in order; told apart on white and by people who do not see all colours alike."""
+"""Colours of series, in order; distinguishable on white and with colour-vision deficiencies."""
 MAP = "viridis"
 _PATH = re.compile(r' d="[^"]*"')
 _DECIMALS = re.compile(r"-?\d+\.\d+")
@@ -54,7 +54,7 @@ def svg_text(figure: Figure) -> str:
 
 
 def _shortened(match: re.Match[str]) -> str:
-    """A coordinate to a twentieth of a point, which nobody can see."""
+    """A coordinate rounded to a twentieth of a point, which is not visible."""
     return f"{float(match.group()):.1f}"
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from pydantic import Field
 
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
@@ -30,9 +31,11 @@ MICRO = 1e6
 class Settings(StudySection):
     """Configuration of the study."""
 
-    configuration: str
-    plans: Count
-    density_um: Positive
+    configuration: str = Field(description="Run configuration of the study; the path is relative to this file.")
+    plans: Count = Field(description="Number of random plans.")
+    density_um: Positive = Field(
+        description="Upper end of the plotted densities of the length of the translation (µm)."
+    )
 
 
 class ErrorRms(Study):

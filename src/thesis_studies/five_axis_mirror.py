@@ -28,11 +28,11 @@ from thesis_studies.tables import column, rows_of
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    plans: Count
-    plans_seed: Annotated[int, Field(strict=True, ge=0)]
-    largest_angle_rad: Number
-    map_points: Count
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    plans: Count = Field(description="Number of random plans from which the best is taken.")
+    plans_seed: Annotated[int, Field(strict=True, ge=0)] = Field(description="Seed of the random plans.")
+    largest_angle_rad: Number = Field(description="Largest rotation of the target in the map (rad).")
+    map_points: Count = Field(description="Points of the map per axis.")
 
 
 class FiveAxisMirror(Study):

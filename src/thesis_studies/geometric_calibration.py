@@ -27,11 +27,13 @@ _BATCH = 2000
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    load: dict[str, object]
-    payload: dict[str, object]
-    plan_seed: Annotated[int, Field(strict=True, ge=0)]
-    geometry_error_m: Positive
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    load: dict[str, object] = Field(
+        description="Loads of the variant that identifies geometry and stiffness together, as `experiment.load`."
+    )
+    payload: dict[str, object] = Field(description="Payload of its targets, as `targets[].payload`.")
+    plan_seed: Annotated[int, Field(strict=True, ge=0)] = Field(description="Seed of the plan.")
+    geometry_error_m: Positive = Field(description="Standard deviation of the true errors of the geometry (m).")
 
 
 class GeometricCalibration(Study):

@@ -33,11 +33,17 @@ BLOCKS = {"translation (µm)": slice(0, 3), "rotation (µrad)": slice(3, 6)}
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    plan: Annotated[list[list[Number]], Field(min_length=1)]
-    true_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)]
-    recordings_seed: Annotated[int, Field(strict=True, ge=0)]
-    places_m: Annotated[list[Number], Field(min_length=1)]
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    plan: Annotated[list[list[Number]], Field(min_length=1)] = Field(
+        description="Measurements: pose (m, rad), mass (kg), centre of mass (m)."
+    )
+    true_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Stiffness of the legs of the simulated robot (N/m)."
+    )
+    recordings_seed: Annotated[int, Field(strict=True, ge=0)] = Field(description="Seed of the simulated recordings.")
+    places_m: Annotated[list[Number], Field(min_length=1)] = Field(
+        description="Places along x and along y at which the robot is compensated (m)."
+    )
 
 
 class HexapodCompensation(Study):

@@ -31,11 +31,17 @@ Z, MX = 2, 3
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)]
-    places_m: Annotated[list[Number], Field(min_length=2)]
-    shown_m: Annotated[list[Number], Field(min_length=1)]
-    payload: Annotated[list[Number], Field(min_length=4, max_length=4)]
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Stiffness of the legs (N/m)."
+    )
+    places_m: Annotated[list[Number], Field(min_length=2)] = Field(description="Places along x (m).")
+    shown_m: Annotated[list[Number], Field(min_length=1)] = Field(
+        description="Those of them at which the Monte-Carlo is run (m)."
+    )
+    payload: Annotated[list[Number], Field(min_length=4, max_length=4)] = Field(
+        description="Payload of the measurement: mass (kg), centre of mass (m)."
+    )
 
 
 class HexapodLoadErrors(Study):

@@ -33,13 +33,19 @@ Z = 2
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    vertical_N: Annotated[list[Number], Field(min_length=2)]
-    plan: Annotated[list[list[Number]], Field(min_length=1)]
-    true_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)]
-    recordings_seed: Annotated[int, Field(strict=True, ge=0)]
-    places_m: Annotated[list[Number], Field(min_length=2)]
-    load: Annotated[list[Number], Field(min_length=6, max_length=6)]
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    vertical_N: Annotated[list[Number], Field(min_length=2)] = Field(description="Vertical forces of the series (N).")
+    plan: Annotated[list[list[Number]], Field(min_length=1)] = Field(
+        description="Measurements: pose (m, rad), force (N), moment (N·m)."
+    )
+    true_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Stiffness of the legs of the simulated robot (N/m)."
+    )
+    recordings_seed: Annotated[int, Field(strict=True, ge=0)] = Field(description="Seed of the simulated recordings.")
+    places_m: Annotated[list[Number], Field(min_length=2)] = Field(
+        description="Places along x and along y at which deflections are predicted (m)."
+    )
+    load: Annotated[list[Number], Field(min_length=6, max_length=6)] = Field(description="Wrench there (N, N·m).")
 
 
 class LumpedStiffness(Study):

@@ -9,8 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.design.plan import csv_text
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.files.schema import validate
 from expdesign.files.yaml_reader import YamlDocument, read_text, read_yaml

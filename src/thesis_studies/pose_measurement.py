@@ -31,9 +31,13 @@ SCALINGS = {"G_C": "correlations known (G_C)", "G_U": "standard deviations alone
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    plan: Annotated[list[list[Number]], Field(min_length=1)]
-    pose: Annotated[list[Number], Field(min_length=6, max_length=6)]
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    plan: Annotated[list[list[Number]], Field(min_length=1)] = Field(
+        description="Measurements: pose (m, rad), mass (kg), centre of mass (m)."
+    )
+    pose: Annotated[list[Number], Field(min_length=6, max_length=6)] = Field(
+        description="Pose at which the covariance of the registration is compared (m, rad)."
+    )
 
 
 class PoseMeasurement(Study):

@@ -31,9 +31,9 @@ Pose = Annotated[list[Number], Field(min_length=6, max_length=6)]
 class Settings(StudySection):
     """Configuration of the study."""
 
-    problem: dict[str, object]
-    poses: Annotated[list[Pose], Field(min_length=1)]
-    series: Annotated[list[Count], Field(min_length=1)]
+    problem: dict[str, object] = Field(description="Run configuration of the study.")
+    poses: Annotated[list[Pose], Field(min_length=1)] = Field(description="Poses of the measurements (m, rad).")
+    series: Annotated[list[Count], Field(min_length=1)] = Field(description="Series number of each measurement.")
 
 
 class ScaledErrors(Study):

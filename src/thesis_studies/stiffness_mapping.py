@@ -27,7 +27,7 @@ from thesis_studies.tables import column, rows_of
 
 MAPPINGS = {"mapping": "conservative mapping", "equilibrium": "full equilibrium"}
 _LEAST, _MOST = 1e-2, 1e5
-"""kg; loads among which the one that reaches the repeatability is sought."""
+"""kg; bracket of the root search for the load that reaches the repeatability."""
 
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Pose = Annotated[list[Number], Field(min_length=6, max_length=6)]
@@ -36,19 +36,19 @@ Pose = Annotated[list[Number], Field(min_length=6, max_length=6)]
 class RobotSection(Section):
     """One robot with its load and poses."""
 
-    robot: str
-    rated_kg: Positive
-    centre_of_mass_m: Vector
-    poses: Annotated[list[Pose], Field(min_length=1)]
+    robot: str = Field(description="Robot file; the path is relative to this file.")
+    rated_kg: Positive = Field(description="Mass that the robot is made for (kg).")
+    centre_of_mass_m: Vector = Field(description="Centre of mass in the platform frame, `[x, y, z]` (m).")
+    poses: Annotated[list[Pose], Field(min_length=1)] = Field(description="Poses (m, rad).")
 
 
 class Settings(StudySection):
     """Configuration of the study."""
 
-    repeatability_m: Positive
-    repeatability_rad: Positive
-    masses_kg: Annotated[list[Positive], Field(min_length=2)]
-    robots: Annotated[list[RobotSection], Field(min_length=1)]
+    repeatability_m: Positive = Field(description="Repeatability of translations (m).")
+    repeatability_rad: Positive = Field(description="Repeatability of rotations (rad).")
+    masses_kg: Annotated[list[Positive], Field(min_length=2)] = Field(description="Masses (kg).")
+    robots: Annotated[list[RobotSection], Field(min_length=1)] = Field(description="Robots with their loads and poses.")
 
 
 class StiffnessMapping(Study):

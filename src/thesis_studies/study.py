@@ -40,9 +40,11 @@ class StudySection(Section):
         seed: of all random numbers.
     """
 
-    assumed: Annotated[list[str], Field(min_length=1)]
-    samples: Count = 1
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    assumed: Annotated[list[str], Field(min_length=1)] = Field(
+        description="Sentences that say which figures are assumed and where the others come from; shown on the page."
+    )
+    samples: Count = Field(default=1, description="Repetitions of every Monte-Carlo simulation.")
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=1, description="Seed of all random numbers.")
 
 
 @dataclass(frozen=True)

@@ -30,14 +30,22 @@ DRIFTS = {"steps": "in steps before each reference", "warm-up": "steady warm-up"
 class Settings(StudySection):
     """Configuration of the study."""
 
-    robot: str
-    reference: Annotated[list[Number], Field(min_length=6, max_length=6)]
-    poses: Count
-    poses_seed: Annotated[int, Field(strict=True, ge=0)]
-    half_ranges: Annotated[list[Positive], Field(min_length=6, max_length=6)]
-    deviations: Annotated[list[Positive], Field(min_length=6, max_length=6)]
-    growth_m: Annotated[list[Number], Field(min_length=6, max_length=6)]
-    time_constant: Positive
+    robot: str = Field(description="Robot file; the path is relative to this file.")
+    reference: Annotated[list[Number], Field(min_length=6, max_length=6)] = Field(
+        description="Reference pose (m, rad)."
+    )
+    poses: Count = Field(description="Number of measured poses.")
+    poses_seed: Annotated[int, Field(strict=True, ge=0)] = Field(description="Seed of the measured poses.")
+    half_ranges: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Half-ranges of the measured poses (m, rad)."
+    )
+    deviations: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Standard deviations of a measured pose (m, rad)."
+    )
+    growth_m: Annotated[list[Number], Field(min_length=6, max_length=6)] = Field(
+        description="Growth of each leg in the end (m)."
+    )
+    time_constant: Positive = Field(description="Time constant of the growth, in measured poses.")
 
 
 class ThermalReference(Study):

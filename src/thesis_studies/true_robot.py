@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan, csv_text, plan_frame
+from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.instrument.drawn_errors import drawn_noise
 from expdesign.recordings.reader import recordings_from_table

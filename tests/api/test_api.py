@@ -12,9 +12,9 @@ from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recording
 
 import expdesign as xd
 from expdesign.api.inputs import RobotFile, numeric
-from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import read_table
 from expdesign.identification.model_file import Model
 from expdesign.recordings.recordings import Recordings
@@ -61,7 +61,9 @@ def test_what_is_saved_is_what_the_command_writes(tmp_path: Path) -> None:
     """From frames and objects in Python as from files at the command line, to the last digit."""
     plan, robot = plan_file(tmp_path), xd.load(ROBOT)
     simulated = xd.simulate(xd.load(CONFIG), xd.load(plan), seed=5)  # type: ignore[arg-type]
-    pd.testing.assert_frame_equal(simulated.frame, xd.load(recordings_file(tmp_path)), check_exact=True)
+    recorded = xd.load(recordings_file(tmp_path))
+    assert isinstance(recorded, pd.DataFrame)
+    pd.testing.assert_frame_equal(simulated.frame, recorded, check_exact=True)
     identified = xd.identify(robot, simulated.frame)  # type: ignore[arg-type]
     assert call("identify", ROBOT, tmp_path / "recordings.csv", "--out", tmp_path / "command") == 0
     written = xd.load(tmp_path / "command" / "model.yaml")

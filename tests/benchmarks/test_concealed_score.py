@@ -238,7 +238,7 @@ def test_an_answer_out_of_form_is_none(tmp_path, path, value):
     content = copy.deepcopy(GOOD)
     inner = content
     for key in path[:-1]:
-        inner = inner[key]
+        inner = inner[key]  # type: ignore[assignment]
     inner[path[-1]] = value
     (tmp_path / "diagnosis.json").write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(NoAnswerError, match=r"diagnosis\.json"):

@@ -10,6 +10,7 @@ from benchmarks.real_recordings.page import notice
 from benchmarks.real_recordings.sets import CASES, NOTICES, VARIABLE, Case, folder
 
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.readings.position import MarkerPosition
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.identification.identify import identify
 from expdesign.identification.record import rms
@@ -47,7 +48,7 @@ def test_one_orientation_of_the_tool_is_said_of_the_one_set_where_it_is_so() -> 
         if case.folder == "jaibot-prism":
             robot = read_robot(ROOT / case.folder / case.robot)
             reading = reading_of(robot, read_recordings(ROOT / case.folder / f"{case.file}.csv", robot))
-            assert reading is not None
+            assert isinstance(reading, MarkerPosition)
             held[case.name] = len(reading.held)
     assert {name for name, count in held.items() if count} == {"jaibot-prism-flat"}
 

@@ -5,7 +5,7 @@ from expdesign.plugins import implementations
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
-KINDS: list[type[Effect]] = implementations("expdesign.chain.effects", Effect)
+KINDS: list[type[Effect]] = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
 
 
 def kind_for(robot: Robot, points: LoadedPoints, physics: str) -> type[Effect]:

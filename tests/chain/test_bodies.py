@@ -42,7 +42,7 @@ def test_an_error_of_a_weight_is_offered_only_where_weights_were_put_on() -> Non
     assert of_weights <= {effect.physics for effect in library(BODY, read(weights, BODY))}
 
 
-def predicted(effects: tuple[Effect, ...], values: Array, points: Recordings) -> Array:
+def predicted(effects: tuple[Effect, ...], values: Array | list[float], points: Recordings) -> Array:
     return Chain(BODY, effects).predict(row_data(points, BODY), np.asarray(values, dtype=float))
 
 

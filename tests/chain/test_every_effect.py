@@ -31,7 +31,7 @@ each_kind = pytest.mark.parametrize(
 )
 both_loads = pytest.mark.parametrize("load", [PAYLOAD, WRENCH])
 
-# interfaces.md, diagnosis.json: names that are fixed, where they differ by form with the form.
+# file-formats.md, diagnosis.json: names that are fixed, where they differ by form with the form.
 FIXED = {
     ("payload_com_offset", "payload", ""): {"com_dx_m", "com_dy_m", "com_dz_m"},
     ("payload_mass_error", "payload", "newton"): {"relative_mass_error"},

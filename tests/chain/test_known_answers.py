@@ -177,7 +177,7 @@ def test_one_whole_geometric_stiffness_is_the_full_equilibrium(name: str, load: 
     found = predicted(effect("geometric_stiffness", "geometry", name=name), [1.0], frame)
     linear = base(frame, name)
     exact = np.zeros_like(found)
-    for row in np.flatnonzero(np.abs(points.wrenches).max(axis=1) > 0.0):
+    for row in map(int, np.flatnonzero(np.abs(points.wrenches).max(axis=1) > 0.0)):
         pose, wrench = points.configurations[row], points.wrenches[row]
 
         def at(loaded: Array, row: int = row, wrench: Array = wrench) -> Array:
@@ -210,7 +210,8 @@ def test_a_displaced_joint_is_another_robot_at_another_pose(end: str) -> None:
     points = read(frame, here)
     displaced = frame.copy()
     for row, pose in enumerate(points.configurations):
-        reached = fsolve(lambda x, pose=pose: true.lengths(x) - here.lengths(pose), pose, xtol=1e-12)
+        wanted = here.lengths(pose)
+        reached = fsolve(lambda x, wanted=wanted: true.lengths(x) - wanted, pose, xtol=1e-12)  # type: ignore[misc]
         displaced.loc[row, list(here.configuration)] = reached
     chain = Chain(true)
     expected = chain.predict(row_data(read(displaced, true), true), chain.start())

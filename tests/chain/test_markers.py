@@ -95,7 +95,7 @@ def test_weight_is_what_the_joints_carry(arm: SerialRobot) -> None:
 def test_instrument_marker_and_stiffness_are_found_together(arm: SerialRobot) -> None:
     data = measured(arm, configurations(120, 1))
     reading = reading_of(arm, data)
-    assert reading is not None
+    assert isinstance(reading, MarkerPosition)
     assert not reading.held
     assert data.deviations is not None
     result = fit(Chain(arm, reading=reading), Data(data, row_data(data, arm), Whitening(data.deviations, data.series)))
@@ -110,7 +110,7 @@ def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm:
     q = np.vstack([configurations(60, 1, one_orientation=True), configurations(20, 2)])
     data = replace(measured(arm, q), test=np.arange(80) >= 50)
     reading = reading_of(arm, data)
-    assert reading is not None
+    assert isinstance(reading, MarkerPosition)
     assert len(reading.held) == 3
     assert "is confounded with that of the instrument" in reading.degeneracies[0]
     predictable = reading.predictable(arm, data)

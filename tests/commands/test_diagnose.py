@@ -12,7 +12,7 @@ from tests.commands.calls import ROOT, call
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.parallel import ParallelRobot
@@ -62,7 +62,7 @@ def is_number(value: Any) -> bool:
 
 
 def check_record(record: dict[str, Any]) -> None:
-    """Every key of interfaces.md, with its type."""
+    """Every key of file-formats.md, diagnosis.json, with its type."""
     assert record["verdict"] in VERDICTS
     assert set(record["tests"]) >= {"chi2", "dof", "p_value"}
     assert is_number(record["tests"]["dof"])

@@ -11,7 +11,7 @@ from tests.commands.calls import ROBOT, call, recordings_file
 from tests.identification.experiments import experiment
 from tests.identification.test_identify import idle_leg
 
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot_file import read_robot
 

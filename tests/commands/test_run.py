@@ -1,4 +1,4 @@
-"""`run`: the files of interfaces.md, the same bytes from the same seed, and nothing at all from a wrong input."""
+"""`run`: its files (file-formats.md, Commands), the same bytes from one seed, and nothing from a wrong input."""
 
 import json
 from pathlib import Path

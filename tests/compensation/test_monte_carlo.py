@@ -116,7 +116,7 @@ def test_equilibrium_is_that_of_the_virtual_laboratory() -> None:
     rows = pd.DataFrame(poses, columns=list(machine.configuration)).assign(
         **dict(zip(("mass_kg", "com_x_m", "com_y_m", "com_z_m"), payload.tolist()))
     )
-    laboratory = Laboratory(LaboratoryRobot.from_mapping(content), true_stiffness=machine.stiffness)
+    laboratory = Laboratory(LaboratoryRobot.from_mapping(content), true_stiffness=list(machine.stiffness))
     loads = np.tile([*payload, *machine.gravity], (4, 1))
     solver = Equilibrium(machine, Payload(machine.coordinates), machine.compliance)
     found = solver.poses(poses, machine.lengths(poses), loads, np.zeros_like(poses))

@@ -21,7 +21,8 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.design.start import starting_designs
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, parse_yaml
-from expdesign.identification.model_file import Model, model_text, robot_effect_classes
+from expdesign.identification.effect_entry import effect_classes
+from expdesign.identification.model_file import Model, model_text
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot_file import robot_from_document
 from expdesign.validation.repeated import repeat
@@ -31,11 +32,11 @@ FOLDER = Path(__file__).parents[2] / "configs" / "robots"
 
 def effect_of(physics: str, kind: Any, component: str, variant: str = "") -> Effect:
     """The effect of that physics whose class takes the component on this robot."""
-    for cls in robot_effect_classes():
+    for cls in effect_classes():
         if cls.physics == physics:
             try:
-                return cls(kind, component, variant)
-            except (ValueError, KeyError, IndexError, AssertionError):
+                return cls.from_text(kind, component, variant)
+            except (ValueError, KeyError, IndexError, AssertionError, InputError):
                 continue
     raise AssertionError(physics)
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from tests.cases import ROBOTS, loads, setup
 
-from expdesign.design.plan import Plan, csv_text, plan_frame, read_plan
+from expdesign.design.plan import Plan, plan_frame, read_plan
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 
 

@@ -65,7 +65,7 @@ def minimised(front: Front) -> Array:
 def dominated(values: Array) -> Array:
     """Which rows are dominated by another one, by comparing all pairs."""
     better = (values[:, None] <= values[None]).all(axis=2) & (values[:, None] < values[None]).any(axis=2)
-    return better.any(axis=0)
+    return np.asarray(better.any(axis=0))
 
 
 def test_designs_are_inside_bounds_and_limits(solved: tuple[DesignProblem, Front]) -> None:

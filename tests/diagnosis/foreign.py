@@ -173,10 +173,10 @@ def measure(machine: Machine, rows: pd.DataFrame, physics: Physics, deviations: 
         inverse = true.inverse_jacobian(reached)
         force = np.linalg.solve(inverse.T, wrench)
         if physics.stiffness is None:
-            stretch = physics.legs(row, force, force / machine.stiffness, memory)
+            stretch = physics.legs(row, force, force / machine.stiffness, memory)  # type: ignore[arg-type]
             twist = np.linalg.solve(inverse, stretch)
         else:
-            whole = inverse.T @ np.diag(machine.stiffness) @ inverse + physics.stiffness(reached, force)
+            whole = inverse.T @ np.diag(machine.stiffness) @ inverse + physics.stiffness(reached, force)  # type: ignore[arg-type]
             twist = np.linalg.solve(whole, wrench)
         twist = twist + physics.platform(reached, wrench)
         readings.append(physics.reading(row, true.rates(reached) @ twist))

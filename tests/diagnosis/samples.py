@@ -6,7 +6,8 @@ from functools import cache
 
 import numpy as np
 from tests.cases import robot
-from tests.chain.places import KINDS, rows
+from tests.chain.kinds import KINDS
+from tests.chain.places import rows
 from tests.identification.experiments import read
 from tests.oracle import Array
 
@@ -32,7 +33,7 @@ def _exact(name: str, effects: tuple[Effect, ...], parameters: tuple[float, ...]
     """What the chain says of free wrenches, or of payloads for effects of a payload."""
     load = "payload" if any(str(e.component) == "payload" for e in effects) else "wrench"
     here, frame = robot(name), rows(name, load, series=series)
-    frame = frame[[column for column in frame if not column.startswith("abs_")]]
+    frame = frame[[column for column in frame if not str(column).startswith("abs_")]]
     recordings = read(frame, here)
     chain = Chain(here, effects)
     values = np.concatenate([np.ones(chain.compliances), parameters])

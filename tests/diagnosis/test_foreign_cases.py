@@ -1,4 +1,4 @@
-"""Recordings that somebody else simulated, in the formats of interfaces.md: every identifier, on bipod and hexapod."""
+"""Recordings that somebody else simulated (file-formats.md, Recordings): every identifier, on bipod and hexapod."""
 
 from pathlib import Path
 
@@ -76,7 +76,7 @@ def test_some_axes_are_enough() -> None:
 
 def test_standard_deviations_are_not_needed() -> None:
     frame = recorded(PLAY)
-    bare = frame.drop(columns=[name for name in frame if name[0] == "s" and name.endswith(("_m", "_rad"))])
+    bare = frame.drop(columns=[name for name in map(str, frame) if name[0] == "s" and name.endswith(("_m", "_rad"))])
     require_found(PLAY, diagnosed(PLAY.machine, bare))
 
 

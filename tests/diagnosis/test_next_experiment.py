@@ -10,9 +10,9 @@ from tests.commands.calls import ROBOT
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
-from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.next_experiment import discriminating_series
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings
@@ -32,7 +32,7 @@ class Laboratory:
 
     def plan(self, series: int) -> pd.DataFrame:
         """Series of an unloaded row and three loads each, at random poses."""
-        rows = []
+        rows: list[object] = []
         for number in range(1, series + 1):
             pose = (self.generator.random(6) - 0.5) * [0.05, 0.05, 0.03, 0.2, 0.2, 0.3]
             for mass in (0.0, 5.0, 10.0, 26.5):

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from tests.diagnosis.samples import base_fit, sample_of, simulated
 
+from expdesign.arrays import FloatArray
 from expdesign.diagnosis.outliers import in_common, returning_distances, row_distances
 from expdesign.identification.fit import Fit
 
 SERIES = np.repeat(np.arange(30), 6)
-DRIVERS = {f"driver {i}": np.random.default_rng(i).standard_normal(len(SERIES)) for i in range(12)}
+DRIVERS: dict[str, FloatArray] = {
+    f"driver {i}": np.random.default_rng(i).standard_normal(len(SERIES)) for i in range(12)
+}
 
 
 @pytest.mark.parametrize("name", ["irregular", "bipod-unequal"])
@@ -28,7 +31,7 @@ def test_a_row_that_alone_determines_a_leg_has_no_finite_evidence_against_it() -
     sensitivities[0, 0, 0] = 1.0
     residuals = np.array([[0.0, 0.3], [1.0, 1.0], [0.5, 0.5]])
     result = Fit(
-        None,
+        None,  # type: ignore[arg-type]
         np.zeros(1),
         np.eye(1),
         np.ones(1, bool),
@@ -36,7 +39,7 @@ def test_a_row_that_alone_determines_a_leg_has_no_finite_evidence_against_it() -
         sensitivities,
         0.0,
         5,
-        1,  # type: ignore[arg-type]
+        1,
     )
     np.testing.assert_allclose(row_distances(result), [0.09, 2.0, 0.5], rtol=1e-6)
 

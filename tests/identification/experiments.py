@@ -7,8 +7,8 @@ import pandas as pd
 from tests.cases import ROBOTS, robot
 from tests.oracle import Array
 
-from expdesign.design.plan import csv_text
 from expdesign.elastostatics.maps import observation_matrix
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings
@@ -41,7 +41,7 @@ class Experiment:
         """Deflections with noise, half of whose variance a series shares if asked."""
         own = generator.standard_normal(self.exact.shape)
         if shared_reference:
-            common = generator.standard_normal((int(self.series.max()) + 1, own.shape[1]))
+            common = generator.standard_normal((int(self.series.max()) + 1, self.exact.shape[-1]))
             own = np.sqrt(0.5) * (own + common[self.series])
         return self.exact + own * self.deviation
 

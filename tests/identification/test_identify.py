@@ -246,7 +246,7 @@ def test_the_first_row_of_a_series_without_load_is_its_reference_and_measures_no
     made = experiment("H1", 8, seed=14)
     frame = made.frame(made.noisy(np.random.default_rng(6)))
     reference = frame.iloc[[0]].copy()
-    reference.loc[:, [name for name in frame if name[0] in "fm" or name.startswith("d")]] = 0.0
+    reference.loc[:, [name for name in map(str, frame) if name[0] in "fm" or name.startswith("d")]] = 0.0
     reference["sequence"] = 0
     found = identify(made.robot, read(pd.concat([reference, frame]), made.robot))
     assert found.fit.dof == 8 * 6 - 6

@@ -36,7 +36,7 @@ def without(*columns: str) -> Fault:
 
 
 def with_column(name: str, values: object) -> Fault:
-    return lambda frame: frame.assign(**{name: values})
+    return lambda frame: frame.assign(**{name: values})  # type: ignore[arg-type]
 
 
 WRENCH = ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm")

@@ -12,12 +12,13 @@ from tests.oracle import Array
 import expdesign as xd
 from expdesign.api.inputs import RobotFile
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan, csv_text
+from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.start import starting_designs
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.instrument.deflection_noise import series_by_pose

@@ -30,7 +30,7 @@ def diagnosis(kind: str) -> Diagnosis:
     """`explained`: play in leg 1; `unexplained`: four times the noise; `consistent`; each with foreign columns."""
     here = robot(NAME)
     frame = rows(NAME, "wrench", series=7)
-    frame = frame[[c for c in frame if not c.startswith("abs_")]]
+    frame = frame[[c for c in frame if not str(c).startswith("abs_")]]
     # Over short ways there are few screw pitches to look for.
     frame[list(here.configuration)] *= 0.1
     frame["remark <b>"] = np.random.default_rng(1).standard_normal(len(frame))

@@ -80,7 +80,7 @@ class Screen:
             point,
         )
         actions = ActionChains(self.browser)
-        actions.w3c_actions.pointer_action.move_to_location(*place)
+        actions.w3c_actions.pointer_action.move_to_location(*place)  # type: ignore[no-untyped-call]
         actions.w3c_actions.pointer_action.click()
         actions.perform()
 
@@ -143,7 +143,15 @@ def test_the_page_opens_with_the_recommended_design(hexapod_screen: Screen) -> N
 def test_what_stands_in_the_page_is_what_its_script_shows(hexapod_screen: Screen) -> None:
     """Choosing another design and coming back gives the tables and sentences that were written by Python."""
     screen = hexapod_screen
-    ids = ("plan", "budget-table", "accuracy", "chosen-text", "accuracy-title", "plan-caption", "ellipse-table")
+    ids: tuple[str, ...] = (
+        "plan",
+        "budget-table",
+        "accuracy",
+        "chosen-text",
+        "accuracy-title",
+        "plan-caption",
+        "ellipse-table",
+    )
     ids += ("ellipse-table-caption", "deviations", "deviations-text", "deviations-caption")
     squeezed = "return document.getElementById(arguments[0]).textContent.replace(/\\s+/g, ' ').trim()"
     source = screen.case.path.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Robot files of interfaces.md."""
+"""Robot files (file-formats.md, Robot files)."""
 
 from pathlib import Path
 

@@ -7,6 +7,7 @@ import pytest
 from tests import oracle
 
 from expdesign.design.problem_file import problem_from_document
+from expdesign.robots.parallel import ParallelRobot
 from thesis_studies.bipod_duir import BipodDuir
 from thesis_studies.making import prepare, read_frame
 from thesis_studies.position_maps import plan_at
@@ -53,6 +54,7 @@ def test_oracle_agrees_at_a_position() -> None:
     problem = problem_from_document(prepare(BipodDuir.name(), ROOT / "configs" / "studies").document.part("problem"))
     plan = plan_at(problem, np.array([-0.2, -0.1]))
     robot = problem.loaded.robot
+    assert isinstance(robot, ParallelRobot)
     a = oracle.observation(robot, plan.configurations, plan.loads)[0]
     target = problem.targets.observation[0]
     expected = target @ np.linalg.inv(a.T @ a * 1e12) @ target.T

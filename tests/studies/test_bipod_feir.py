@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from expdesign.design.problem_file import problem_from_document
@@ -27,19 +28,19 @@ def sensitivity(x: float, y: float) -> np.ndarray:
     return -target @ np.diag(ratio) @ here.T
 
 
-def table(name: str):
+def table(name: str) -> pd.DataFrame:
     path = ROOT / "results" / "studies" / BipodFeir.name() / f"{name}.csv"
     return read_frame(path.read_text(encoding="utf-8"))
 
 
 def test_maps_are_the_closed_form() -> None:
     for row in table("map").iloc[::41].itertuples():
-        zeta = 1e6 * 5.0 * np.linalg.norm(sensitivity(row.x_m, row.y_m), axis=1)
+        zeta = 1e6 * 5.0 * np.linalg.norm(sensitivity(row.x_m, row.y_m), axis=1)  # type: ignore[arg-type]
         assert (row.zeta1_um, row.zeta2_um) == pytest.approx(tuple(zeta), rel=1e-4)
 
 
 def test_at_the_target_only_its_own_compliance_is_left() -> None:
-    """X_M = X_D: Z = −D_D, whose entries are theory.md's test vector."""
+    """X_M = X_D: Z = −D_D, whose entries are the test vector of theory.md 11."""
     row = table("montecarlo").query("x_m == 0.1 and y_m == -0.05").iloc[0]
     compliance = np.array([[0.112, 0.008], [0.008, 0.072]])  # µm/N
     zeta = 5.0 * np.linalg.norm(compliance, axis=1)

@@ -7,7 +7,7 @@ import pytest
 
 from expdesign.design.problem_file import read_problem
 from expdesign.validation.simulation import simulate
-from thesis_studies.error_rms import ErrorRms, _plans
+from thesis_studies.error_rms import ErrorRms, Settings, _plans
 from thesis_studies.making import prepare, read_frame
 
 ROOT = Path(__file__).parents[2]
@@ -16,6 +16,7 @@ ROOT = Path(__file__).parents[2]
 def test_trace_is_that_of_u_and_of_z() -> None:
     """√tr(tA_D·M⁻¹·tA_Dᵀ) and √tr(tZ·Σ_F·tZᵀ) from the matrices of the evaluation, beside the kept table."""
     here = prepare(ErrorRms.name(), ROOT / "configs" / "studies")
+    assert isinstance(here.settings, Settings)
     problem = read_problem(here.document.folder / here.settings.configuration)
     plan = _plans(problem, here.settings)[1]
     assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
@@ -49,6 +50,7 @@ def test_trace_is_that_of_u_and_of_z() -> None:
 def test_identity_holds_for_every_set_of_errors() -> None:
     """mean ‖e‖² = tr Cov + ‖mean‖² exactly, so that RMS and trace differ by the mean alone."""
     here = prepare(ErrorRms.name(), ROOT / "configs" / "studies")
+    assert isinstance(here.settings, Settings)
     problem = read_problem(here.document.folder / here.settings.configuration)
     errors = simulate(problem, _plans(problem, here.settings)[0], 2000, 3).errors[:, 1, :3]
     centred = errors - errors.mean(axis=0)

@@ -11,6 +11,7 @@ from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot_file import read_robot
 from thesis_studies.making import read_frame
 from thesis_studies.stiffness_mapping import StiffnessMapping
+from thesis_studies.tables import rows_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -43,7 +44,7 @@ def conservative_difference(machine: ParallelRobot, pose: np.ndarray, mass: floa
 
 
 def test_differences_are_the_repeatability_at_the_loads_found() -> None:
-    for row in table("reached").query("against == 'mapping'").itertuples():
+    for row in rows_of(table("reached").query("against == 'mapping'")):
         pose = np.array([float(value) for value in row.pose.split()])
         machine = robot(row.robot)
         moved = conservative_difference(machine, pose, row.translation_kg)

@@ -79,6 +79,6 @@ WRONG = {
 def test_what_is_wrong_is_said_before_the_first_run(tmp_path: Path, name: str) -> None:
     content, words = WRONG[name]
     with pytest.raises(InputError) as caught:
-        runs_of(tmp_path, **content)
+        runs_of(tmp_path, **content)  # type: ignore[arg-type]
     assert words in caught.value.message
     assert "sweep.yaml" in caught.value.message

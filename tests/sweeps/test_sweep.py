@@ -76,7 +76,7 @@ def test_an_interrupted_sweep_goes_on(done: tuple[Path, Path], tmp_path: Path, e
     with pytest.raises(type(error)) as caught:
         xd.sweep(done[0], out, engine=Interrupted(4, error))
     if isinstance(error, WorkersError):
-        assert "4 of 6 runs are finished and kept" in caught.value.message
+        assert "4 of 6 runs are finished and kept" in str(caught.value)
     kept = {name: data for name, data in contents(out).items() if name.startswith("runs")}
     expected = contents(done[1])
     assert len(kept) == 4 * 6
@@ -215,7 +215,7 @@ def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
 
 
 def test_work_that_always_ends_its_process_is_given_up() -> None:
-    results = []
+    results: list[object] = []
     with pytest.raises(WorkersError, match="3 times"):
         results.extend(Processes(1).execute(always_dies, range(6)))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -168,7 +170,7 @@ def test_passive_joint_stiffness_away_from_home(bench):
 
 @pytest.mark.parametrize("end", ["base", "platform"])
 def test_joint_position_error_moves_the_unloaded_platform(bench, end):
-    """theory.md 9 I: dX = J-check (u . da) for a base joint and -J-check (u . R db) for a platform joint."""
+    """theory.md 9.I: dX = J-check (u . da) for a base joint and -J-check (u . R db) for a platform joint."""
     robot, model = bench.robot("H1"), bench.Linear(bench.robot("H1"), POSE)
     error = np.array([1e-5, -2e-5, 3e-5])
     shift = error if end == "base" else -bench.rotation(np.array(POSE[3:]), "fixed-xyz") @ error
@@ -367,7 +369,7 @@ def test_outliers_spoil_single_rows(bench):
 
 def test_taut_cable_stiffens_and_a_slack_one_does_not(bench):
     robot, model = bench.robot("H1"), bench.Linear(bench.robot("H1"), HOME)
-    vertical = {"base_m": [0, 0, 0], "platform_m": [0, 0, 0], "stiffness_N_per_m": 1e4}
+    vertical: dict[str, Any] = {"base_m": [0, 0, 0], "platform_m": [0, 0, 0], "stiffness_N_per_m": 1e4}
     rows = one(bench, pose=HOME)
     assert np.abs(difference(bench, robot, rows, el.Cable(slack_m=0.31, **vertical))).max() < 1e-14
     pulled = difference(bench, robot, rows, el.Cable(slack_m=0.299, **vertical))[0]

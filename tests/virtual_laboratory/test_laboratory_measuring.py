@@ -243,6 +243,6 @@ def test_robot_kinds_and_shapes(bench):
 
 def test_parameters_of_elements_are_read_with_their_units():
     for entry in EVERYTHING:
-        element = element_from(entry)
+        element = element_from(entry)  # type: ignore[arg-type]
         assert element.identifier == entry["physics"]
         assert dataclasses.is_dataclass(element)

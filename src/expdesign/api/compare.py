@@ -15,9 +15,10 @@ from expdesign.comparison.judgement import Judgement, judge
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import total_lower_bound
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.plan import csv_text, plan_frame, read_plan
+from expdesign.design.plan import plan_frame, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
 from expdesign.report.page import Page
 
@@ -130,7 +131,7 @@ def compare(
         random: random designs per configuration.
         generations: of the search for each criterion; the configuration's setting if left out.
         seed: of everything.
-        report: is told how far the work is.
+        report: called with the progress.
 
     Raises:
         InputError: a file is wrong, or the configurations are not comparable.

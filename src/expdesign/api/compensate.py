@@ -9,7 +9,7 @@ from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, num
 from expdesign.compensation.compensate import Compensation
 from expdesign.compensation.compensate import compensate as commands_for
 from expdesign.compensation.prediction import in_file_order, require_history
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.recordings.reader import points_from_table
 
@@ -19,7 +19,7 @@ class Commands:
     """What to command.
 
     Attributes:
-        text: the targets as they stand in a file, with the command in the pose columns (interfaces.md).
+        text: the targets as they stand in a file, with the command in the pose columns.
         compensation: the same as arrays, rows in the order of their sequence, and how the commands were found.
     """
 

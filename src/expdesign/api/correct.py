@@ -9,9 +9,9 @@ import pandas as pd
 
 from expdesign.api.inputs import PathLike, RobotInput, TableInput, numeric, robot_of, table_of
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import csv_text
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, write_file
 from expdesign.identification.identify import identify
 from expdesign.recordings.columns import order_in_time
@@ -32,7 +32,7 @@ class Corrected:
     """What the correction made.
 
     Attributes:
-        text: recordings in interfaces.md form, as they stand in a file; empty where no row has a load.
+        text: recordings (file-formats.md, Recordings), as they stand in a file; empty where no row has a load.
         poses: every measured pose with its corrected one in `corrected_x_m …`, as it stands in a file.
         deflections: the same as arrays.
         repeatability: scatter of repeated poses, or None.

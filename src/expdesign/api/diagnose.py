@@ -9,11 +9,11 @@ import pandas as pd
 
 from expdesign.api.identify import RecordingsInput, recordings_of
 from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of
-from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.record import correction_frame, diagnosis_record
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.model_file import Model, model_text
 from expdesign.report.page import Page
@@ -29,7 +29,7 @@ class Diagnosed:
         robot: with its file.
         result: everything that the diagnosis found.
         model: the robot with the effects that were found; what prediction and compensation need.
-        series: of a plan to tell two explanations apart.
+        series: number of series of a plan that separates two explanations.
     """
 
     robot: RobotFile
@@ -51,7 +51,7 @@ class Diagnosed:
 
     @property
     def next_plan(self) -> pd.DataFrame | None:
-        """A plan that tells two explanations apart, where two are left."""
+        """A plan that separates two explanations, where two remain; else None."""
         rival = self.result.rival
         if rival is None:
             return None
@@ -59,7 +59,7 @@ class Diagnosed:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The content of `diagnosis.json` (interfaces.md)."""
+        """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
         return diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
 
     def page(self) -> Page:
@@ -97,9 +97,9 @@ def diagnose(
     Args:
         robot: that was measured.
         recordings: in one or more files, or as a frame.
-        series: of a plan to tell two explanations apart.
+        series: number of series of a plan that separates two explanations.
         shared_reference: whether the rows of a series share the noise of their reference.
-        report: is told what is being done.
+        report: called with a sentence on what is being done.
 
     Raises:
         InputError: a file is missing or wrong.

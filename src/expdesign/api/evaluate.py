@@ -36,7 +36,7 @@ class Evaluation:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The document of `evaluate --json` (interfaces.md)."""
+        """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
         return evaluation_record(self.assessment)
 
     @property

@@ -49,7 +49,7 @@ class Identified:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The content of `identification.json` (interfaces.md)."""
+        """The content of `identification.json` (file-formats.md, identification.json)."""
         return identification_record(self.result)
 
     def page(self) -> Page:
@@ -100,7 +100,7 @@ def identify(
         robot: whose stiffness is wanted.
         recordings: in one or more files, or as a frame.
         shared_reference: whether half of each row's variance is common to its series.
-        prior: relative standard deviation of `actuator_stiffness` beforehand, in percent.
+        prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
 
     Raises:
         InputError: a file is missing or wrong.

@@ -7,9 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.model_file import Model, read_model

@@ -23,7 +23,7 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
 
     Args:
         file: a robot, a run configuration or an identified model (YAML), or a table (CSV).
-        robot: of what the table's recordings are.
+        robot: the robot that was recorded, for a table of recordings.
 
     Returns:
         `RobotFile`, `DesignProblem` or `Model`; of a table, `Recordings` where a robot is given, else a frame.

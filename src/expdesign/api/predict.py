@@ -8,7 +8,7 @@ import pandas as pd
 from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.reader import points_from_table
@@ -46,7 +46,7 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
         platform: the motion of the platform instead of the instrument's reading.
 
     Raises:
-        InputError: a file is missing or wrong, or does not tell the history that the model depends on.
+        InputError: a file is missing or wrong, or lacks the history on which the model depends.
         SingularConfigurationError: the robot is singular at a point.
     """
     identified = model_of(model)

@@ -12,19 +12,20 @@ from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.front import Front
 from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.plan import Plan, csv_text
+from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import pareto_frame, plan_of, plans_frame
 from expdesign.design.search import Progress, search
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]
-"""Told what is done (a word), how many steps of how many are done, and what was reached."""
+"""Called with the stage (one word), the steps done, the steps in all, and a note on what was reached."""
 
 
 def silent(title: str, done: int, total: int, note: str) -> None:
@@ -38,7 +39,7 @@ class Run:
     Attributes:
         problem: what was searched.
         front: what was found.
-        record: the content of `run.json` (interfaces.md).
+        record: the content of `run.json` (file-formats.md, run.json).
     """
 
     problem: DesignProblem
@@ -106,7 +107,7 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
 
     Args:
         config: run configuration.
-        report: is told how far the search is.
+        report: called with the progress of the search.
         timed: whether the record says how long it took; without that, the same input gives the same bytes.
 
     Raises:

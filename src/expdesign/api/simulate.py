@@ -8,9 +8,10 @@ import pandas as pd
 from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, numeric, problem_of, table_of
 from expdesign.arrays import FloatArray
 from expdesign.compensation.prediction import require_regular_points
-from expdesign.design.plan import completed, csv_text, read_plan
+from expdesign.design.plan import completed, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.identification.synthetic import simulated_deflections
 from expdesign.recordings.reader import points_from_table

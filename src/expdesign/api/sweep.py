@@ -50,7 +50,7 @@ def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, rep
         file: what varies.
         folder: for the results.
         engine: that does the runs; one after another in this process if left out.
-        report: is told how many are done.
+        report: called with the number of finished runs.
 
     Raises:
         InputError: the sweep is wrong, or a result cannot be written.

@@ -38,7 +38,7 @@ class Effect(ABC):
     Attributes:
         identifier: of the class, kept in model files: its place in `chain/effects` (`legs.backlash`), unless the class
             declares one. A file that moves keeps the identifier that its class had by declaring it.
-        physics: identifier of interfaces.md, which several effects share that people call by one name.
+        physics: identifier (file-formats.md, Identifiers of physics), shared by effects that people call by one name.
         forms: its variants, where the robot and the recordings do not decide which there are.
         measurands: readings that show it. Geometry and own weight show in positions to first order and cancel from
             deflections; what only shifts or turns the instrument is part of every model of positions.
@@ -194,7 +194,7 @@ class Effect(ABC):
         return reading
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
-        """The parameters as people know them (names of interfaces.md), as expressions of `theta`."""
+        """The parameters as people know them (names of file-formats.md, diagnosis.json), as expressions of `theta`."""
         return {parameter.name: theta[i] for i, parameter in enumerate(self.parameters)}
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

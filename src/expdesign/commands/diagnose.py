@@ -16,7 +16,7 @@ def command(
     robot: Annotated[Path, typer.Argument(help="Robot (YAML).")],
     recordings: Annotated[Path, typer.Argument(help="Recordings (CSV).")],
     out: Annotated[Path, typer.Option(help="Folder for the results.")],
-    series: Annotated[int, typer.Option(min=1, help="Series of a plan to tell two explanations apart.")] = 3,
+    series: Annotated[int, typer.Option(min=1, help="Series of a plan that separates two explanations.")] = 3,
     shared_reference: Annotated[
         bool, typer.Option("--shared-reference", help="The rows of a series share the noise of their reference.")
     ] = False,

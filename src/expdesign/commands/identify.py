@@ -23,7 +23,7 @@ def command(
         typer.Option("--shared-reference", help="Half of each row's variance is common to its series."),
     ] = False,
     prior: Annotated[
-        float | None, typer.Option(help="Relative standard deviation of `actuator_stiffness` beforehand, in percent.")
+        float | None, typer.Option(help="Prior relative standard deviation of `actuator_stiffness`, in percent.")
     ] = None,
 ) -> None:
     """Identify the stiffness of every actuator from recordings.

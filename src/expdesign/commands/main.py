@@ -91,6 +91,6 @@ def main(arguments: list[str] | None = None) -> None:
         print("expdesign: interrupted", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:
-        # The reader of standard output has gone; there is nobody left to tell.
+        # The reader of standard output has gone (e.g. `| head`): no message can reach it.
         sys.stderr.close()
         sys.exit(1)

@@ -1,34 +1,18 @@
 """`expdesign schema`: the keys of a file, for editors."""
 
-import difflib
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from pydantic import BaseModel
 
-from expdesign.design.schema import RunSection
-from expdesign.errors import InputError
+import expdesign as xd
 from expdesign.files.output import json_text
-from expdesign.sweeps.schema import SweepSection
-
-SCHEMAS: dict[str, type[BaseModel]] = {"configuration": RunSection, "sweep": SweepSection}
 
 
 def command(
-    kind: Annotated[str, typer.Argument(help="`configuration` or `sweep`.")] = "configuration",
+    kind: Annotated[str, typer.Argument(help="`configuration`, `robot` or `sweep`.")] = "configuration",
 ) -> None:
     """Print the JSON schema of a kind of file, with which an editor completes keys and marks mistakes.
 
     Example: expdesign schema configuration > configuration.schema.json
     """
-    if kind not in SCHEMAS:
-        near = difflib.get_close_matches(kind, list(SCHEMAS), n=1, cutoff=0.4)
-        remedy = f"Did you mean `{near[0]}`?" if near else f"Known: {', '.join(SCHEMAS)}."
-        raise InputError(f"there is no schema of `{kind}`", remedy=remedy)
-    print(schema_text(kind), end="")
-
-
-def schema_text(kind: str) -> str:
-    """The schema as it stands in a file."""
-    content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return json_text(content | SCHEMAS[kind].model_json_schema())
+    print(json_text(xd.schema(kind)), end="")

@@ -1,4 +1,4 @@
-"""`evaluate --json` (interfaces.md): every criterion of one design and the matrices behind them, as one document."""
+"""Criteria of one design and the matrices behind them, as one document (file-formats.md, evaluate --json)."""
 
 from typing import Any
 

@@ -1,6 +1,5 @@
 """A plan: the measurements of one design, as a table that a person takes to the laboratory."""
 
-import io
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,21 +39,6 @@ def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFr
         if with_gravity or name not in robot.coordinates.gravity:
             columns[name] = plan.loads[:, i]
     return pd.DataFrame(columns)
-
-
-def csv_text(frame: pd.DataFrame) -> str:
-    """CSV text of a frame: shortest decimal numbers that read back as the same floats, line feeds."""
-    stream = io.StringIO()
-    frame.map(_cell).to_csv(stream, index=False, lineterminator="\n")
-    return stream.getvalue()
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "true" if value else "false"
-    if isinstance(value, float | np.floating):
-        return repr(float(value) + 0.0)
-    return str(value)
 
 
 def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> Plan:

@@ -1,4 +1,4 @@
-"""`run.json` (interfaces.md): what a search was given and what it found, as one document."""
+"""`run.json` (file-formats.md, run.json): what a search was given and what it found, as one document."""
 
 from importlib.metadata import version
 from typing import Any

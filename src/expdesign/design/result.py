@@ -1,4 +1,4 @@
-"""The tables of a finished search, in the columns of interfaces.md."""
+"""The tables of a finished search (file-formats.md, Fronts and plans)."""
 
 import numpy as np
 import pandas as pd

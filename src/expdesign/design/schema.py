@@ -1,4 +1,4 @@
-"""The run configuration as it stands in YAML (interfaces.md, Run configuration): keys, types and their meaning."""
+"""The run configuration as it stands in YAML (file-formats.md, Run configurations): keys, types and their meaning."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -107,9 +107,21 @@ GridAxis = Annotated[
 class PosesSection(Section):
     """`experiment.poses`: one of three forms."""
 
-    bounds: dict[str, QuantityField] | None = None
-    grid: dict[str, GridAxis] | None = None
-    candidates: str | list[list[Number]] | None = None
+    bounds: dict[str, QuantityField] | None = Field(
+        default=None,
+        description="Continuous poses: for each coordinate (`x_m` ..., or `q1_rad` ... of an arm; m or rad) a number, "
+        "`[low, high]` or `{choices: [...]}`. Coordinates that are not named are 0.",
+    )
+    grid: dict[str, GridAxis] | None = Field(
+        default=None,
+        description="A grid of poses: for each coordinate (m or rad) `[low, high, number of points]` or a number. "
+        "Coordinates that are not named are 0.",
+    )
+    candidates: str | list[list[Number]] | None = Field(
+        default=None,
+        description="A list of poses (m, rad), or a CSV file with a column for every coordinate; the path is relative "
+        "to the configuration.",
+    )
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -125,43 +137,79 @@ class PosesSection(Section):
 class TiltSection(Section):
     """`experiment.load.gravity`: tilt of the base (rad)."""
 
-    tilt_x_rad: QuantityField | None = None
-    tilt_y_rad: QuantityField | None = None
-    tilt_rad: QuantityField | None = None
+    tilt_x_rad: QuantityField | None = Field(
+        default=None, description="Tilt about x (rad): gravity is Ry(tilt_y)·Rx(tilt_x)·g. Default: 0."
+    )
+    tilt_y_rad: QuantityField | None = Field(default=None, description="Tilt about y (rad). Default: 0.")
+    tilt_rad: QuantityField | None = Field(default=None, description="Tilt of a bipod in its plane (rad). Default: 0.")
 
 
 class LoadSection(Section):
     """`experiment.load`."""
 
-    kind: Literal["payload", "wrench"]
-    mass_kg: QuantityField | None = None
-    com_x_m: QuantityField | None = None
-    com_y_m: QuantityField | None = None
-    com_z_m: QuantityField | None = None
-    gravity: TiltSection | None = None
-    fx_N: QuantityField | None = None
-    fy_N: QuantityField | None = None
-    fz_N: QuantityField | None = None
-    mx_Nm: QuantityField | None = None
-    my_Nm: QuantityField | None = None
-    mz_Nm: QuantityField | None = None
+    kind: Literal["payload", "wrench"] = Field(
+        description="`payload`: a mass under gravity; `wrench`: a force and a moment that do not depend on the pose."
+    )
+    mass_kg: QuantityField | None = Field(default=None, description="Mass of a payload (kg); required for a payload.")
+    com_x_m: QuantityField | None = Field(
+        default=None, description="x of the centre of mass in the platform frame (m). Default: 0."
+    )
+    com_y_m: QuantityField | None = Field(
+        default=None, description="y of the centre of mass in the platform frame (m). Default: 0."
+    )
+    com_z_m: QuantityField | None = Field(
+        default=None, description="z of the centre of mass in the platform frame (m). Default: 0."
+    )
+    gravity: TiltSection | None = Field(
+        default=None,
+        description="Where the base can be tilted: the directions of gravity that can be had. Default: as in the "
+        "robot file.",
+    )
+    fx_N: QuantityField | None = Field(default=None, description="Force along x of O (N). Default: 0.")
+    fy_N: QuantityField | None = Field(default=None, description="Force along y of O (N). Default: 0.")
+    fz_N: QuantityField | None = Field(default=None, description="Force along z of O (N). Default: 0.")
+    mx_Nm: QuantityField | None = Field(
+        default=None, description="Moment about x of O at the origin of P (N·m). Default: 0."
+    )
+    my_Nm: QuantityField | None = Field(
+        default=None, description="Moment about y of O at the origin of P (N·m). Default: 0."
+    )
+    mz_Nm: QuantityField | None = Field(
+        default=None, description="Moment about z of O at the origin of P (N·m). Default: 0."
+    )
 
 
 class PointsSection(Section):
     """`experiment.deflection_noise.points`: poses come from the measured points of an artefact."""
 
-    positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
-    std_m: Positive
-    pose: list[Number] | None = None
+    positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]] = Field(
+        description="Points of the artefact in the platform frame, `[x, y, z]` (m) each; at least three, not in line."
+    )
+    std_m: Positive = Field(description="Standard deviation of every measured coordinate of a point (m).")
+    pose: list[Number] | None = Field(
+        default=None, description="Pose (m, rad) at which the covariance is taken. Default: the zero pose."
+    )
 
 
 class NoiseSection(Section):
     """`experiment.deflection_noise`."""
 
-    std: dict[str, Positive] | None = None
-    covariance: list[list[Number]] | None = None
-    points: PointsSection | None = None
-    shared_reference: Annotated[bool, Field(strict=True)] = False
+    std: dict[str, Positive] | None = Field(
+        default=None,
+        description="Standard deviation of every measured component of a deflection (`dx_m` ... in m, `drx_rad` ... in "
+        "rad). Components that are not named are not measured.",
+    )
+    covariance: list[list[Number]] | None = Field(
+        default=None, description="Covariance matrix of a deflection, all components (m², m·rad, rad²)."
+    )
+    points: PointsSection | None = Field(
+        default=None, description="Poses are registered from measured points, whose covariance follows from theirs."
+    )
+    shared_reference: Annotated[bool, Field(strict=True)] = Field(
+        default=False,
+        description="Whether measurements of one series (of consecutive rows at one pose) share one unloaded "
+        "measurement, which carries half of each deflection's covariance.",
+    )
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -173,49 +221,93 @@ class NoiseSection(Section):
 class LoadErrorSection(Section):
     """One entry of `experiment.load_error`."""
 
-    source: str
-    std: NonNegative | list[NonNegative]
-    shared: Annotated[bool, Field(strict=True)] = True
+    source: str = Field(
+        description="`com` (centre of mass), `mass`, `direction` (of gravity or of the wrench) or `wrench`."
+    )
+    std: NonNegative | list[NonNegative] = Field(
+        description="Standard deviations: `com` m in the platform frame (3; none for a bipod), `mass` kg (1), "
+        "`direction` rad about x and y of O (2; 1 for a bipod), `wrench` N and N·m (6; 2 for a bipod)."
+    )
+    shared: Annotated[bool, Field(strict=True)] = Field(
+        default=True,
+        description="Whether all measurements have one unknown error in common (systematic), or each has its own "
+        "(random).",
+    )
 
 
 class ReferencePoseSection(Section):
     """`experiment.reference_pose`."""
 
-    pose: list[Number]
-    interpolate: Annotated[bool, Field(strict=True)] = False
+    pose: list[Number] = Field(description="The reference pose that is measured before every other pose (m, rad).")
+    interpolate: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="Whether the correction interpolates between the references before and after a pose."
+    )
 
 
 class ExperimentSection(Section):
     """`experiment`."""
 
-    measurements: Count
-    poses: PosesSection
-    load: LoadSection | None = None
-    deflection_noise: NoiseSection
-    load_error: list[LoadErrorSection] = Field(default_factory=list)
-    geometric_stiffness: Annotated[bool, Field(strict=True)] = False
-    calibration: Literal["elastostatic", "geometric", "both"] = "elastostatic"
-    frames: Literal["known", "unknown"] = "known"
-    reference_pose: ReferencePoseSection | None = None
+    measurements: Count = Field(description="Number m of loaded measurements of a plan.")
+    poses: PosesSection = Field(description="Where measurements may be taken: exactly one of the three forms.")
+    load: LoadSection | None = Field(
+        default=None, description="Loads that can be applied; required except for `calibration: geometric`."
+    )
+    deflection_noise: NoiseSection = Field(
+        description="Measurement noise of a deflection (of a pose, for `calibration: geometric`): exactly one of "
+        "`std`, `covariance` and `points`."
+    )
+    load_error: list[LoadErrorSection] = Field(
+        default_factory=list, description="Sources of error of the applied load. Default: none, and FEIR is 0."
+    )
+    geometric_stiffness: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="Whether the model includes the change of geometry under load (K_G)."
+    )
+    calibration: Literal["elastostatic", "geometric", "both"] = Field(
+        default="elastostatic",
+        description="What is identified: `elastostatic` compliances of the actuators, `geometric` errors of joints and "
+        "lengths, or `both`.",
+    )
+    frames: Literal["known", "unknown"] = Field(
+        default="known",
+        description="Whether the frames of base and artefact are known in the instrument's, for geometric calibration.",
+    )
+    reference_pose: ReferencePoseSection | None = Field(
+        default=None, description="Thermal deflection is removed with a reference pose. Default: none is measured."
+    )
 
 
 class TargetPayloadSection(Section):
     """`targets[].payload`."""
 
-    mass_kg: Positive
-    com_m: list[Number] | None = None
+    mass_kg: Positive = Field(description="Mass (kg).")
+    com_m: list[Number] | None = Field(
+        default=None, description="Centre of mass in the platform frame, `[x, y, z]` (m). Default: its origin."
+    )
 
 
 class TargetSection(Section):
     """One entry of `targets`."""
 
-    pose: list[Number]
-    payload: TargetPayloadSection | None = None
-    wrench: list[Number] | None = None
-    tolerance: dict[str, Positive]
-    weight: Positive = 1.0
-    gravity_m_s2: list[Number] | None = None
-    tolerance_axes: Literal["pose", "body"] = "pose"
+    pose: list[Number] = Field(description="Pose (m, rad) or joint coordinates at which accuracy is wanted.")
+    payload: TargetPayloadSection | None = Field(
+        default=None, description="Payload carried there; exactly one of `payload` and `wrench`."
+    )
+    wrench: list[Number] | None = Field(
+        default=None,
+        description="Wrench applied there, `[fx, fy, fz, mx, my, mz]` (N, N·m) in O about the origin of P.",
+    )
+    tolerance: dict[str, Positive] = Field(
+        description="Error that is acceptable on each axis that matters (`dx_m` ... in m, `drx_rad` ... in rad)."
+    )
+    weight: Positive = Field(default=1.0, description="Weight of the target in a mean over targets.")
+    gravity_m_s2: list[Number] | None = Field(
+        default=None, description="Gravity in O at this target (m/s²). Default: as in the robot file."
+    )
+    tolerance_axes: Literal["pose", "body"] = Field(
+        default="pose",
+        description="Whether tolerances of rotations are of the pose's angles or of rotations about the platform's own "
+        "axes.",
+    )
 
     @model_validator(mode="after")
     def _one_load(self) -> Self:
@@ -229,20 +321,36 @@ class TargetSection(Section):
 class OptimiserSection(Section):
     """`optimiser`."""
 
-    algorithm: Literal["nsga2"] = "nsga2"
-    population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = 100
-    generations: Count = 200
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
-    polish: Annotated[bool, Field(strict=True)] = True
+    algorithm: Literal["nsga2"] = Field(default="nsga2", description="Multi-objective search before the refinement.")
+    population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
+        default=100, description="Designs in the population of the search."
+    )
+    generations: Count = Field(default=200, description="Generations of the search.")
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(
+        default=1, description="Seed of all random numbers of the search."
+    )
+    polish: Annotated[bool, Field(strict=True)] = Field(
+        default=True, description="Whether designs of the front are refined by exact gradients."
+    )
 
 
 class RunSection(Section):
     """A run configuration."""
 
-    schema_version: Literal[1]
-    robot: str | dict[str, Any]
-    experiment: ExperimentSection
-    targets: Annotated[list[TargetSection], Field(min_length=1)]
-    aggregate: Literal["mean", "max"] = "mean"
-    objectives: list[str] = Field(default_factory=lambda: ["duir", "feir"])
-    optimiser: OptimiserSection = OptimiserSection()
+    schema_version: Literal[1] = Field(description="Version of this format.")
+    robot: str | dict[str, Any] = Field(
+        description="The robot: a file (the path is relative to the configuration), or the mapping itself."
+    )
+    experiment: ExperimentSection = Field(description="What can be measured, and with which errors.")
+    targets: Annotated[list[TargetSection], Field(min_length=1)] = Field(
+        description="Where accuracy under load is wanted after compensation; at least one."
+    )
+    aggregate: Literal["mean", "max"] = Field(
+        default="mean",
+        description="Criteria over several targets: root of the weighted mean square, or the `max` target's.",
+    )
+    objectives: list[str] = Field(
+        default_factory=lambda: ["duir", "feir"],
+        description="Criteria that span the Pareto front, at least two. Default: `[duir, feir]`.",
+    )
+    optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")

@@ -26,7 +26,7 @@ class PoseSet:
 
 
 def tilted_gravity(gravity: ca.SX, tilt: ca.SX) -> ca.SX:
-    """Gravity in O under a tilted base (interfaces.md): Ry(tilt_y)·Rx(tilt_x)·g in space, R(tilt)·g in the plane."""
+    """Gravity in O under a tilted base: Ry(tilt_y)·Rx(tilt_x)·g in space, R(tilt)·g in the plane."""
     if gravity.shape[0] == 2:
         c, s = ca.cos(tilt[0]), ca.sin(tilt[0])
         return ca.vertcat(c * gravity[0] - s * gravity[1], s * gravity[0] + c * gravity[1])

@@ -1,4 +1,4 @@
-"""Diagnosis of recordings: consistent, explained by named physics, or unexplained (interfaces.md, diagnosis.json)."""
+"""Diagnosis of recordings: consistent, explained by named physics, or unexplained (file-formats.md, diagnosis.json)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

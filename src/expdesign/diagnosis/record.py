@@ -1,4 +1,4 @@
-"""`diagnosis.json` (interfaces.md)."""
+"""`diagnosis.json` (file-formats.md, diagnosis.json)."""
 
 from typing import Any
 

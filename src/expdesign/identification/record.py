@@ -1,4 +1,4 @@
-"""`identification.json` (interfaces.md): what the identification found, as one document."""
+"""`identification.json` (file-formats.md, identification.json): what the identification found, as one document."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A payload: a mass whose centre of mass has a place on the platform (interfaces.md, Conventions; theory.md 5.2)."""
+"""A payload: a mass whose centre of mass has a place on the platform (file-formats.md, Conventions; theory.md 5.2)."""
 
 import casadi as ca
 import numpy as np

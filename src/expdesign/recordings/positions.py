@@ -1,4 +1,4 @@
-"""The columns of position recordings: which marker, where it was measured, how well (interfaces.md)."""
+"""The columns of position recordings: which marker, where it was measured, how well (file-formats.md, Recordings)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Read recordings and points from CSV tables; every fault is named with file, row and column (interfaces.md)."""
+"""Read recordings and points from tables; faults name file, row and column (file-formats.md, Recordings)."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Recordings and points as arrays (interfaces.md, Recordings)."""
+"""Recordings and points as arrays (file-formats.md, Recordings)."""
 
 from dataclasses import dataclass, field, fields, replace
 from typing import Any

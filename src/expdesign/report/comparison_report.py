@@ -10,7 +10,7 @@ from expdesign.comparison.correlation import RankCorrelation
 from expdesign.comparison.judgement import Judgement
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -94,8 +94,8 @@ def _summary(
         worst = named[-1]
         text = (
             f"{name}: {_listed([title(judgement.contenders[i].name, judgement.contenders[i].origin) for i in near])} "
-            f"{'is' if len(near) == 1 else 'are'} within 1\u00a0% of the best accuracy, as far as the repetitions can "
-            f"tell; the least accurate of the optimised and given designs "
+            f"{'is' if len(near) == 1 else 'are'} within 1\u00a0% of the best accuracy, to within the "
+            f"statistical error of the repetitions; the least accurate of the optimised and given designs "
             f"({title(judgement.contenders[worst].name, judgement.contenders[worst].origin)}) leaves "
             f"{words.number(float(factor[worst]))} times its error"
         )

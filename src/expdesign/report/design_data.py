@@ -10,9 +10,9 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.error_ellipses import target_covariances
 from expdesign.design.accuracy_map import AccuracyMap
 from expdesign.design.front import Front
-from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import plan_of
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import accuracy_map, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, shown_criteria
 from expdesign.report.deviations import PlanDeviations

@@ -6,9 +6,9 @@ from typing import Any
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
-from expdesign.design.plan import csv_text
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import pareto_frame
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import accuracy_map, error_ellipses, words
 from expdesign.report import deviations as deviations_report
 from expdesign.report.blocks import (
@@ -54,7 +54,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     Args:
         problem: what was searched.
         front: what was found.
-        run: the content of `run.json` (interfaces.md).
+        run: the content of `run.json` (file-formats.md, run.json).
     """
     assessment = problem.assess(*problem.space.decode(front.genes))
     budget = error_budget(problem, assessment)

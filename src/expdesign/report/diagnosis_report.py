@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.locate import LEVEL
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -69,7 +69,7 @@ def _conclusions(result: Diagnosis) -> list[str]:
         text = f"{finding.sentence} Probability {words.number(finding.probability, 2)}."
         if finding.indistinguishable:
             others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
-            text += f" These recordings cannot tell it from: {others}."
+            text += f" Confounded with it in these recordings: {others}."
         texts.append(text)
     if result.verdict != "consistent":
         axes = ", ".join(words.axis(name) for name in result.location.axes)
@@ -251,17 +251,19 @@ def _residual_figures(result: Diagnosis) -> list[Block]:
     part, unit = (forces, "N") if forces.any() else (moments, "N·m")
     size = np.linalg.norm(part, axis=1)
     blocks.append(_scatter(result, "load", size[::step], f"size of the load, {unit}", step))
-    coordinate = _telling_coordinate(result)
+    coordinate = _most_informative_coordinate(result)
     poses = recordings.configurations[::step, robot.configuration.index(coordinate)]
     if np.ptp(poses) > 0.0:
-        blocks.append(_scatter(result, "pose", poses, f"{coordinate}, the pose coordinate that tells most", step))
+        blocks.append(
+            _scatter(result, "pose", poses, f"{coordinate}, the pose coordinate on which they depend most", step)
+        )
     if recordings.time is not None:
         blocks.append(_scatter(result, "time", recordings.time[::step], "time, s", step))
     half = (len(blocks) + 1) // 2
     return [SideBySide(blocks[:half], blocks[half:])]
 
 
-def _telling_coordinate(result: Diagnosis) -> str:
+def _most_informative_coordinate(result: Diagnosis) -> str:
     """The pose coordinate on which the residuals of the base model depend most."""
     names = result.robot.configuration
     return next((probe.name for probe in result.location.patterns if probe.name in names), names[0])
@@ -373,7 +375,7 @@ def _next_steps(result: Diagnosis) -> Steps:
         ),
     ]
     if result.rival is not None:
-        steps.insert(0, ("Measure plan-next.csv: it tells the two remaining explanations apart.", ""))
+        steps.insert(0, ("Measure plan-next.csv: it separates the two remaining explanations.", ""))
     if result.verdict == "unexplained":
         steps.insert(0, ("Look at the place named above; record again with more loads and poses there.", ""))
     return Steps(steps)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import IntArray
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
 from expdesign.recordings.recordings import Recordings
@@ -291,7 +291,7 @@ def _measurement_table(result: Identification, train: Recordings) -> DataTable:
             "share": effect.share[np.arange(len(best)), best],
         }
     )
-    shown = _most_telling(result)
+    shown = _most_influential(result)
     rows = [
         [
             str(frame["sequence"].iloc[row]),
@@ -318,7 +318,7 @@ def _measurement_table(result: Identification, train: Recordings) -> DataTable:
     )
 
 
-def _most_telling(result: Identification) -> IntArray:
+def _most_influential(result: Identification) -> IntArray:
     """Rows for the table: all, or the outliers and those with the largest leverage."""
     leverage = result.influence.leverage
     if len(leverage) <= MOST_ROWS:

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.design.plan import csv_text
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,

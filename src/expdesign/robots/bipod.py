@@ -21,11 +21,15 @@ Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
 class BipodSection(RobotSection):
     """A bipod's robot file."""
 
-    kind: str
-    home: Point
-    base_joints: Annotated[list[Point], Field(min_length=2, max_length=2)]
-    actuator_stiffness: Annotated[list[Positive], Field(min_length=2, max_length=2)]
-    limits: LimitsSection = LimitsSection()
+    kind: str = Field(description="The word `bipod`.")
+    home: Point = Field(description="Tool point in O at the zero pose, `[x, y]` (m).")
+    base_joints: Annotated[list[Point], Field(min_length=2, max_length=2)] = Field(
+        description="Joints on the base in O, one row `[x, y]` (m) per leg; both legs end at the tool point."
+    )
+    actuator_stiffness: Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
+        description="Approximate stiffness apK of each leg (N/m)."
+    )
+    limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
 
     @model_validator(mode="after")
     def _gravity(self) -> Self:
@@ -51,7 +55,7 @@ class Bipod(ParallelRobot):
         leg_length: tuple[float, float] | None = None,
         name: str = "bipod",
     ) -> None:
-        """See the robot file of interfaces.md; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
+        """See file-formats.md, Robot files; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
         self.name = name
         self.base_joints = np.asarray(base_joints, dtype=float)
         self.platform_joints: FloatArray = np.zeros((2, 2))

@@ -26,9 +26,16 @@ Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 class BodySection(RobotSection):
     """A body's robot file."""
 
-    kind: str
-    orientation: Orientation = "fixed-xyz"
-    home: Point = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    kind: str = Field(description="The word `body`.")
+    orientation: Orientation = Field(
+        default="fixed-xyz",
+        description="How `(rx, ry, rz)` make R: `fixed-xyz` is Rz·Ry·Rx (rotations about the axes of O in the order x, "
+        "y, z), `moving-xyz` is Rx·Ry·Rz.",
+    )
+    home: Point = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0],
+        description="Origin of the body's frame P in O at the zero pose, `[x, y, z]` (m). Default: the origin of O.",
+    )
 
     @model_validator(mode="after")
     def _gravity(self) -> Self:

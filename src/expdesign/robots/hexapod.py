@@ -22,7 +22,9 @@ SixPoints = Annotated[list[Point], Field(min_length=6, max_length=6)]
 class LimitsSection(Section):
     """`limits` of a parallel robot's file."""
 
-    leg_length: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+    leg_length: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Shortest and longest leg, `[low, high]` (m). Default: no limits."
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -41,13 +43,19 @@ class LimitsSection(Section):
 class HexapodSection(RobotSection):
     """A hexapod's robot file."""
 
-    kind: str
-    orientation: Orientation = "fixed-xyz"
-    home: Point
-    base_joints: SixPoints
-    platform_joints: SixPoints
-    actuator_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)]
-    limits: LimitsSection = LimitsSection()
+    kind: str = Field(description="The word `hexapod`.")
+    orientation: Orientation = Field(
+        default="fixed-xyz",
+        description="How `(rx, ry, rz)` make R: `fixed-xyz` is Rz·Ry·Rx (rotations about the axes of O in the order x, "
+        "y, z), `moving-xyz` is Rx·Ry·Rz.",
+    )
+    home: Point = Field(description="Origin of the platform frame P in O at the zero pose, `[x, y, z]` (m).")
+    base_joints: SixPoints = Field(description="Joints on the base in O, one row `[x, y, z]` (m) per leg.")
+    platform_joints: SixPoints = Field(description="Joints on the platform in P, one row `[x, y, z]` (m) per leg.")
+    actuator_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Approximate stiffness apK of each leg (N/m)."
+    )
+    limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
 
     @model_validator(mode="after")
     def _gravity(self) -> Self:
@@ -75,7 +83,7 @@ class Hexapod(ParallelRobot):
         leg_length: tuple[float, float] | None = None,
         name: str = "hexapod",
     ) -> None:
-        """See the robot file of interfaces.md; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
+        """See file-formats.md, Robot files; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
         self.name = name
         self.base_joints = np.asarray(base_joints, dtype=float)
         self.platform_joints = np.asarray(platform_joints, dtype=float)

@@ -8,7 +8,7 @@ link k, where the next joint sits (after the last joint: the tip), in that frame
 Joints that mimic others have no coordinate of their own: theirs is multiplier·q + offset. A coordinate with several
 joints on the chain has one link, the one that follows the last of them.
 
-The links' own weight follows from the potential energy, τ_g = ∂/∂q Σ m·gᵀ·p (interfaces.md: masses from the URDF); the
+The links' own weight follows from the potential energy, τ_g = ∂/∂q Σ m·gᵀ·p (masses from the URDF); the
 branches that hang on the chain (a gripper's fingers) ride along with their own joints at zero, or at the limit nearest
 to it.
 """

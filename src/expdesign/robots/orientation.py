@@ -1,6 +1,6 @@
 """Orientation conventions: how three angles make a rotation matrix.
 
-Source: theory.md section 2.2 (the Symétrie controllers use `fixed-xyz`), interfaces.md (both conventions).
+Source: theory.md section 2.2 (the Symétrie controllers use `fixed-xyz`), file-formats.md, Conventions (both).
 """
 
 from typing import Literal

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 CONDITION_LIMIT = 100.0
 
 STANDARD_GRAVITY = 9.80665
-"""m/s², the magnitude that interfaces.md prescribes."""
+"""m/s², the standard magnitude (file-formats.md, Conventions)."""
 
 
 class CommandedState(NamedTuple):
@@ -83,10 +83,22 @@ class Jacobians:
 class RobotSection(Section):
     """Keys that the files of all kinds of robots share."""
 
-    name: str
-    gravity_m_s2: list[Number] | None = None
-    markers: dict[str, list[Number]] = Field(default_factory=dict)
-    instrument: list[Number] | None = None
+    name: str = Field(description="Name of the robot, for reports.")
+    gravity_m_s2: list[Number] | None = Field(
+        default=None,
+        description="Gravity in the base frame O (m/s²), `[gx, gy, gz]`, or `[gx, gy]` for a bipod. Default: 9.80665 "
+        "m/s² along the last axis, downwards.",
+    )
+    markers: dict[str, list[Number]] = Field(
+        default_factory=dict,
+        description="Known places of markers on the platform or the tip link: name and `[x, y, z]` (m) in its frame. "
+        "Places that are not given are estimated with the rest.",
+    )
+    instrument: list[Number] | None = Field(
+        default=None,
+        description="Known pose of the instrument that measures markers in O, `[x, y, z, rx, ry, rz]` (m, rad). "
+        "Default: it is estimated.",
+    )
 
 
 class Robot(ABC):

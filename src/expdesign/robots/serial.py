@@ -1,7 +1,7 @@
 """Serial robots: everything from one expression, the tip's pose T(q; geometry).
 
 The joints yield about (or along) their axes, Δq = c∘τ, and the tip moves by the twist J·Δq. Its deflection is that
-twist, the last three components a rotation vector in the axes of the base link (interfaces.md), so that J̌ = J. Unlike a
+twist, the last three components a rotation vector in the axes of the base link, so that J̌ = J. Unlike a
 parallel robot's, the Jacobian is finite everywhere: a serial robot is never singular in the sense of the linear
 deflection model, and the scaled condition number is 1 at every configuration.
 
@@ -35,12 +35,19 @@ Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 class SerialSection(RobotSection):
     """A serial robot's file."""
 
-    kind: str
-    urdf: str
-    base_link: str
-    tip_link: str
-    actuator_stiffness: list[Positive]
-    limits: dict[str, Range] = Field(default_factory=dict)
+    kind: str = Field(description="The word `serial`.")
+    urdf: str = Field(description="URDF file with kinematics and masses; the path is relative to this file.")
+    base_link: str = Field(description="Link of the URDF that is fixed to the ground; its frame is O.")
+    tip_link: str = Field(description="Link of the URDF whose deflection counts; its frame is P.")
+    actuator_stiffness: list[Positive] = Field(
+        description="Approximate stiffness apK of every joint that moves the tip, in the order of the chain: N·m/rad "
+        "for revolute and N/m for prismatic joints."
+    )
+    limits: dict[str, Range] = Field(
+        default_factory=dict,
+        description="Limits `[low, high]` by joint coordinate (`q1_rad`, `q2_m`, ...; rad or m). Default: those of the "
+        "URDF.",
+    )
 
     @model_validator(mode="after")
     def _gravity(self) -> Self:
@@ -70,7 +77,7 @@ class SerialRobot(Robot):
         limits: dict[str, tuple[float, float]] | None = None,
         name: str = "serial robot",
     ) -> None:
-        """See the robot file of interfaces.md; `stiffness` has one entry per coordinate (N·m/rad or N/m).
+        """See file-formats.md, Robot files; `stiffness` has one entry per coordinate (N·m/rad or N/m).
 
         `limits` (by column) narrow those of the URDF.
         """

@@ -1,9 +1,9 @@
 """An engine executes independent tasks, whatever it runs on.
 
-Everything that a sweep needs of a machine, or of many, is: apply a function to tasks, and hand back each result as it
-arrives. One process does that in two lines. Several processes and a cluster add only what can go wrong there: a worker
-that is killed loses its task, which another one then does; the whole that is killed loses what had not been handed
-back. Nothing about runs, files or progress is known here, and so nothing of it can depend on where the tasks run.
+A sweep needs one thing of a machine, or of many: apply a function to tasks, and return each result as it arrives. One
+process does that in two lines. Several processes and a cluster add only what can go wrong there: the task of a worker
+that is killed is repeated by another one; if the sweep itself is killed, results that had not been returned are lost.
+Runs, files and progress are unknown here, so that none of them can depend on where the tasks run.
 """
 
 import multiprocessing
@@ -72,7 +72,7 @@ class Processes(Engine):
                 try:
                     while waiting or running:
                         # More tasks than there are workers, so that none of them waits for the next while results
-                        # are written; not all of them, because what has been handed out is lost with the pool.
+                        # are written; not all of them, because submitted tasks are lost with the pool.
                         while waiting and len(running) <= 2 * self.workers:
                             index = waiting.popleft()
                             running[pool.submit(work, tasks[index])] = index

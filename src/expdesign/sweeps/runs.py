@@ -70,7 +70,7 @@ def sweep_runs(document: YamlDocument, version: str) -> list[SweepRun]:
 
 
 def identity(config: dict[str, Any], version: str) -> str:
-    """What tells one run from another: the digest of its resolved configuration and the version of the program.
+    """Identity of a run: the digest of its resolved configuration and the version of the program.
 
     Of a robot in a file of its own (URDF) the content counts, and not where it lies.
     """

@@ -20,9 +20,9 @@ from expdesign.files.schema import LARGEST_COUNT, Count, Section, invalid
 class RangeSection(Section):
     """`vary.KEY` as a range of whole numbers, both ends included."""
 
-    first: int = Field(alias="from", strict=True)
-    last: int = Field(alias="to", strict=True)
-    step: Count = 1
+    first: int = Field(alias="from", strict=True, description="First number.")
+    last: int = Field(alias="to", strict=True, description="Last number; it is included where the steps meet it.")
+    step: Count = Field(default=1, description="Step from one number to the next.")
 
     @model_validator(mode="after")
     def _not_empty(self) -> Self:
@@ -42,16 +42,27 @@ def _form(value: Any) -> str:
 
 
 Values = Annotated[Annotated[list[Any], Tag("list")] | Annotated[RangeSection, Tag("range")], Discriminator(_form)]
-"""Values as a list, or as a range; the form is told by the brackets, so that what is wrong is said of the right one."""
+"""Values as a list or as a range, distinguished by their brackets, so that messages fit the form that was meant."""
 
 
 class SweepSection(Section):
     """A sweep."""
 
-    schema_version: Literal[1]
-    config: str | dict[str, Any]
-    vary: dict[str, Values] = Field(default_factory=dict)
-    cases: list[dict[str, Any]] = Field(default_factory=list)
+    schema_version: Literal[1] = Field(description="Version of this format.")
+    config: str | dict[str, Any] = Field(
+        description="The run configuration that is varied: a file (the path is relative to the sweep), or its mapping."
+    )
+    vary: dict[str, Values] = Field(
+        default_factory=dict,
+        description="Keys of the configuration, written with dots (`experiment.measurements`), and their values: a "
+        "list, or a range `{from: 1, to: 5, step: 1}` of whole numbers. Every combination is run. Default: "
+        "nothing varies.",
+    )
+    cases: list[dict[str, Any]] = Field(
+        default_factory=list,
+        description="Sets of values that belong together, each a mapping of keys with dots to values; every case is "
+        "run with every combination of `vary`. Default: one case, the configuration as it is.",
+    )
 
     @model_validator(mode="after")
     def _something(self) -> Self:

@@ -16,8 +16,8 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.design.plan import csv_text
 from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
 from expdesign.sweeps.runs import SweepRun, text_of
 

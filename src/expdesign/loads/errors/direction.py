@@ -1,4 +1,4 @@
-"""The load does not act exactly along the assumed direction (interfaces.md: `direction`)."""
+"""The load does not act exactly along the assumed direction (file-formats.md, Run configurations)."""
 
 import casadi as ca
 

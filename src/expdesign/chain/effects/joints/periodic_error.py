@@ -1,7 +1,7 @@
 """A joint's transmission or encoder has an error that repeats with the joint's angle.
 
-Once a turn for an eccentric scale, twice for an oval one, and with every tooth or wave of the gear. As for a leg
-(interfaces.md), it is an offset in deflections of all rows of a series that depends on the joint's command.
+Once a turn for an eccentric scale, twice for an oval one, and with every tooth or wave of the gear. As for a leg,
+it is an offset in deflections of all rows of a series that depends on the joint's command.
 """
 
 import casadi as ca

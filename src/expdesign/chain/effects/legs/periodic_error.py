@@ -1,6 +1,6 @@
 """A leg's commanded length has an error that repeats with the pitch of its screw.
 
-In deflections it is an offset of all rows of a series that depends on the leg's commanded length (interfaces.md).
+In deflections it is an offset of all rows of a series that depends on the leg's commanded length.
 """
 
 from collections.abc import Sequence

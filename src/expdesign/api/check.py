@@ -1,0 +1,238 @@
+"""`check`: what is wrong with a file, or not identifiable."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.api.inputs import PathLike, RobotInput, robot_of
+from expdesign.design.feasibility import Feasibility, feasibility, random_designs
+from expdesign.design.optimality.gradient_check import gradient_table
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import problem_from_document, require_regular
+from expdesign.errors import InputError
+from expdesign.files.table import read_table
+from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.identification.identify import Identification
+from expdesign.identification.identify import identify as identify_recordings
+from expdesign.identification.model_file import Model, model_from_document
+from expdesign.recordings.reader import recordings_from_table, require_measured
+from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.structure import check_structure
+from expdesign.report import check_texts
+from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import robot_from_document
+from expdesign.sweeps.runs import SweepRun, sweep_runs
+
+
+@dataclass(frozen=True)
+class CheckedRobot:
+    """A robot that can be used.
+
+    Attributes:
+        source: its file.
+        robot: the robot.
+        condition: scaled condition number at its reference configuration.
+    """
+
+    source: str
+    robot: Robot
+    condition: float
+
+    @property
+    def summary(self) -> str:
+        """What it is, in one sentence."""
+        return check_texts.robot_summary(self.robot, self.condition)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        reference = self.robot.reference_configuration()
+        if float(self.robot.limit_excess(reference)) <= 0.0:
+            return ()
+        return (f"{self.source}: at the reference pose {self.robot.limit_message(reference)}",)
+
+
+@dataclass(frozen=True)
+class CheckedModel:
+    """An identified model that can be used.
+
+    Attributes:
+        model: the model.
+        robot: whose model it is.
+    """
+
+    model: Model
+    robot: CheckedRobot
+
+    @property
+    def summary(self) -> str:
+        """What it is, in one sentence."""
+        return check_texts.model_summary(len(self.model.chain.effects), self.robot.summary)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        return self.robot.remarks
+
+
+@dataclass(frozen=True)
+class CheckedProblem:
+    """A run configuration that can be solved.
+
+    Attributes:
+        problem: what it asks for.
+        feasibility: shares of the design space that can be reached and that identify what the targets need.
+    """
+
+    problem: DesignProblem
+    feasibility: Feasibility
+
+    @property
+    def summary(self) -> str:
+        """What it asks for, in one sentence."""
+        return check_texts.problem_summary(self.problem, self.feasibility)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        return check_texts.problem_remarks(self.problem, self.feasibility)
+
+    def gradients(self) -> pd.DataFrame:
+        """Exact gradients of every criterion against central differences, with a verdict, at two random designs.
+
+        Raises:
+            InputError: every variable is fixed or discrete.
+        """
+        problem = self.problem
+        if problem.space.discrete.all():
+            what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
+            remedy = "Leave --gradients out, or give a variable an interval."
+            raise InputError(what, where=problem.source, remedy=remedy)
+        genes = random_designs(problem)
+        # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
+        assessment = problem.assess(*problem.space.decode(genes))
+        order = np.argsort(~assessment.identifies_targets, kind="stable")
+        return gradient_table(problem, genes[order[:2]])
+
+
+@dataclass(frozen=True)
+class CheckedSweep:
+    """A sweep whose every run is a configuration.
+
+    Attributes:
+        runs: what is run.
+    """
+
+    runs: list[SweepRun]
+
+    @property
+    def summary(self) -> str:
+        """What it asks for, in one sentence."""
+        return check_texts.sweep_summary(
+            len(self.runs), list(dict.fromkeys(key for run in self.runs for key in run.values))
+        )
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Nothing."""
+        return ()
+
+
+@dataclass(frozen=True)
+class CheckedRecordings:
+    """Recordings that can be read.
+
+    Attributes:
+        structure: rows, series and measured components, in words.
+        recordings: read as those of the robot, or None without one.
+        identification: of the base model, or None where there is no robot or nothing to identify.
+    """
+
+    structure: str
+    recordings: Recordings | None = None
+    identification: Identification | None = None
+
+    @property
+    def summary(self) -> str:
+        """What they hold and, with a robot, what they identify."""
+        if self.recordings is None:
+            return f"{self.structure} Give the robot (--robot ROBOT.yaml) to see what they identify."
+        if self.identification is None:
+            return self.structure
+        if self.recordings.measurand.absolute:
+            return " ".join([self.structure, *self.identification.suspicions])
+        return f"{self.structure} {check_texts.identified_summary(self.identification)}"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What looks like a mistake in them."""
+        if self.recordings is None or self.identification is None or self.recordings.measurand.absolute:
+            return ()
+        return tuple(f"suspicion: {suspicion}" for suspicion in self.identification.suspicions)
+
+
+Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedRecordings
+
+
+def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: bool = False) -> Checked:
+    """Read a robot, a configuration, a model, a sweep or recordings, and raise what is wrong or not identifiable.
+
+    Args:
+        file: YAML, or CSV for recordings.
+        robot: that recordings are of.
+        shared_reference: whether half of each row's variance is common to its series.
+
+    Returns:
+        What was read, with a `summary` and `remarks`.
+
+    Raises:
+        InputError: the file is missing or wrong, or none of these.
+        SingularConfigurationError: the robot is singular at its reference pose or in a row.
+        InfeasibleError: no pose of a configuration can be reached.
+        NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
+    """
+    path = Path(file)
+    if path.suffix.lower() == ".csv":
+        return _recordings(path, robot, shared_reference=shared_reference)
+    document = read_yaml(path)
+    content = document.content if isinstance(document.content, dict) else {}
+    if content.get("kind") == "model":
+        model = model_from_document(document)
+        return CheckedModel(model, _robot(model.chain.robot, str(path)))
+    if {"vary", "cases", "config"} & set(content):
+        return _sweep(document)
+    if "experiment" in content or "schema_version" in content or "targets" in content:
+        problem = problem_from_document(document)
+        return CheckedProblem(problem, feasibility(problem))
+    if "kind" in content or "base_joints" in content:
+        return _robot(robot_from_document(document), str(path))
+    remedy = "A robot file has the key `kind`, a run configuration `experiment`, a sweep `vary`."
+    raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
+
+
+def _robot(robot: Robot, source: str) -> CheckedRobot:
+    reference = robot.reference_configuration()
+    require_regular(robot, reference, f"{source}, reference pose")
+    return CheckedRobot(source, robot, float(robot.jacobians(reference).condition))
+
+
+def _sweep(document: YamlDocument) -> CheckedSweep:
+    import expdesign  # noqa: PLC0415 (the package's version; the package finds this module by its place)
+
+    return CheckedSweep(sweep_runs(document, expdesign.__version__))
+
+
+def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool) -> CheckedRecordings:
+    table = read_table(file)
+    if robot is None:
+        return CheckedRecordings(check_structure(table))
+    machine = robot_of(robot).robot
+    structure = check_structure(table, commanded=len(machine.stiffness) > 0)
+    recordings = recordings_from_table(table, machine)
+    require_measured(recordings, machine)
+    if len(machine.stiffness) == 0:
+        return CheckedRecordings(structure, recordings)
+    found = identify_recordings(machine, recordings, shared_reference=shared_reference)
+    return CheckedRecordings(structure, recordings, found)

@@ -1,0 +1,125 @@
+"""`plan_next`: the measurements that would most improve the accuracy at the targets (the command `next`).
+
+Named so because `next` is a builtin function of Python.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.api.inputs import Config, PathLike, TableInput, problem_of, table_of
+from expdesign.arrays import FloatArray
+from expdesign.design.plan import Plan, plan_frame, read_plan
+from expdesign.design.problem import DesignProblem
+from expdesign.design.sequential import next_measurements
+from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.files.csv_writer import csv_text
+from expdesign.files.output import write_file
+from expdesign.files.table import Table
+from expdesign.identification.identify import identify
+from expdesign.identification.recorded_knowledge import recorded_knowledge
+from expdesign.recordings.reader import recordings_from_table, require_measured
+from expdesign.recordings.recordings import Recordings
+
+MOST = 24
+"""Measurements that are added at most in order to reach an accuracy."""
+
+
+@dataclass(frozen=True)
+class PlannedNext:
+    """The next measurements, and what they are expected to achieve.
+
+    Attributes:
+        recordings: what was measured so far.
+        frame: the plan of the next measurements, numbered on from the recordings.
+        before: expected total error now, in tolerances; infinite where the recordings do not determine it.
+        after: the same with each further measurement, shape (k,).
+        p_value: of the χ² test of the base model on the recordings, or None where there is no such test, as for a robot
+            whose diagnosis found more than the base model.
+        undetermined: what the recordings alone do not determine, in words, or None.
+    """
+
+    recordings: Recordings
+    frame: pd.DataFrame
+    before: float
+    after: FloatArray
+    p_value: float | None
+    undetermined: str | None
+
+    def save(self, file: PathLike) -> Path:
+        """Write the plan into a file."""
+        write_file(Path(file), csv_text(self.frame))
+        return Path(file)
+
+
+def plan_next(
+    config: Config,
+    recordings: TableInput,
+    *,
+    count: int | None = None,
+    accuracy: float | None = None,
+    seed: int = 1,
+) -> PlannedNext:
+    """Plan the next measurements, given what was measured.
+
+    Args:
+        config: run configuration.
+        recordings: what was measured so far.
+        count: how many; 1 if left out, or as many as the accuracy takes (at most `MOST`).
+        accuracy: expected total error, in tolerances, at which to stop.
+        seed: of the candidates that are drawn.
+
+    Raises:
+        InputError: a file is missing or wrong, or a number is out of range.
+        SingularConfigurationError: the robot is singular in a row.
+    """
+    _require_sensible(count, accuracy, seed)
+    problem = problem_of(config)
+    problem.require_elastostatic("the next measurements can be planned")
+    table = table_of(recordings, "recordings")
+    measured = recordings_from_table(table, problem.loaded.robot)
+    require_measured(measured, problem.loaded.robot)
+    p_value, undetermined = _fit_so_far(problem, measured)
+    known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
+    most = count or (1 if accuracy is None else MOST)
+    found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
+    frame = _continued(problem, found.genes, measured)
+    return PlannedNext(measured, frame, found.before, found.after, p_value, undetermined)
+
+
+def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
+    if count is not None and count < 1:
+        raise InputError(f"{count} is not a number of measurements", where="--count", remedy="Use at least 1.")
+    if seed < 0:
+        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
+    if accuracy is not None and not 0.0 < accuracy < float("inf"):
+        raise InputError(f"{accuracy:g} is not an accuracy", where="--accuracy", remedy="Give tolerances, e.g. 0.8.")
+
+
+def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -> FloatArray | None:
+    """Parameters of the load of every recording, which errors of the load depend on."""
+    if not problem.loaded.sources:
+        return None
+    plan = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    loads: FloatArray = plan.loads[np.searchsorted(table.lines, measured.lines)]
+    return loads
+
+
+def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[float | None, str | None]:
+    """p-value of the base model, and what it does not determine."""
+    try:
+        found = identify(problem.loaded.robot, measured, shared_reference=problem.noise.shared_reference)
+    except NotIdentifiableError as error:
+        return None, error.message
+    return (found.goodness.p_value if problem.found is None else None), None
+
+
+def _continued(problem: DesignProblem, genes: FloatArray, measured: Recordings) -> pd.DataFrame:
+    """The plan, numbered on from the recordings; every measurement is a series of its own."""
+    configurations, parameters = problem.space.decode(genes)
+    series = np.arange(len(genes)) + 1 + int(measured.series.max())
+    frame = plan_frame(Plan(configurations, parameters, series), problem.loaded, problem.space.tilts)
+    frame["sequence"] += int(measured.sequence.max())
+    return frame

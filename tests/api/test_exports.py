@@ -1,0 +1,76 @@
+"""Every command is a function of the package, and every result's type can be imported from it."""
+
+import ast
+import importlib
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, recordings_file
+
+import expdesign as xd
+
+NAMES = {"next": "plan_next"}
+"""Commands whose function has another name: `next` is a builtin."""
+FILES_ALONE = {"new", "report", "study"}
+"""Commands that write files or pages from what is stored, and compute nothing of their own."""
+
+
+def _commands() -> list[str]:
+    modules = (file for file in (ROOT / "src/expdesign/commands").glob("*.py"))
+    return [file.stem for file in modules if "def command(" in file.read_text(encoding="utf-8")]
+
+
+def test_every_command_is_a_function() -> None:
+    for name in set(_commands()) - FILES_ALONE:
+        assert callable(getattr(xd, NAMES.get(name, name))), name
+
+
+def test_every_result_is_exported() -> None:
+    """Public classes that a function of the API returns, by its annotation."""
+    for file in sorted((ROOT / "src/expdesign/api").glob("[a-z]*.py")):
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        module = importlib.import_module(f"expdesign.api.{file.stem}")
+        classes = {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
+        for node in tree.body:
+            returns = isinstance(node, ast.FunctionDef) and node.name == file.stem and node.returns
+            if returns and ast.unparse(returns) in classes:
+                assert getattr(xd, ast.unparse(returns)) is getattr(module, ast.unparse(returns))
+
+
+def test_type_checkers_see_what_is_there() -> None:
+    tree = ast.parse(Path(xd.__file__).read_text(encoding="utf-8"))
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module != "typing"]
+    for node in imports:
+        for alias in node.names:
+            assert getattr(xd, alias.name) is getattr(importlib.import_module(str(node.module)), alias.name)
+    named = {alias.name for node in imports for alias in node.names}
+    assert set(xd._TYPES) <= named
+
+
+def test_the_version_is_stated_once() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert xd.__version__ == project["version"]
+
+
+def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings = recordings_file(tmp_path)
+    problem = xd.check(CONFIG)
+    assert isinstance(problem, xd.CheckedProblem)
+    assert problem.feasibility.identifying == 1.0
+    identified = xd.check(recordings, ROBOT)
+    assert isinstance(identified, xd.CheckedRecordings)
+    assert identified.identification is not None
+    for file, checked, options in ((CONFIG, problem, []), (recordings, identified, ["--robot", ROBOT])):
+        capsys.readouterr()
+        assert call("check", file, *options) == 0
+        assert capsys.readouterr().out == f"{file}: {checked.summary}\n"
+
+
+def test_plan_next_returns_what_the_command_writes(tmp_path: Path) -> None:
+    recordings = recordings_file(tmp_path)
+    planned = xd.plan_next(CONFIG, recordings, count=2)
+    assert call("next", CONFIG, recordings, "--out", tmp_path / "next.csv", "--count", 2) == 0
+    assert planned.save(tmp_path / "own.csv").read_bytes() == (tmp_path / "next.csv").read_bytes()
+    assert np.all(np.diff([planned.before, *planned.after]) < 0.0)
