@@ -103,8 +103,8 @@ def draw_interleaved(machine: Machine, wishes: Wishes, rng: np.random.Generator)
     """An experiment of 60-150 rows whose later series lie inside the others and between them in time.
 
     A later series repeats the path of a seen one, with loads of at most its size, at a pose on the line between the
-    poses of two seen ones; it is neither the first nor the last. `sequence`, `series` and `time_s` count all rows, those
-    that only the judge sees included.
+    poses of two seen ones; it is neither the first nor the last. `sequence`, `series` and `time_s` count all rows,
+    those that only the judge sees included.
     """
     planar = machine.robot.planar
     while True:

@@ -1,4 +1,4 @@
-"""What recipes need to know of an experiment: lengths, directions, sizes of loads, and how a size becomes an element."""
+"""What recipes need to know of an experiment, and how a size becomes an element."""
 
 from __future__ import annotations
 

@@ -11,11 +11,12 @@ from .law import LegPhysics
 
 @dataclass(frozen=True)
 class LengthScale(LegPhysics):
-    """A leg moves farther than commanded: the lead of its screw is not what the controller thinks.
+    """A leg moves farther than commanded: the controller holds another lead or gear ratio than is built in.
 
-    Lead errors are stated per travel (ISO 3408-3: v300). The true pose is another one, and with it the directions of
-    all legs. Longer by scale (q - zero_m), loaded or not. Accepted: the leg, `geometry`. `joint_position_error` is no
-    wrong name, as the true pose is not the commanded one.
+    A screw of 5 mm lead entered as one of 4 mm moves a quarter too far; small lead errors are stated per travel (ISO
+    3408-3: v300). The true pose is another one, and with it the directions of all legs. Longer by scale (q - zero_m),
+    loaded or not. Accepted: the leg, `geometry`. `joint_position_error` is no wrong name, as the true pose is not the
+    commanded one.
     """
 
     identifier: ClassVar[str] = "length_scale"
