@@ -184,8 +184,8 @@ def _smeared_backlash(experiment: Experiment, rng: np.random.Generator) -> Hidde
 
 def _dahl_friction(experiment: Experiment, rng: np.random.Generator) -> Hidden:
     component = leg_or_all(experiment, rng)
-    most = 0.6 * float(np.abs(experiment.forces).max())
-    bristle = rng.uniform(1.0, 6.0) / leg_compliance(experiment)
+    most = 0.25 * float(np.abs(experiment.forces).max())  # much more, and the bristles are a spring beside the spring
+    bristle = rng.uniform(4.0, 20.0) / leg_compliance(experiment)
     return hidden(
         "dahl_friction",
         1e-3 * most,
@@ -253,7 +253,7 @@ LEGS = (
 
 FORMS = (
     Recipe("smeared_backlash", lambda rng: Wishes(reversals=True), _smeared_backlash),
-    Recipe("dahl_friction", lambda rng: Wishes(path="stairs"), _dahl_friction),
+    Recipe("dahl_friction", lambda rng: Wishes(path="stairs", large=True), _dahl_friction),
     Recipe("other_creep", lambda rng: Wishes(path="hold", time=True), _other_creep),
     Recipe("other_spring", lambda rng: Wishes(large=True, reversals=rng.random() < 0.7), _other_spring),
     Recipe("other_drift", lambda rng: Wishes(time=True, temperature=True), _other_drift),
