@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, exp
+from math import atanh, tanh
 from typing import ClassVar
 
 from ...legs import Leg, LegConditions, LegLaw
 from ..element import require
 from .law import LegPhysics
 
+_STUCK, _CLOSE = 0.3, 1.0 - 1e-12  # share of the stiffness that is left when all slips; z/z0 at most
+
 
 @dataclass(frozen=True)
 class BoucWen(LegPhysics):
-    """A joint in the leg micro-slips: its elongation follows the force along a rounded loop.
+    """A joint in series with the leg micro-slips: force over elongation follows a rounded loop.
 
-    Wen, J. Eng. Mech. Div. 102 (1976) 249, with exponent 1 and beta = gamma, driven by the force: dz = (1 - |z|/z0) dN
-    while |z| grows, dz = dN while it shrinks; elongation ratio z/k. Bolted and riveted joints do so (Ibrahim, Pettit,
-    J. Sound Vib. 279 (2005) 857). Accepted: the leg. `friction_hysteresis` is no wrong name.
+    Wen, J. Eng. Mech. Div. 102 (1976) 249, with exponent 2 and beta = gamma: the joint's own stiffness is k_j = k/ratio,
+    N = a k_j e + (1 - a) k_j z with a = 0.3, dz = (1 - (z/z0)^2) de while |z| grows and dz = de while it shrinks. Its
+    slipping part carries `saturation_N` at most. Bolted and riveted joints do so (Ibrahim, Pettit, J. Sound Vib. 279
+    (2005) 857). Accepted: the leg. `friction_hysteresis` is no wrong name.
     """
 
     identifier: ClassVar[str] = "bouc_wen"
@@ -26,6 +29,7 @@ class BoucWen(LegPhysics):
     saturation_N: float
 
     def __post_init__(self) -> None:
+        require(self.ratio >= 0, "ratio: must be >= 0")
         require(self.saturation_N > 0, "saturation_N: must be positive")
 
     def law(self, leg: Leg) -> LegLaw:
@@ -36,22 +40,33 @@ class BoucWen(LegPhysics):
 class _Loop(LegLaw):
     physics: BoucWen
     leg: Leg
-    force: float = 0.0
-    z: float = 0.0
+    yielded: float = 0.0  # e of the state that was reached
+    slipping: float = 0.0  # force of the slipping part, (1 - a) k_j z (N)
 
     def start(self, conditions: LegConditions) -> None:
-        self.force = self.z = 0.0
+        self.yielded = self.slipping = 0.0
 
     def elongation(self, force: float, conditions: LegConditions) -> float:
-        return self.physics.ratio * self._state(force) / self.leg.stiffness
+        if self.physics.ratio == 0:
+            return 0.0
+        stuck = _STUCK * self.leg.stiffness / self.physics.ratio
+        low, high = (force - self.physics.saturation_N) / stuck, (force + self.physics.saturation_N) / stuck
+        for _ in range(80):  # the force grows with the elongation
+            middle = (low + high) / 2
+            low, high = (middle, high) if stuck * middle + self._slipped(middle) < force else (low, middle)
+        return (low + high) / 2
 
     def accept(self, force: float, conditions: LegConditions) -> None:
-        self.z, self.force = self._state(force), force
+        reached = self.elongation(force, conditions)
+        if self.physics.ratio:
+            self.yielded, self.slipping = reached, self._slipped(reached)
 
-    def _state(self, force: float) -> float:
-        step, z, limit = force - self.force, self.z, self.physics.saturation_N
-        if z * step < 0:  # back to z = 0 in proportion
-            if abs(step) <= abs(z):
-                return z + step
-            step, z = step + z, 0.0
-        return copysign(limit - (limit - abs(z)) * exp(-abs(step) / limit), step if z == 0 else z)
+    def _slipped(self, yielded: float) -> float:
+        """Force of the slipping part after a monotonic way to an elongation."""
+        most, step = self.physics.saturation_N, yielded - self.yielded
+        push, held = (1 - _STUCK) * self.leg.stiffness / self.physics.ratio * step, self.slipping
+        if held * push < 0:  # back to zero in proportion
+            if abs(push) <= abs(held):
+                return held + push
+            push, held = push + held, 0.0
+        return most * tanh(atanh(min(max(held / most, -_CLOSE), _CLOSE)) + push / most)
