@@ -17,7 +17,7 @@ _STUCK, _CLOSE = 0.3, 1.0 - 1e-12  # share of the stiffness that is left when al
 class BoucWen(LegPhysics):
     """A joint in series with the leg micro-slips: force over elongation follows a rounded loop.
 
-    Wen, J. Eng. Mech. Div. 102 (1976) 249, with exponent 2 and beta = gamma: the joint's own stiffness is k_j = k/ratio,
+    Wen, J. Eng. Mech. Div. 102 (1976) 249, with exponent 2 and beta = gamma: the joint's stiffness is k_j = k/ratio,
     N = a k_j e + (1 - a) k_j z with a = 0.3, dz = (1 - (z/z0)^2) de while |z| grows and dz = de while it shrinks. Its
     slipping part carries `saturation_N` at most. Bolted and riveted joints do so (Ibrahim, Pettit, J. Sound Vib. 279
     (2005) 857). Accepted: the leg. `friction_hysteresis` is no wrong name.
