@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -46,12 +46,17 @@ class Order:
 
 @dataclass(frozen=True)
 class Case:
-    """What a diagnosis may read (`robot`, `recordings`), the judge's rows with the noise-free columns `true_*`."""
+    """What a diagnosis may read (`robot`, `recordings`, further `files` by name), and what the judge alone knows.
+
+    `later` are the held-out rows with the noise-free columns `true_*` and, where the judge's own base model does not
+    know the robot, its predictions `base_*`.
+    """
 
     robot: dict[str, Any]
     recordings: pd.DataFrame
     later: pd.DataFrame
     truth: dict[str, Any]
+    files: dict[str, str] = field(default_factory=dict)
 
 
 class Bench:

@@ -101,6 +101,8 @@ def write_questions(case: Case, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.yaml").write_text(yaml.safe_dump(case.robot, sort_keys=False), encoding="utf-8")
     case.recordings.to_csv(folder / "recordings.csv", index=False)
+    for name, text in case.files.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def write_truth(case: Case, folder: Path) -> None:

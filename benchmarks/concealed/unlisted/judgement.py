@@ -141,7 +141,10 @@ def _predicted(case: Case, path: Path) -> Predicted | None:
         return None
     true, read = later[[f"true_{n}" for n in names]].to_numpy(dtype=float), later[names].to_numpy(dtype=float)
     std, model = later[stds].to_numpy(dtype=float), guess[names].to_numpy(dtype=float)
-    base = base_prediction(Robot.from_mapping(case.robot), case.recordings, later, names, stds)
+    if f"base_{names[0]}" in later:
+        base = later[[f"base_{name}" for name in names]].to_numpy(dtype=float)
+    else:
+        base = base_prediction(Robot.from_mapping(case.robot), case.recordings, later, names, stds)
     own = guess[stds].to_numpy(dtype=float) if set(stds) <= set(guess) else np.full_like(model, np.nan)
     usable = np.isfinite(own) & (own > 0)
     standardised = ((model - true)[usable] / own[usable]).ravel()

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..generate import write_questions
 from ..run import Outcome, timed
 from .cases import Case
+from .generate import write_questions
 
 _ROOT = Path(__file__).parents[3]
 
@@ -37,7 +37,7 @@ class Program:
         if kept.exists():
             return Outcome(**json.loads(kept.read_text(encoding="utf-8")))
         out.mkdir(parents=True, exist_ok=True)
-        write_questions(case, self.folder / "cases" / name)  # type: ignore[arg-type]  # it has what is written
+        write_questions(case, self.folder / "cases" / name)
         with tempfile.TemporaryDirectory() as elsewhere:
             for file in (self.folder / "cases" / name).iterdir():
                 shutil.copy(file, elsewhere)
@@ -75,4 +75,4 @@ def _paths() -> list[str]:
 def _measured(column: str) -> bool:
     """Whether a column of the judge's rows tells what was measured."""
     axes = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
-    return column.startswith("true_") or column in {f"{kind}{axis}" for kind in "ds" for axis in axes}
+    return column.startswith(("true_", "base_")) or column in {f"{kind}{axis}" for kind in "ds" for axis in axes}
