@@ -68,7 +68,7 @@ def test_cases_repeat_and_show_what_they_shall(physics):
     pd.testing.assert_frame_equal(case.recordings, again.recordings)
     assert case.truth == again.truth
     mismatch = case.truth["mismatch_in_std"]
-    assert mismatch <= 0.3 if physics == "none" else 1.8 <= mismatch <= 11.0
+    assert mismatch <= 0.1 if physics == "none" else 1.8 <= mismatch <= 11.0
     assert 45 <= len(case.recordings) <= 150
     assert "arm.urdf" in case.files
     assert {f"true_{name}" for name in DEFLECTION} <= set(case.later)
