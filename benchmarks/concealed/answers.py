@@ -72,7 +72,8 @@ def names_of(component: Any, legs: int) -> frozenset[str]:
     """Components of a result, which names one or a list; the list of all legs is `all legs`."""
     names = {component} if isinstance(component, str) else {str(each) for each in component or ()}
     each_leg = {f"leg {leg + 1}" for leg in range(legs)}
-    for name in names - each_leg - COMPONENTS:
+    each_part = {f"{kind} {number + 1}" for kind in ("joint", "link") for number in range(legs)}  # of a serial robot
+    for name in names - each_leg - each_part - COMPONENTS:
         raise ValueError(f"component {name!r}")
     if each_leg <= names:
         names = (names - each_leg) | {"all legs"}

@@ -99,6 +99,46 @@ def _numbered(rows: pd.DataFrame) -> pd.DataFrame:
     return rows
 
 
+def draw_interleaved(machine: Machine, wishes: Wishes, rng: np.random.Generator) -> Experiment:
+    """An experiment of 60-150 rows whose later series lie inside the others and between them in time.
+
+    A later series repeats the path of a seen one, with loads of at most its size, at a pose on the line between the
+    poses of two seen ones; it is neither the first nor the last. `sequence`, `series` and `time_s` count all rows,
+    those that only the judge sees included.
+    """
+    planar = machine.robot.planar
+    while True:
+        count = int(rng.integers(max(wishes.series, 12), 31))
+        low = int(rng.integers(5 if wishes.path == "hold" else 3, 7))
+        lengths = rng.integers(low, min(low + 3, 8) + 1, count)
+        if 60 <= lengths.sum() <= 150:
+            break
+    poses = _poses(machine, count, 1.0 if wishes.wide else rng.uniform(0.5, 1.0), rng)
+    payload = wishes.load == "payload" or (wishes.load == "any" and rng.random() < 0.5)
+    if planar and wishes.reversals:
+        payload = False  # a weight never pulls at a bipod's legs
+    loads = _Payloads(machine, wishes, rng) if payload else _Wrenches(machine, wishes, rng)
+    seen = [loads.series(int(length), True, _path(wishes, rng)) for length in lengths]
+    blocks = [(block, pose, False) for block, pose in zip(seen, poses, strict=True)]
+    for _ in range(max(5, round(0.2 * count))):
+        one, other = rng.choice(count, 2, replace=False)
+        share = rng.uniform(0.2, 0.8)
+        smaller = seen[one] * ([1.0, *[rng.uniform(0.8, 1.0)] * 3][: seen[one].shape[1]] if payload else 0.9)
+        pose = (share * poses[one] + (1 - share) * poses[other]).round(5)
+        blocks.insert(int(rng.integers(1, len(blocks))), (smaller.round(4), pose, True))
+    for number, (block, pose, _) in enumerate(blocks, start=1):
+        block.insert(0, "series", number)
+        block[pose_columns(machine.robot)] = pose
+    everything = pd.concat([block for block, _, _ in blocks], ignore_index=True)
+    everything.insert(0, "sequence", np.arange(1, len(everything) + 1))
+    _add_time(everything, wishes, rng)
+    _add_temperature(everything, machine.robot.legs, wishes, rng)
+    kept = everything["series"].isin([n for n, (_, _, aside) in enumerate(blocks, start=1) if aside]).to_numpy()
+    rows, later = everything[~kept].reset_index(drop=True), everything[kept].reset_index(drop=True)
+    std, measured = _instrument(planar, wishes, rng)
+    return Experiment(machine, rows, later, std, measured, _split(rows, rng), loads.weights)
+
+
 LATER_SERIES = 8
 
 

@@ -97,7 +97,7 @@ def generate(count: int, seed: int, only: Sequence[str] = (), jobs: int = 2) -> 
     if jobs == 1:
         yield from map(_drawn, work)
         return
-    with _single_threaded(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with single_threaded(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         for done, case in enumerate(pool.map(_drawn, work, chunksize=1), start=1):
             print(f"\rgenerated {done} of {count}", end="", file=sys.stderr, flush=True)
             yield case
@@ -105,7 +105,7 @@ def generate(count: int, seed: int, only: Sequence[str] = (), jobs: int = 2) -> 
 
 
 @contextmanager
-def _single_threaded() -> Iterator[None]:
+def single_threaded() -> Iterator[None]:
     """Processes started in here do their linear algebra in one thread: small matrices are slower in several."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}

@@ -34,7 +34,7 @@ def held_out(
     deflections = [name for name in deflection_columns(machine) if name in later]
     stds = [name for name in std_columns(machine) if name in later]
     measured, std = later[deflections].to_numpy(dtype=float), later[stds].to_numpy(dtype=float)
-    base = _rms((measured - _base_prediction(machine, seen, later, deflections, stds)) / std)
+    base = _rms((measured - base_prediction(machine, seen, later, deflections, stds)) / std)
     points, predicted = model.parent / "later-points.csv", model.parent / "later-predicted.csv"
     later.drop(columns=[*deflections, *stds]).to_csv(points, index=False)
     call = [*command, "predict", str(model), str(points), "--out", str(predicted)]
@@ -45,9 +45,10 @@ def held_out(
     return HeldOut(base, _rms((measured - guess) / std), noise)
 
 
-def _base_prediction(
+def base_prediction(
     robot: Robot, seen: pd.DataFrame, later: pd.DataFrame, deflections: list[str], stds: list[str]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """What the base model, fitted to the seen rows, predicts for the later ones."""
     columns = [deflection_columns(robot).index(name) for name in deflections]
 
     def matrices(rows: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:

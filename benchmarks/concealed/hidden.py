@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 
 from virtual_laboratory.elements import LIBRARY, OUTSIDE, Element
+from virtual_laboratory.elements.forms import FORMS
+from virtual_laboratory.elements.unlisted import UNLISTED
 
 from .experiments import Experiment, Wishes
 from .linear_model import Array
@@ -33,7 +35,7 @@ class Sized:
     remark: str = ""
 
     def build(self) -> list[Element]:
-        catalogue = LIBRARY | OUTSIDE
+        catalogue = LIBRARY | OUTSIDE | UNLISTED | FORMS
         made = []
         for entry in self.elements:
             parameters = dict(entry)

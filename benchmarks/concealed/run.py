@@ -33,11 +33,12 @@ MOST_SECONDS = 600.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """Wall and processor time of a diagnosis (s), and what went wrong, if anything did."""
+    """Wall and processor time of a diagnosis (s), what went wrong, if anything did, and its largest memory (MB)."""
 
     wall_s: float
     cpu_s: float
     problem: str
+    memory_MB: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class Examination:
         with tempfile.TemporaryDirectory() as elsewhere:
             for file in self.questions(name).iterdir():
                 shutil.copy(file, elsewhere)
-            outcome = _timed(call, elsewhere)
+            outcome = timed(call, elsewhere)
         if (out / "result").is_dir():
             for file in (out / "result").iterdir():
                 shutil.move(file, out / file.name)
@@ -102,7 +103,7 @@ class Examination:
         return same
 
 
-def _timed(call: Sequence[str], folder: str) -> Outcome:
+def timed(call: Sequence[str], folder: str) -> Outcome:
     """Run one program in a folder. Its processor time counts it alone, whatever else the machine is doing."""
     started = time.monotonic()
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
@@ -119,7 +120,7 @@ def _timed(call: Sequence[str], folder: str) -> Outcome:
         running.returncode = os.waitstatus_to_exitcode(status)
         said.seek(0)
         problem = "" if running.returncode == 0 else f"exit {running.returncode}: {_last_line(said.read())}"
-    return Outcome(time.monotonic() - started, used.ru_utime + used.ru_stime, problem)
+    return Outcome(time.monotonic() - started, used.ru_utime + used.ru_stime, problem, used.ru_maxrss / 1024)
 
 
 def _last_line(text: str) -> str:

@@ -78,3 +78,9 @@ def leg_lengths(base_joints: Matrix, platform_joints: Matrix, platform: Pose) ->
     """Actuator lengths (m) q_i = |p + R b_i - a_i| that the controller commands for a platform pose."""
     ends = platform.position + platform_joints @ platform.rotation.T
     return np.asarray(np.linalg.norm(ends - base_joints, axis=1))
+
+
+def leg_directions(base_joints: Matrix, platform_joints: Matrix, platform: Pose) -> Matrix:
+    """Unit vectors of the legs from base to platform joint (in O; legs x 3)."""
+    spans = platform.position + platform_joints @ platform.rotation.T - base_joints
+    return np.asarray(spans / np.linalg.norm(spans, axis=1)[:, None])

@@ -70,6 +70,8 @@ class Laboratory:
         deflections = states.shown - states.shown_unloaded
         if not self.robot.planar:
             deflections[:, 3:] = (deflections[:, 3:] + np.pi) % (2 * np.pi) - np.pi
+        for element in self.elements:
+            deflections = element.misread(deflections, rows)
         series = [[state.row for state in each.states] for each in Rows(rows, self.robot).series()]
         deflections = deflections + self.noise.draw(series, rng)
         std = self.noise.std
@@ -130,7 +132,16 @@ class Laboratory:
         return pose
 
     def _conditions(self, conditions: Sequence[LegConditions], reference: bool = False) -> list[LegConditions]:
-        lengths = self._machine.lengths
+        machine = self._machine
+        each = zip(conditions, machine.lengths, machine.directions, machine.home_directions, strict=True)
         return [
-            replace(each, length=float(q), reference=reference) for each, q in zip(conditions, lengths, strict=True)
+            replace(
+                one,
+                length=float(q),
+                reference=reference,
+                direction=direction,
+                home_direction=home,
+                travel=machine.travel,
+            )
+            for one, q, direction, home in each
         ]

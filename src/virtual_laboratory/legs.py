@@ -8,7 +8,11 @@ remember what happened in its series. The linear spring N/k itself is in the eng
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .kinematics import Vector
 
 
 @dataclass(frozen=True)
@@ -24,13 +28,18 @@ class LegConditions:
     """What a leg is under in one state: time (s), temperature (degC), commanded length (m).
 
     Time and temperature are NaN where the recordings have none. `reference` marks the unloaded state
-    to which the deflections of the series are relative.
+    to which the deflections of the series are relative. `direction` is the commanded direction of the leg from
+    its base joint (unit vector, in O), `home_direction` that at the home pose, `travel` the commanded position of
+    the platform from its home (m, in O).
     """
 
     time: float
     temperature: float
     length: float
     reference: bool = False
+    direction: Vector = field(default_factory=lambda: np.zeros(3), compare=False)
+    home_direction: Vector = field(default_factory=lambda: np.zeros(3), compare=False)
+    travel: Vector = field(default_factory=lambda: np.zeros(3), compare=False)
 
 
 class LegLaw(ABC):

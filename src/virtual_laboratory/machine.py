@@ -14,7 +14,7 @@ import numpy as np
 from .elements.element import Element, Stage
 from .engine import Body, Engine, Point
 from .errors import LaboratoryError
-from .kinematics import Pose, Vector, leg_lengths
+from .kinematics import Matrix, Pose, Vector, leg_directions, leg_lengths
 from .legs import Leg, LegConditions, LegLaw
 from .loads import Load
 from .robot import Robot
@@ -40,6 +40,15 @@ class Machine:
         self.loaded = False
         self.on_command: list[Callable[[Pose], None]] = []  # told the commanded pose of every series
         self.adjusters: list[Callable[[], float]] = []  # parts that move between equilibria: how far (m)
+        self.load_laws: list[Callable[[Load], Load]] = []  # what makes another load of the stated one at this command
+        self.on_start: list[Callable[[Sequence[LegConditions]], None]] = []  # parts with a memory: a series begins
+        self.on_accept: list[Callable[[], None]] = []  # parts with a memory: this equilibrium has been reached
+        self.load = Load.none()
+        self.conditions: Sequence[LegConditions] = ()
+        self.travel: Vector = np.zeros(3)
+        home = robot.pose(np.zeros(2 if robot.planar else 6))
+        self.home_directions: Matrix = leg_directions(self.nominal.base_joints, self.nominal.platform_joints, home)
+        self.directions: Matrix = self.home_directions
         self._build(sorted(elements, key=lambda element: element.stage))
         self._laws: list[list[LegLaw]] = [[] for _ in self.legs]
         for element in elements:
@@ -78,6 +87,8 @@ class Machine:
         if lengths is None:
             lengths = leg_lengths(self.nominal.base_joints, self.nominal.platform_joints, platform)
         self._lengths = lengths
+        self.travel = platform.position - self.nominal.home
+        self.directions = leg_directions(self.nominal.base_joints, self.nominal.platform_joints, platform)
         self._further = np.zeros(len(self.legs))
         self.engine.place(platform)
         for prepare in self.on_command:
@@ -93,6 +104,8 @@ class Machine:
         for laws, each in zip(self._laws, conditions, strict=True):
             for law in laws:
                 law.start(each)
+        for begin in self.on_start:
+            begin(conditions)
 
     def equilibrium(self, load: Load, conditions: Sequence[LegConditions]) -> Pose:
         """Load the mount, find the equilibrium and return the mount's pose.
@@ -104,6 +117,10 @@ class Machine:
         at which N = 0.
         """
         self.loaded = not load.is_zero
+        if self.loaded:
+            for law_of_load in self.load_laws:
+                load = law_of_load(load)
+        self.load, self.conditions = load, conditions
         self._load.set(load.force, load.moment, load.point)
         fraction = 1.0
         for iteration in range(_ITERATIONS):
@@ -127,6 +144,8 @@ class Machine:
         for laws, force, each in zip(self._laws, forces, conditions, strict=True):
             for law in laws:
                 law.accept(float(force), each)
+        for remember in self.on_accept:
+            remember()
         return self.engine.pose(self.mount)
 
     def leg_forces(self) -> Vector:

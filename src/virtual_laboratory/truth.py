@@ -11,6 +11,8 @@ import numpy as np
 import yaml
 
 from .elements import LIBRARY, OUTSIDE, Element
+from .elements.forms import FORMS
+from .elements.unlisted import UNLISTED
 from .errors import LaboratoryError
 from .laboratory import Laboratory
 from .robot import Robot, number
@@ -49,7 +51,7 @@ def read_truth(path: str | Path) -> Mapping[str, Any]:
 
 def element_from(entry: Mapping[str, Any]) -> Element:
     """Element of one entry: `physics` names it, the rest are its parameters."""
-    catalogue = LIBRARY | OUTSIDE
+    catalogue = LIBRARY | OUTSIDE | UNLISTED | FORMS
     parameters = dict(entry)
     physics = parameters.pop("physics", None)
     if physics not in catalogue:

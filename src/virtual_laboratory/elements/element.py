@@ -8,6 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+import pandas as pd
 
 from ..errors import LaboratoryError
 from ..kinematics import Pose, Vector
@@ -58,6 +59,11 @@ class Element(ABC):
     def reading(self, pose: Pose) -> Pose:
         """The pose that the instrument shows, given the pose of the mount."""
         return pose
+
+    def misread(self, deflections: Vector, rows: pd.DataFrame) -> Vector:
+        """Deflections (rows x components) that an instrument zeroed at every series' start shows, before noise."""
+        del rows
+        return deflections
 
     def spoil(self, deflections: Vector, std: Vector, rng: np.random.Generator) -> Vector:
         """Recordings (rows x components) as written down, given the measured ones and their noise."""

@@ -40,12 +40,14 @@ class FrictionHysteresis(Element):
         limits = [self.friction_N * weight / sum(weights) for weight in weights]
         stiffness = self.contact_N_per_m / self.sliders
         return {
-            index: _Sliders(legs[index].stiffness, stiffness, limits) for index in legs_of(self.component, len(legs))
+            index: Sliders(legs[index].stiffness, stiffness, limits) for index in legs_of(self.component, len(legs))
         }
 
 
 @dataclass
-class _Sliders(LegLaw):
+class Sliders(LegLaw):
+    """Sliders that share a force, and where they stand."""
+
     spring: float
     contact: float
     limits: list[float]

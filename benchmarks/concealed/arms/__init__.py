@@ -1,0 +1,1 @@
+"""Concealed physics of serial arms, by the mechanics of pinocchio."""

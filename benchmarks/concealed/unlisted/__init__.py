@@ -1,0 +1,1 @@
+"""Concealed physics outside the library: recipes, cases, the run and its score."""

@@ -1,0 +1,248 @@
+"""Cases outside the library are hidden at the size stated, inside the region of the recordings, and judged as said."""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
+from benchmarks.concealed.run import Outcome
+from benchmarks.concealed.unlisted.answers import Effect, answer_from
+from benchmarks.concealed.unlisted.cases import LISTED, OTHER_FORMS, UNLISTED, Order, draw_case
+from benchmarks.concealed.unlisted.generate import counts_of, drawn, orders
+from benchmarks.concealed.unlisted.judgement import Judged, Predicted, covered, judge
+from benchmarks.concealed.unlisted.program import Program, diagnosis
+from benchmarks.concealed.unlisted.score import markdown, table
+
+from virtual_laboratory.elements.forms import FORMS as FORM_ELEMENTS
+from virtual_laboratory.elements.unlisted import UNLISTED as UNLISTED_ELEMENTS
+
+FOLDER = Path(__file__).parents[2] / "benchmarks" / "concealed" / "unlisted"
+POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
+NOTHING = {"verdict": "consistent", "location": None, "effects": []}
+
+
+@pytest.fixture(scope="module")
+def case():
+    return draw_case(Order("alone", ("screw_wear",), "H1"), np.random.default_rng([3, 1]))
+
+
+def truth(*parts: str, family: str = "alone", names: tuple[str, ...] = (), curves: tuple = ()) -> dict:
+    effect = {"physics": "strange", "parts": list(parts), "names": list(names), "curves": list(curves)}
+    effect["mismatch_in_std"] = 4.0
+    shared = {"family": family, "robot": "H1", "rows": 80, "mismatch_in_std": 4.0, "without": []}
+    return {"case": "case-001", "effects": [effect] if parts else [], **shared}
+
+
+def answered(verdict: str, *effects: dict, component: object = None, candidates: tuple = ()) -> object:
+    location = None if component is None else {"component": component, "candidates": list(candidates)}
+    return answer_from({"verdict": verdict, "effects": list(effects), "location": location}, 6, Path("nowhere"))
+
+
+def judged(truth: dict, answer: object, error: float = 0.3, worse: float = 0.9) -> Judged:
+    predicted = Predicted(4.0, error, 4.1, 4.1 * worse, np.array([0.5, -0.5, 3.0, 0.1]))
+    return Judged(truth, Outcome(9.0, 8.0, "", 500.0), answer, predicted)
+
+
+def named(physics: str, component: object, probability: float = 0.9) -> dict:
+    return {"physics": physics, "component": component, "probability": probability}
+
+
+def test_nothing_is_imported_from_the_program_under_test():
+    for source in sorted(FOLDER.glob("*.py")):
+        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            assert not [name for name in names if name.split(".")[0] == "expdesign"], source
+
+
+def test_every_element_outside_the_library_has_a_recipe():
+    assert set(UNLISTED) == set(UNLISTED_ELEMENTS)
+    assert set(OTHER_FORMS) == set(FORM_ELEMENTS)
+    assert len(UNLISTED) >= 24
+
+
+def test_a_known_name_that_is_no_wrong_one_is_an_identifier():
+    for element in (UNLISTED_ELEMENTS | FORM_ELEMENTS).values():
+        assert set(element.also) <= set(LISTED), element
+
+
+def test_families_are_drawn_in_the_numbers_asked_for():
+    drawn_orders = orders(counts_of(150, 60, 200), seed=5)
+    found = Counter(order.family for order in drawn_orders)
+    assert found["left_out"] == 60
+    assert found["none"] == 200
+    assert sum(found.values()) - 260 == 150
+    assert {order.physics[0] for order in drawn_orders if order.family == "alone"} == set(UNLISTED)
+    assert {order.physics[0] for order in drawn_orders if order.family == "left_out"} == set(LISTED)
+    assert drawn_orders == orders(counts_of(150, 60, 200), seed=5)
+    assert drawn_orders != orders(counts_of(150, 60, 200), seed=6)
+
+
+def test_a_seed_repeats(case):
+    again = draw_case(Order("alone", ("screw_wear",), "H1"), np.random.default_rng([3, 1]))
+    pd.testing.assert_frame_equal(case.recordings, again.recordings)
+    assert case.truth == again.truth
+    assert not case.recordings.equals(
+        draw_case(Order("alone", ("screw_wear",), "H1"), np.random.default_rng(9)).recordings
+    )
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        Order("alone", ("place_friction",), "bipod"),
+        Order("pair", ("rubber_base", "holding_droop"), "irregular"),
+        Order("beside", ("bellows", "payload_com_offset"), "H_large"),
+        Order("form", ("dahl_friction",), "moving-xyz"),
+        Order("left_out", ("leg_backlash",), "H1"),
+        Order("none", ("hose",), "H1"),
+    ],
+    ids=lambda order: order.family,
+)
+def test_each_family_shows_as_much_as_it_shall(order):
+    case = drawn((4, 2, order))
+    assert 60 <= len(case.recordings) <= 150
+    assert case.truth["family"] == order.family
+    effects = case.truth["effects"]
+    assert [effect["physics"] for effect in effects] == ([] if order.family == "none" else list(order.physics))
+    assert all(1.8 <= effect["mismatch_in_std"] <= 11.1 for effect in effects)
+    assert all(effect["parts"] for effect in effects)
+    assert case.truth["without"] == (["leg_backlash"] if order.family == "left_out" else [])
+    if order.family == "none":
+        assert case.truth["mismatch_in_std"] < 0.1
+
+
+def test_held_out_series_lie_inside_the_recordings(case):
+    seen, later = case.recordings, case.later
+    assert not set(seen["sequence"]) & set(later["sequence"])
+    assert seen["sequence"].min() < later["sequence"].min()
+    assert later["sequence"].max() < seen["sequence"].max()
+    poses = seen[POSE].drop_duplicates().to_numpy()
+    for pose in later[POSE].drop_duplicates().to_numpy():  # on a line between two seen poses
+        gaps = []
+        for one in range(len(poses)):
+            for other in range(one + 1, len(poses)):
+                line = poses[other] - poses[one]
+                share = float((pose - poses[one]) @ line / (line @ line))
+                gaps.append(np.abs(poses[one] + share * line - pose).max() if 0 < share < 1 else np.inf)
+        assert min(gaps) < 2e-5
+    loads = [name for name in ("mass_kg", "fx_N", "fz_N") if name in seen]
+    assert (later[loads].abs().max() <= seen[loads].abs().max() + 1e-9).all()
+
+
+def test_the_judges_rows_hold_true_values_that_the_questions_do_not(case):
+    true = [name for name in case.later if str(name).startswith("true_")]
+    assert true
+    assert not [name for name in case.recordings if str(name).startswith("true_")]
+    errors = np.concatenate([(case.later[n] - case.later[n[5:]]) / case.later["s" + n[6:]] for n in true])
+    assert np.std(errors) == pytest.approx(1.0, abs=5 / np.sqrt(2 * len(errors)))
+
+
+def test_a_true_curve_is_the_leg_compliance_on_the_lengths_that_were_used(case):
+    (curve,) = case.truth["effects"][0]["curves"]
+    leg = int(curve["component"].split()[1]) - 1
+    wear = case.truth["effects"][0]["elements"][0]
+    at, values = np.array(curve["inputs"]), np.array(curve["values"])
+    softer = 1 + wear["softening"] * np.exp(-(((at - wear["centre_m"]) / wear["width_m"]) ** 2) / 2)
+    assert values == pytest.approx(softer / case.truth["true_stiffness"][leg])
+
+
+def test_located_means_the_component_named_first_is_accepted():
+    there = truth("platform", "payload")
+    assert judged(there, answered("unexplained", component="payload")).located
+    assert judged(there, answered("modelled", component=["platform", "leg 1"])).located
+    assert not judged(there, answered("modelled", component=["leg 1", "platform"])).located
+    assert not judged(there, answered("consistent")).located
+    by_effect = answered("explained", named("platform_compliance", "platform"))
+    assert judged(there, by_effect).located
+
+
+def test_a_wrong_name_is_known_physics_above_one_half_that_is_not_there_in_any_form():
+    there = truth("leg 1", names=("leg_backlash",))
+    effects = [
+        named("leg_backlash", "leg 1"),
+        named("creep", "leg 2", 0.4),
+        named("law", "leg 3"),
+        named("unknown", "base"),
+    ]
+    assert judged(there, answered("explained", *effects)).misnamed == []
+    wrong = judged(there, answered("explained", named("creep", "leg 1", 0.6)))
+    assert [each.physics for each in wrong.misnamed] == ["creep"]
+    assert "wrongly named creep" in wrong.faults()
+
+
+def test_answers_out_of_form_are_refused():
+    for wrong in (
+        {"verdict": "perhaps"},
+        {"effects": [named("law", "leg 9")]},
+        {"effects": [named("law", "leg 1", 1.2)]},
+    ):
+        with pytest.raises(ValueError, match=r"verdict|component|probability"):
+            answer_from(NOTHING | wrong, 6, Path("nowhere"))
+
+
+def band(shift: float, half: float) -> Effect:
+    at = np.linspace(0.2, 0.3, 21)
+    mean = 1e-7 * (1 + np.sin(40 * at)) + shift
+    table = pd.DataFrame({"length_m": at, "mean": mean, "low": mean - half, "high": mean + half})
+    return Effect("law", ("leg 2",), 0.9, ("length",), table)
+
+
+def test_a_band_is_held_against_the_curve_but_for_the_constant_it_shares_with_the_base():
+    at = np.linspace(0.2, 0.3, 41)
+    curve = {"component": "leg 2", "input": "length", "quantity": "compliance_m_per_N"}
+    curve |= {"inputs": at.tolist(), "values": (1e-7 * (1 + np.sin(40 * at))).tolist()}
+    assert covered(band(-1e-7, 1e-9), curve) == 1.0
+    other = curve | {"values": (1e-7 * (1 + np.cos(40 * at))).tolist()}
+    share = covered(band(0.0, 1e-9), other)
+    assert share is not None
+    assert share < 0.3
+    assert covered(band(0.0, 1e-9), curve | {"component": "leg 3"}) is None
+
+
+def test_the_table_counts_what_happened():
+    right = judged(
+        truth("leg 1"),
+        answered("modelled", component="leg 1", candidates=({"component": "leg 1", "probability": 0.9},)),
+    )
+    wrong = judged(truth("base"), answered("explained", named("creep", "leg 1"), component="leg 1"), 2.0, 1.1)
+    quiet, alarm = (judged(truth(family="none"), answered(verdict)) for verdict in ("consistent", "unexplained"))
+    lines = {line.what: line for line in table([right, wrong, quiet, alarm])}
+    assert "(1 of 2" in lines["outside the library: located first"].found
+    assert "(1 of 2" in lines["outside the library: held-out RMS below 1"].found
+    assert "(1 of 2" in lines["outside the library: readings predicted worse than by base, > 2 %"].found
+    assert "(1 of 2" in lines["outside the library: known physics named wrongly, p > 0.5"].found
+    assert lines["outside the library: verdicts"].found == "modelled 1, explained 1"
+    assert "(1 of 2" in lines["consistent: alarms"].found
+    assert "(1 of 1" in lines["located right where given 85-95 %"].found
+    assert lines["true values within 1.96 predicted standard deviations"].found.startswith("75 %")
+    text = markdown([right, wrong, quiet, alarm], "Title", ["fact"])
+    assert "located elsewhere, held-out 2.00, worse than base" in text.replace("wrongly named creep, ", "")
+
+
+def test_what_was_answered_is_not_asked_again_and_a_failure_is_one(case, tmp_path):
+    said = "import sys, pathlib; pathlib.Path('/dev/null').read_text(); sys.exit('no library')"
+    program = Program([sys.executable, "-c", said], tmp_path)
+    case.truth["case"] = "case-001"
+    outcome = program.ask(case)
+    assert outcome.problem == "exit 1: no library"
+    assert outcome.memory_MB > 0
+    kept = tmp_path / "answers" / "case-001" / "outcome.json"
+    kept.write_text(json.dumps({"wall_s": 1.0, "cpu_s": 2.0, "problem": "", "memory_MB": 3.0}), encoding="utf-8")
+    assert program.ask(case) == Outcome(1.0, 2.0, "", 3.0)
+    assert judge(case, outcome, kept.parent).faults() == ["exit 1: no library"]
+
+
+def test_entries_are_left_out_through_one_seam():
+    plain = diagnosis(["expdesign"], "out", [])
+    assert plain == ["expdesign", "diagnose", "robot.yaml", "recordings.csv", "--out", "out"]
+    assert diagnosis(["expdesign"], "out", ["creep"])[-2:] == ["out", "creep"]
+    assert diagnosis(["expdesign"], "out", ["creep"])[2] == "benchmarks.concealed.unlisted.withheld"
