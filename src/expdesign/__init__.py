@@ -34,7 +34,7 @@ __version__ = "0.1.0"
 
 def _functions() -> list[str]:
     path = importlib.import_module("expdesign.api").__path__
-    return [info.name for info in pkgutil.iter_modules(path) if info.name != "inputs"]
+    return [info.name for info in pkgutil.iter_modules(path) if info.name not in ("inputs", "outputs")]
 
 
 def __getattr__(name: str) -> Any:
