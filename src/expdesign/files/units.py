@@ -124,6 +124,27 @@ class MeasuredColumn:
         return self.unit.name == SI[self.unit.dimension]
 
 
+QUANTITY = re.compile(rf"({NUMBER.pattern})\s*([^\d\s.,:;+\-][^\d,:;]*\d?)")
+"""A number with its unit, such as `0.5 mm`."""
+
+
+def quantity(text: str, where: str = "") -> tuple[float, Unit]:
+    """A text of number and unit as the number in SI and its unit.
+
+    Raises:
+        InputError: it is none, or the unit is unknown.
+    """
+    found = QUANTITY.fullmatch(text.strip())
+    if found is None:
+        what = f"`{text.strip()}` is not a number with its unit"
+        raise InputError(what, where=where, remedy="Write e.g. `0.5 mm`.")
+    unit = unit_of(found.group(2))
+    if unit is None:
+        what = f"unknown unit `{found.group(2).strip()}`"
+        raise InputError(what, where=where, remedy=nearest(found.group(2).strip(), UNITS))
+    return unit.to_si(found.group(1)), unit
+
+
 _BRACKETS = re.compile(r"(\w+?)_?\s*[\[(]\s*([^\s\])]+(?:\s[^\s\])]+)?)\s*[\])]")
 
 

@@ -5,15 +5,10 @@ There is one form, the same for single numbers, lists, ranges and choices: `x_m:
 `mass_kg`), or stands here for keys whose names have no unit. A text at any other key stays a text.
 """
 
-import re
 from typing import Any
 
-from expdesign.errors import InputError
-from expdesign.files.schema import nearest
-from expdesign.files.units import NUMBER, UNITS, Dimension, Unit, measured_column, require_dimension, unit_of
+from expdesign.files.units import QUANTITY, Dimension, Unit, measured_column, quantity, require_dimension, unit_of
 from expdesign.files.yaml_document import KeyPath, YamlDocument
-
-_QUANTITY = re.compile(rf"({NUMBER.pattern})\s*([^\d\s.,:;+\-][^\d,:;]*\d?)")
 
 _KEYS: dict[str, tuple[Dimension, ...]] = {
     "home": ("length",),
@@ -56,17 +51,11 @@ def _converted(content: Any, path: KeyPath, document: YamlDocument) -> Any:
         return [_converted(value, (*path, index), document) for index, value in enumerate(content)]
     if not isinstance(content, str):
         return content
-    found = _QUANTITY.fullmatch(content.strip())
-    dimensions = _dimensions(path, document.content) if found else ()
-    if found is None or not dimensions:
+    dimensions = _dimensions(path, document.content) if QUANTITY.fullmatch(content.strip()) else ()
+    if not dimensions:
         return content
-    number, text = found.groups()
-    unit = unit_of(text)
-    if unit is None:
-        what = f"unknown unit `{text.strip()}`"
-        raise InputError(what, where=document.where(path), remedy=nearest(text.strip(), UNITS))
+    value, unit = quantity(content, document.where(path))
     require_dimension(unit, dimensions, str(_named(path)[-1]), document.where(path))
-    value = unit.to_si(number)
     return value / 60.0 if _named(path)[-1] in _MINUTES else value
 
 
@@ -106,7 +95,7 @@ def _coordinate(row: list[Any], index: int) -> tuple[Dimension, ...]:
 
 
 def _unit_in(value: Any) -> Unit | None:
-    found = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
+    found = QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
     return unit_of(found.group(2)) if found else None
 
 
