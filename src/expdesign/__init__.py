@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.montecarlo import montecarlo as montecarlo
     from expdesign.api.predict import predict as predict
     from expdesign.api.run import run as run
+    from expdesign.api.sheet import sheet as sheet
     from expdesign.api.simulate import simulate as simulate
     from expdesign.api.sweep import sweep as sweep
     from expdesign.api.table import table as table

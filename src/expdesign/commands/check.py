@@ -13,7 +13,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document, require_regular
 from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import InputError
-from expdesign.files.table import read_table
+from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import identify
 from expdesign.identification.model_file import model_from_document
@@ -42,7 +42,7 @@ def command(
 
     Example: expdesign check configs/hexapod-h1.yaml --gradients
     """
-    if file.suffix.lower() == ".csv":
+    if is_table_name(file):
         print(f"{file}: {check_recordings(file, robot, shared_reference=shared_reference)}")
         return
     document = read_yaml(file)

@@ -185,6 +185,14 @@ class ReferencePoseSection(Section):
     interpolate: Annotated[bool, Field(strict=True)] = False
 
 
+class CostsSection(Section):
+    """`experiment.costs`: minutes that the laboratory sheet's order is made for."""
+
+    pose_change: NonNegative = 0.0
+    mass_change: NonNegative = 0.0
+    reading: NonNegative = 0.0
+
+
 class ExperimentSection(Section):
     """`experiment`."""
 
@@ -197,6 +205,7 @@ class ExperimentSection(Section):
     calibration: Literal["elastostatic", "geometric", "both"] = "elastostatic"
     frames: Literal["known", "unknown"] = "known"
     reference_pose: ReferencePoseSection | None = None
+    costs: CostsSection | None = None
 
 
 class TargetPayloadSection(Section):

@@ -107,6 +107,11 @@ class Table:
         return values.astype(np.int64)
 
 
+def is_table_name(path: Path) -> bool:
+    """Whether a file's name is that of a table."""
+    return path.suffix.lower() in {".csv", ".txt", ".tsv"} or is_excel_name(path)
+
+
 def read_table(path: Path) -> Table:
     """Read a table with a header row from CSV (any usual separator and encoding) or a sheet of a workbook (.xlsx).
 
