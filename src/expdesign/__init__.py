@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.load import load as load
     from expdesign.api.montecarlo import montecarlo as montecarlo
     from expdesign.api.predict import predict as predict
+    from expdesign.api.register import register as register
     from expdesign.api.run import run as run
     from expdesign.api.sheet import sheet as sheet
     from expdesign.api.simulate import simulate as simulate

@@ -71,7 +71,7 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
     order = order_in_time(table)
     series = table.integers("series")
     readings = table.numbers(tuple(names))
-    unloaded = _unloaded(table, coordinates)
+    unloaded = unloaded_rows(table, coordinates)
     deflections = np.zeros_like(readings)
     keep = np.zeros(len(table), dtype=bool)
     used: dict[int, int] = {}
@@ -103,7 +103,8 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
     return kept, text
 
 
-def _unloaded(table: Table, coordinates: Coordinates) -> BoolArray:
+def unloaded_rows(table: Table, coordinates: Coordinates) -> BoolArray:
+    """Rows whose mass or whose wrench is 0, shape (N,)."""
     names = ("mass_kg",) if table.has("mass_kg") else tuple(n for n in coordinates.wrench if table.has(n))
     if not names:
         remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
