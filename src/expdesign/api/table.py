@@ -84,8 +84,8 @@ class Corrections:
     @property
     def c_source(self) -> str:
         """The table as one file of C99."""
-        about = f"Robot {self.model.robot.get('name', '')}, made by expdesign {expdesign.__version__} from a model that"
-        about += f" was identified from {Path(self.model.source).name}. SI units."
+        about = f"Robot {self.model.robot.get('name', '')}, model {Path(self.model.source).name}; "
+        about += f"made by expdesign {expdesign.__version__}. SI units."
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
 
     def save(self, folder: PathLike) -> Path:
