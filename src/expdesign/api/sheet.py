@@ -158,10 +158,7 @@ def _what(plan: Plan, steps: Steps, index: int) -> str:
         last = steps.rows[index - 1]
         moved = bool(np.any(plan.configurations[row] != plan.configurations[last]))
         other = bool(np.any(plan.loads[row] != plan.loads[last])) or bool(steps.reference[index - 1])
-    parts = ["set the pose"] if moved else []
-    if steps.reference[index]:
-        parts += ["take the load off"] if index and not steps.reference[index - 1] else []
-        parts.append("read the reference")
-    else:
-        parts += ["load as given", "read"] if other else ["read"]
-    return ", ".join(parts)
+    if not steps.reference[index]:
+        return ", ".join((["set the pose"] if moved else []) + (["load as given"] if other else []) + ["read"])
+    off = bool(index) and not steps.reference[index - 1]
+    return ", ".join((["load off"] if off else []) + (["set the pose"] if moved else []) + ["read the reference"])

@@ -26,6 +26,8 @@ from expdesign.errors import ConvergenceError
 
 SAFETY = 1.5
 MARGIN = 1.25
+ROUNDING = 1e-12
+"""m, rad: corrections themselves are known no better; no smaller error is stated."""
 _SAMPLES = 200
 _CHECKS = 4000
 _STEP = 0.125
@@ -133,7 +135,7 @@ def correction_table(
         points = np.concatenate([grid.centres(_CHECKS, generator), grid.random(_CHECKS, generator)])
         found = np.abs(grid.interpolate(values, points) - exact(points)).max(axis=0)
         bound = (curvature / (counts[:, None] - 1.0) ** 2).sum(axis=0)
-        stated = np.maximum(bound, MARGIN * found)
+        stated = np.maximum(np.maximum(bound, MARGIN * found), ROUNDING)
         if np.all(stated <= wanted):
             return CorrectionTable(grid, values, stated, bound, found, len(points))
         tightened *= np.maximum(1.2, MARGIN * found / wanted)

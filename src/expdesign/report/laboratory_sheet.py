@@ -1,5 +1,6 @@
 """The laboratory sheet as a page for printing: what is set, what is done, and room for what is read."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +11,9 @@ from expdesign.files.units import measured_column
 
 DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
 """Digits that are shown, after the point in SI units."""
+_HIDDEN = ("plan_row", "kind", "remarks")
+_DEVIATION = re.compile("s[xyz]|sr[xyz]")
+_LOAD = re.compile("mass|[fm][xyz]")
 _BLANKS = ("Date", "Operator", "Instrument", "Temperature")
 
 
@@ -23,33 +27,39 @@ def sheet_page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[st
         notes: what to do with the sheet, below the table.
     """
     environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
-    names = [str(name) for name in frame.columns if not str(name).startswith("s") or name in ("sequence", "series")]
+    columns = [str(name) for name in frame.columns]
+    shown = [name for name in columns if name not in _HIDDEN and not _DEVIATION.fullmatch(name.split("_")[0])]
+    texts = {name: [_text(name, cell) for cell in frame[name]] for name in shown}
+    poses, loads = _set_points(columns)
+    same = [name for name in (*poses, *loads) if len(set(texts[name])) == 1 and len(frame) > 1]
+    names = [name for name in shown if name not in same]
+    constant = ", ".join(f"{_headed(name)} {texts[name][0]}" for name in same)
     rows = []
-    before: dict[str, str] = {}
-    for _, row in frame.iterrows():
-        texts = {name: _text(name, row[name]) for name in names}
-        cells = [{"text": texts[name], "kind": _kind(name, texts, before)} for name in names]
-        kind = "reference" if "reference" in texts["do"] else ""
-        stop = any(texts[name] != before.get(name) for name in names if name in _set_points(names))
-        rows.append({"cells": cells, "kind": f"{kind} stop".strip() if stop else kind})
-        before = texts
+    for index in range(len(frame)):
+        reference = "reference" in texts["do"][index]
+        cells = [_cell(texts[name], index, blank=reference and name in loads, key=name) for name in names]
+        stop = index == 0 or any(texts[name][index] != texts[name][index - 1] for name in poses)
+        rows.append({"cells": cells, "kind": " ".join(["reference"] * reference + ["stop"] * stop)})
     page = environment.get_template("sheet.html")
+    lines = [*([f"The same throughout: {constant}."] if constant else []), *notes]
     header = [_headed(name) for name in names]
-    return page.render(title=title, summary=summary, blanks=_BLANKS, header=header, rows=rows, notes=notes)
+    return page.render(title=title, summary=summary, blanks=_BLANKS, header=header, rows=rows, notes=lines)
 
 
-def _set_points(names: Sequence[str]) -> list[str]:
-    """The pose: what stands between `series` and the load."""
-    after = list(names)[list(names).index("series") + 1 :]
-    return [name for name in after[: after.index("do")] if name[:1] in "xyzrq"]
+def _set_points(columns: list[str]) -> tuple[list[str], list[str]]:
+    """Columns of the pose and of the load: they stand between `series` and `do`, the load from its mass or force on."""
+    between = columns[columns.index("series") + 1 : columns.index("do")]
+    first = next((i for i, name in enumerate(between) if _LOAD.fullmatch(name.split("_")[0])), len(between))
+    return between[:first], between[first:]
 
 
-def _kind(name: str, texts: dict[str, str], before: dict[str, str]) -> str:
-    if texts[name] == "":
-        return "blank"
-    if name == "do":
-        return "text"
-    return "same" if name not in ("sequence", "plan_row") and texts[name] == before.get(name) else ""
+def _cell(texts: list[str], index: int, *, blank: bool, key: str) -> dict[str, str]:
+    if blank:
+        return {"text": "–", "kind": "same"}
+    if texts[index] == "":
+        return {"text": "", "kind": "blank"}
+    repeated = index > 0 and texts[index] == texts[index - 1] and key != "sequence"
+    return {"text": texts[index], "kind": "text" if key == "do" else ("same" if repeated else "")}
 
 
 def _headed(name: str) -> str:
@@ -57,7 +67,7 @@ def _headed(name: str) -> str:
     if measured is None:
         return name.replace("_", " ")
     unit = measured.unit.name.replace("um", "µm").replace("urad", "µrad").replace("deg", "°").replace("_s2", "/s²")
-    return f"{measured.base.replace('_', ' ')} ({unit})"
+    return f"{measured.base.replace('_', ' ').replace('temperature', 'temp.')} ({unit})"
 
 
 def _text(name: str, cell: object) -> str:
