@@ -10,6 +10,7 @@ from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 import expdesign as xd
+from expdesign.errors import InputError
 from expdesign.files.table import read_table
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import read_robot
@@ -113,6 +114,26 @@ def test_a_sheet_names_states_by_its_steps(folder: Path) -> None:
     order = [int(row) - 1 for row in sheet.loc[sheet["mass_kg"] > 0, "plan_row"]]
     errors = found.frame[list(DEFLECTION)].to_numpy() - true.iloc[order][list(DEFLECTION)].to_numpy()
     assert np.abs(errors / np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))).max() < 4.0
+
+
+def test_columns_of_the_plan_may_name_the_sets(folder: Path, tmp_path: Path) -> None:
+    """Names of one's own, and the same deflections as by the names that say it themselves."""
+    lists = []
+    for name in ("unloaded", "loaded"):
+        text = (folder / f"{name}.txt").read_text(encoding="utf-8")
+        lists.append(tmp_path / f"{name}.txt")
+        lists[-1].write_text(text.replace("unloaded-", "zero of ").replace("loaded-", "state "), encoding="utf-8")
+    plan = xd.load(folder / "plan.csv")
+    plan["points"] = [f"state {number}" for number in plan["sequence"]]
+    plan["reference_points"] = [f"zero of {number}" for number in plan["series"]]
+    named = xd.register(folder / "robot.yaml", plan, lists, deviation=NOISE).frame
+    plain = [folder / f"{name}.txt" for name in ("unloaded", "loaded")]
+    expected = xd.register(folder / "robot.yaml", folder / "plan.csv", plain, deviation=NOISE).frame
+    np.testing.assert_array_equal(named[list(DEFLECTION)], expected[list(DEFLECTION)])
+    plan.loc[1, "points"] = "state 77"
+    with pytest.raises(InputError, match="there is no set of points `state 77`") as error:
+        xd.register(folder / "robot.yaml", plan, lists, deviation=NOISE)
+    assert "row 3, column points" in error.value.where
 
 
 @pytest.mark.parametrize(

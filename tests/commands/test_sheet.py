@@ -118,3 +118,10 @@ def test_a_sheet_without_the_columns(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
     message = capsys.readouterr().err
     assert "other.xlsx, sheet `Tabelle1`, column sequence: the column is missing. Add the column." in message
+
+
+def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "plan.xlsx"
+    xd.load(plan_file(tmp_path)).to_excel(path, index=False)
+    assert call("identify", path, ROBOT, "--out", tmp_path / "out") == 2
+    assert "plan.xlsx: this is a workbook, not text. Check the order of the files." in capsys.readouterr().err

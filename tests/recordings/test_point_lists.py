@@ -58,6 +58,13 @@ def test_groups_are_kept_apart(tmp_path: Path) -> None:
     assert [(one.name, list(one.points)) for one in read_point_sets(path)] == [("u", ["p1", "p2"]), ("l", ["p1"])]
 
 
+def test_groups_with_blanks_in_their_names(tmp_path: Path) -> None:
+    path = tmp_path / "all.txt"
+    path.write_text("// units: mm\nJob 1::zero of 1::p 1 1 2 3\nJob 1::state 1::p 1 1 2 4\n", encoding="utf-8")
+    found = [(one.name, list(one.points)) for one in read_point_sets(path)]
+    assert found == [("zero of 1", ["p 1"]), ("state 1", ["p 1"])]
+
+
 @pytest.mark.parametrize(
     ("text", "unit", "what", "row"),
     [

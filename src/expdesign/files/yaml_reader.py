@@ -58,8 +58,11 @@ def read_yaml(path: Path) -> YamlDocument:
 
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file (a byte-order mark is ignored), or an `InputError` that says why there is none."""
+    data = read_bytes(path)
+    if data[:4] == b"PK\x03\x04":
+        raise InputError("this is a workbook, not text", where=str(path), remedy="Check the order of the files.")
     try:
-        return read_bytes(path).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         remedy = "Save the file as UTF-8 text."
         raise InputError(f"not UTF-8 text (byte {error.start})", where=str(path), remedy=remedy) from None

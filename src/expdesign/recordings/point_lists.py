@@ -87,7 +87,7 @@ def read_point_sets(path: Path, unit: Unit | None = None) -> list[PointSet]:
                 raise InputError(what, where=where, remedy="Correct the line. Is the file cut off?")
             stated = _unit_in(line, stated, where)  # a header
             continue
-        names = [part for cell in cells[:-count] for part in cell.strip().strip('"').split("::")]
+        names = _names(cells[:-count])
         group = names[-2] if len(names) > 1 else ""
         raw.append((number, group, names[-1] if names else "", [float(cell) for cell in cells[-count:]]))
     unit = _agreed(unit, stated, str(path))
@@ -120,6 +120,12 @@ def _cells(line: str) -> list[str]:
     if separator != ",":
         cells = [re.sub(r"^([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)$", r"\1.\2", cell) for cell in cells]
     return cells
+
+
+def _names(cells: list[str]) -> list[str]:
+    """Collection, group and point; where double colons stand between them, names may have blanks."""
+    stripped = [cell.strip().strip('"') for cell in cells]
+    return " ".join(stripped).split("::") if any("::" in cell for cell in stripped) else stripped
 
 
 def _trailing_numbers(cells: list[str]) -> int:
