@@ -44,13 +44,16 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.plan_next import plan_next as plan_next
     from expdesign.api.predict import Predicted as Predicted
     from expdesign.api.predict import predict as predict
+    from expdesign.api.register import register as register
     from expdesign.api.run import Run as Run
     from expdesign.api.run import run as run
     from expdesign.api.schema import schema as schema
+    from expdesign.api.sheet import sheet as sheet
     from expdesign.api.simulate import Simulated as Simulated
     from expdesign.api.simulate import simulate as simulate
     from expdesign.api.sweep import Sweep as Sweep
     from expdesign.api.sweep import sweep as sweep
+    from expdesign.api.table import table as table
     from expdesign.design.problem import DesignProblem as DesignProblem
     from expdesign.errors import ExpdesignError as ExpdesignError
     from expdesign.errors import InputError as InputError
@@ -89,7 +92,7 @@ _TYPES = {
 
 def _functions() -> list[str]:
     path = importlib.import_module("expdesign.api").__path__
-    return [info.name for info in pkgutil.iter_modules(path) if info.name != "inputs"]
+    return [info.name for info in pkgutil.iter_modules(path) if info.name not in ("inputs", "outputs")]
 
 
 def __getattr__(name: str) -> Any:

@@ -150,8 +150,11 @@ def test_simulated_recordings_can_be_identified(
 
 
 def test_separators_other_than_commas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan = written(tmp_path, PLAN.replace(",", ";"), "plan.csv")
-    assert "plan.csv, row 1: the columns are separated by semicolons" in refused(capsys, "evaluate", CONFIG, plan)
+    plan = written(tmp_path, PLAN.replace(",", ";").replace(".", ","), "plan.csv")
+    assert call("evaluate", CONFIG, plan, "--json") == 0
+    assert "plan.csv: columns separated by semicolons; decimal commas" in capsys.readouterr().err
+    mixed = written(tmp_path, PLAN.replace(",", ";").replace("26.5", "26,5"), "mixed.csv")
+    assert "a comma (26,5 in row 2) and with a point (0.01 in row 2)" in refused(capsys, "evaluate", CONFIG, mixed)
 
 
 def test_no_other_column_is_taken_for_the_missing_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -296,13 +299,13 @@ def test_a_file_in_the_place_of_another_is_called_by_its_name(
     assert says in capsys.readouterr().err
 
 
-def test_a_column_in_another_unit_is_compared_with_the_known_ones(
+def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     recordings = recordings_file(tmp_path)
-    recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mm"), encoding="utf-8")
+    recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mmm"), encoding="utf-8")
     assert call("check", recordings, "--robot", ROBOT) == 0
-    assert "dx_mm (is `dx_m` meant?)" in capsys.readouterr().err
+    assert "dx_mmm (is `dx_m` meant?)" in capsys.readouterr().err
 
 
 def test_a_comma_in_a_number_is_told_from_other_faults(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

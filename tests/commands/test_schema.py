@@ -98,3 +98,15 @@ def test_what_is_kept_is_current(kind: str, capsys: pytest.CaptureFixture[str]) 
 def test_a_name_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("schema", "config") == 2
     assert "Did you mean `configuration`?" in capsys.readouterr().err
+
+
+def test_numbers_may_be_texts_with_their_units(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("schema", "configuration") == 0
+    printed = json.loads(capsys.readouterr().out)
+    content = read_yaml(ROOT / "configs/hexapod-h1.yaml").content
+    content["experiment"]["load"]["com_z_m"] = "120 mm"
+    content["experiment"]["poses"]["bounds"]["x_m"] = ["-30 mm", 0.03]
+    jsonschema.validate(content, printed)
+    content["experiment"]["load"]["com_z_m"] = "twelve"
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(content, printed)

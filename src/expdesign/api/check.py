@@ -12,7 +12,7 @@ from expdesign.design.optimality.gradient_check import gradient_table
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document, require_regular
 from expdesign.errors import InputError
-from expdesign.files.table import read_table
+from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
@@ -194,7 +194,7 @@ def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: 
         NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
     """
     path = Path(file)
-    if path.suffix.lower() == ".csv":
+    if is_table_name(path):
         return _recordings(path, robot, shared_reference=shared_reference)
     document = read_yaml(path)
     content = document.content if isinstance(document.content, dict) else {}

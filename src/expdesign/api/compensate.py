@@ -6,11 +6,10 @@ from pathlib import Path
 import pandas as pd
 
 from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
+from expdesign.api.outputs import save_table
 from expdesign.compensation.compensate import Compensation
 from expdesign.compensation.compensate import compensate as commands_for
 from expdesign.compensation.prediction import in_file_order, require_history
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import write_file
 from expdesign.recordings.reader import points_from_table
 
 
@@ -31,10 +30,9 @@ class Commands:
         """The commands with numbers as numbers."""
         return numeric(self.text)
 
-    def save(self, file: PathLike) -> Path:
-        """Write the commands into a file."""
-        write_file(Path(file), csv_text(self.text))
-        return Path(file)
+    def save(self, file: PathLike, units: str | None = None) -> Path:
+        """Write the commands into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
+        return save_table(file, self.text, units)
 
 
 def compensate(model: ModelInput, targets: TableInput) -> Commands:

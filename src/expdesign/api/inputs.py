@@ -12,6 +12,7 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.files.yaml_units import with_si_numbers
 from expdesign.identification.model_file import Model, read_model
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
@@ -41,7 +42,7 @@ TableInput = PathLike | pd.DataFrame
 def document_of(content: PathLike | Mapping[str, Any], name: str) -> YamlDocument:
     """A YAML file, or a mapping with its content (whose relative paths are then those of the working folder)."""
     if isinstance(content, Mapping):
-        return YamlDocument(name, Path(), dict(content))
+        return with_si_numbers(YamlDocument(name, Path(), dict(content)))
     return read_yaml(Path(content))
 
 

@@ -8,7 +8,7 @@ from expdesign.api.inputs import PathLike, RobotFile, RobotInput, numeric, robot
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.errors import InputError
-from expdesign.files.table import read_table
+from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.model_file import Model, model_from_document
 from expdesign.recordings.reader import read_recordings
@@ -32,7 +32,7 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
         InputError: the file is missing, wrong, or none of these.
     """
     path = Path(file)
-    if path.suffix.lower() == ".csv":
+    if is_table_name(path):
         return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot_of(robot).robot)
     document = read_yaml(path)
     content = document.content if isinstance(document.content, dict) else {}

@@ -6,10 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
+from expdesign.api.outputs import save_table
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import write_file
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.reader import points_from_table
 
@@ -31,10 +30,9 @@ class Predicted:
         """The points with numbers as numbers."""
         return numeric(self.text)
 
-    def save(self, file: PathLike) -> Path:
-        """Write the points into a file."""
-        write_file(Path(file), csv_text(self.text))
-        return Path(file)
+    def save(self, file: PathLike, units: str | None = None) -> Path:
+        """Write the points into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
+        return save_table(file, self.text, units)
 
 
 def predict(model: ModelInput, points: TableInput, *, platform: bool = False) -> Predicted:

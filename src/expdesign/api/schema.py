@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from expdesign.design.schema import RunSection
 from expdesign.errors import InputError
 from expdesign.files.schema import nearest
+from expdesign.files.units import QUANTITY
 from expdesign.plugins import implementations
 from expdesign.robots.robot import Robot, RobotSection
 from expdesign.sweeps.schema import SweepSection
@@ -34,7 +35,20 @@ def schema(kind: str = "configuration", robots: Sequence[str] | None = None) -> 
     else:
         sections: dict[str, type[BaseModel]] = {"configuration": RunSection, "sweep": SweepSection}
         content = sections[kind].model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | content
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | _with_texts(content)
+
+
+def _with_texts(schema: Any) -> Any:
+    """The schema in which a number may also be a text of number and unit (`0.5 mm`)."""
+    if isinstance(schema, list):
+        return [_with_texts(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema.get("type") != "number":
+        return {key: _with_texts(value) for key, value in schema.items()}
+    outer = {key: value for key, value in schema.items() if key in ("title", "default", "description")}
+    inner = {key: value for key, value in schema.items() if key not in outer}
+    return outer | {"anyOf": [inner, {"type": "string", "pattern": f"^{QUANTITY.pattern}$"}]}
 
 
 def robot_sections(kinds: Sequence[str] | None = None) -> dict[str, type[RobotSection]]:

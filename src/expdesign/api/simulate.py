@@ -6,13 +6,12 @@ from pathlib import Path
 import pandas as pd
 
 from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, numeric, problem_of, table_of
+from expdesign.api.outputs import save_table
 from expdesign.arrays import FloatArray
 from expdesign.compensation.prediction import require_regular_points
 from expdesign.design.plan import completed, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import write_file
 from expdesign.identification.synthetic import simulated_deflections
 from expdesign.recordings.reader import points_from_table
 
@@ -32,10 +31,9 @@ class Simulated:
         """The rows with numbers as numbers."""
         return numeric(self.text)
 
-    def save(self, file: PathLike) -> Path:
-        """Write the recordings into a file."""
-        write_file(Path(file), csv_text(self.text))
-        return Path(file)
+    def save(self, file: PathLike, units: str | None = None) -> Path:
+        """Write the recordings into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
+        return save_table(file, self.text, units)
 
 
 def simulate(

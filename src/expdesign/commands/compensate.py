@@ -13,6 +13,9 @@ def command(
     model: Annotated[Path, typer.Argument(help="Identified model (YAML).")],
     targets: Annotated[Path, typer.Argument(help="Targets (CSV): where the platform shall be, and the load there.")],
     out: Annotated[Path, typer.Option(help="File for the commands.")],
+    units: Annotated[
+        str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
+    ] = None,
 ) -> None:
     """Find the commands that bring the platform to the targets under load.
 
@@ -21,7 +24,7 @@ def command(
     Example: expdesign compensate results/mine/model.yaml targets.csv --out commands.csv
     """
     result = xd.compensate(model, targets)
-    result.save(out)
+    result.save(out, units)
     found = result.compensation
     note(
         f"{len(result.text)} commands found in {found.iterations} passes "

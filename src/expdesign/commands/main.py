@@ -7,6 +7,7 @@ and the completion of a shell do not wait for the libraries of all of them.
 
 import ast
 import importlib
+import logging
 import pkgutil
 import sys
 from functools import lru_cache
@@ -77,6 +78,10 @@ def _root() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 on success, 2 on bad input (one message on standard error), 130 on Ctrl-C."""
+    handler = logging.StreamHandler(sys.stderr)  # what was found out about files
+    log = logging.getLogger("expdesign")
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
     try:
         app(args=arguments, standalone_mode=True)
     except ExpdesignError as error:
@@ -94,3 +99,5 @@ def main(arguments: list[str] | None = None) -> None:
         # The reader of standard output has gone (e.g. `| head`): no message can reach it.
         sys.stderr.close()
         sys.exit(1)
+    finally:
+        log.removeHandler(handler)

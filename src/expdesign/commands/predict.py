@@ -16,12 +16,15 @@ def command(
     platform: Annotated[
         bool, typer.Option("--platform", help="As the platform moves, not as the instrument would read it.")
     ] = False,
+    units: Annotated[
+        str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
+    ] = None,
 ) -> None:
     """Predict deflections at points in recordings form.
 
     Example: expdesign predict results/mine/model.yaml points.csv --out predicted.csv
     """
     result = xd.predict(model, points, platform=platform)
-    result.save(out)
+    result.save(out, units)
     note(f"{len(result.text)} points predicted")
     print(out)

@@ -244,6 +244,14 @@ class ReferencePoseSection(Section):
     )
 
 
+class CostsSection(Section):
+    """`experiment.costs`: minutes that the laboratory sheet's order is made for."""
+
+    pose_change: NonNegative = Field(default=0.0, description="Moving to another pose (min).")
+    mass_change: NonNegative = Field(default=0.0, description="Changing the load (min).")
+    reading: NonNegative = Field(default=0.0, description="Taking one reading (min).")
+
+
 class ExperimentSection(Section):
     """`experiment`."""
 
@@ -273,6 +281,10 @@ class ExperimentSection(Section):
     )
     reference_pose: ReferencePoseSection | None = Field(
         default=None, description="Thermal deflection is removed with a reference pose. Default: none is measured."
+    )
+    costs: CostsSection | None = Field(
+        default=None,
+        description="What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs.",
     )
 
 

@@ -74,14 +74,19 @@ def write_file(path: Path, text: str) -> None:
     Raises:
         InputError: the file cannot be written.
     """
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write `content` to `path` in one step; see `write_file`."""
     if path.is_dir():
         raise InputError("this is a folder, not a file", where=str(path), remedy="Name a file in it.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, scratch = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
         try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
-                stream.write(text)
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
             os.chmod(scratch, 0o644)
             os.replace(scratch, path)
         finally:

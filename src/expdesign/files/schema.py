@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import KeyPath, YamlDocument, dotted
+from expdesign.files.yaml_document import KeyPath, YamlDocument, dotted
 
 LARGEST = 1e20
 """No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
@@ -94,13 +94,19 @@ def shortened(value: Any) -> str:
 
 _REMEDIES = {
     "missing": ("the key is missing", "Add it."),
-    "float_type": ("a number is needed here", "Write a plain number (SI units, no unit text, no quotes)."),
+    "float_type": (
+        "a number is needed here",
+        "Write a plain number (SI units), or a text with its unit such as '0.5 mm'.",
+    ),
     "int_type": ("a whole number is needed here", "Write a whole number without quotes."),
     "finite_number": ("a finite number is needed here", "NaN and infinity are not allowed."),
     "string_type": ("a text is needed here", "Write a text."),
     "bool_type": ("`true` or `false` is needed here", "Write `true` or `false`."),
     "dict_type": ("a mapping (`key: value`) is needed here", "Write `key: value`."),
-    "float_parsing": ("a number is needed here", "Write a plain number (SI units, no unit text, no quotes)."),
+    "float_parsing": (
+        "a number is needed here",
+        "Write a plain number (SI units), or a text with its unit such as '0.5 mm'.",
+    ),
     "list_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
     "tuple_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
 }

@@ -1,9 +1,9 @@
-"""CSV tables whose errors name file, row and column; a row is the line of the file, the header being line 1."""
+"""Tables whose errors name file, row and column; a row is the line of the file, the header being line 1."""
 
-import csv
 import difflib
-import io
-from dataclasses import dataclass
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,13 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
+from expdesign.files.excel import is_excel_name, is_workbook, sheet_rows
 from expdesign.files.schema import LARGEST
-from expdesign.files.yaml_reader import read_text
+from expdesign.files.table_text import Rows, decoded, separated
+from expdesign.files.tables_in_units import in_si
+from expdesign.files.yaml_reader import read_bytes
+
+_LOG = logging.getLogger(__name__)
 
 _LARGEST_INTEGER = 2.0**53
 """Beyond it a floating-point number no longer tells neighbouring integers apart."""
@@ -20,17 +25,19 @@ _LARGEST_INTEGER = 2.0**53
 
 @dataclass(frozen=True)
 class Table:
-    """The text of a CSV file by column.
+    """The text of a table by column.
 
     Attributes:
         source: name of the file, for messages.
         frame: the cells as text, one row per line that is not empty.
         lines: line of the file on which each row stands.
+        written: name in the file of the columns that were converted to SI, by their SI names.
     """
 
     source: str
     frame: pd.DataFrame
     lines: IntArray
+    written: dict[str, str] = field(default_factory=dict)
 
     @property
     def columns(self) -> list[str]:
@@ -46,7 +53,8 @@ class Table:
         if row is not None:
             parts.append(f"row {self.lines[row]}")
         if column is not None:
-            parts.append(f"column {column}")
+            in_file = self.written.get(column)
+            parts.append(f"column {column}" if in_file is None else f"column {in_file} (as {column})")
         return ", ".join(parts)
 
     def has(self, *columns: str) -> bool:
@@ -99,26 +107,36 @@ class Table:
         return values.astype(np.int64)
 
 
+def is_table_name(path: Path) -> bool:
+    """Whether a file's name is that of a table."""
+    return path.suffix.lower() in {".csv", ".txt", ".tsv"} or is_excel_name(path)
+
+
 def read_table(path: Path) -> Table:
-    """Read a CSV file with a header row.
+    """Read a table with a header row from CSV (any usual separator and encoding) or a sheet of a workbook (.xlsx).
+
+    Columns in other units become SI columns. What was found out about the file is logged.
 
     Raises:
         InputError: the file is missing, is not text, has no rows, or its rows have more cells than the header.
     """
-    return parse_table(read_text(path), str(path))
+    data = read_bytes(path)
+    source = str(path)
+    if is_workbook(data) or is_excel_name(path):
+        rows, sheet, notes = sheet_rows(data, source)
+        return _table(rows, f"{source}, sheet `{sheet}`", notes)
+    text, notes = decoded(data, source)
+    return parse_table(text, source, notes)
 
 
-def parse_table(text: str, source: str) -> Table:
+def parse_table(text: str, source: str, notes: Sequence[str] = ()) -> Table:
     """Read a table from the text of a CSV file; see `read_table`."""
-    reader = csv.reader(io.StringIO(text, newline=""))
-    numbered, line = [], 1
-    try:
-        for row in reader:
-            numbered.append((line, row))
-            line = reader.line_num + 1  # a quoted cell may go over several lines
-    except csv.Error as error:
-        raise InputError(f"not a CSV table: {error}", where=source, remedy="Save it as comma-separated text.") from None
-    filled = [(line, row) for line, row in numbered if any(cell.strip() for cell in row)]
+    rows, found = separated(text, source)
+    return _table(rows, source, [*notes, *found])
+
+
+def _table(rows: Rows, source: str, notes: list[str]) -> Table:
+    filled = [(line, row) for line, row in rows if any(cell.strip() for cell in row)]
     if not filled:
         raise InputError("the file is empty", where=source, remedy="A header row and at least one row are needed.")
     header = [name.strip() for name in filled[0][1]]
@@ -126,17 +144,20 @@ def parse_table(text: str, source: str) -> Table:
         if header.count(name) > 1:
             what = "the header has a column without a name" if name == "" else f"the column {name} stands there twice"
             raise InputError(what, where=f"{source}, row {filled[0][0]}", remedy="Correct the header.")
-    separator = next((mark for mark in (";", "\t") if len(header) == 1 and mark in header[0]), None)
-    if separator is not None:
-        name = "semicolons" if separator == ";" else "tabulators"
-        remedy = "Save it with commas, and with points in the numbers."
-        raise InputError(f"the columns are separated by {name}", where=f"{source}, row {filled[0][0]}", remedy=remedy)
     body = filled[1:]
     if not body:
         raise InputError("the file has a header but no rows", where=source, remedy="Add at least one row.")
     for line, row in body:
         if len(row) != len(header):
             what = f"the row has {len(row)} cells and the header has {len(header)}"
-            raise InputError(what, where=f"{source}, row {line}", remedy="Correct the row (commas as separators).")
+            remedy = "Correct the row (commas as separators)."
+            if line == body[-1][0] and len(row) < len(header):
+                remedy = "Is the file cut off? Save it again, or complete the row."
+            raise InputError(what, where=f"{source}, row {line}", remedy=remedy)
     frame = pd.DataFrame([row for _, row in body], columns=header, dtype=str)
-    return Table(source, frame, np.array([line for line, _ in body], dtype=np.int64))
+    found = in_si(frame, source)
+    if found.written:
+        notes = [*notes, "converted: " + ", ".join(f"{old} to {new}" for new, old in found.written.items())]
+    if notes:
+        _LOG.info("%s: %s", source, "; ".join(notes))
+    return Table(source, found.frame, np.array([line for line, _ in body], dtype=np.int64), found.written)

@@ -2,61 +2,18 @@
 
 import re
 from collections.abc import Hashable
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import yaml
 
 from expdesign.errors import InputError
+from expdesign.files.yaml_document import KeyPath, YamlDocument, dotted
+from expdesign.files.yaml_units import with_si_numbers
 
-KeyPath = tuple[str | int, ...]
+__all__ = ["KeyPath", "YamlDocument", "dotted", "parse_yaml", "read_bytes", "read_text", "read_yaml"]
 
 _LARGEST_DOCUMENT = 1_000_000
 """Keys and entries, aliases written out; aliases of aliases can ask for more than any memory holds."""
-
-
-@dataclass(frozen=True)
-class YamlDocument:
-    """The content of a YAML file.
-
-    Attributes:
-        source: name of the file, for messages.
-        folder: what relative paths inside the document are relative to.
-        content: plain Python data.
-        lines: line number (from 1) of each key path.
-        prefix: key path of `content` inside the file, where it is a part of it.
-    """
-
-    source: str
-    folder: Path
-    content: Any
-    lines: dict[KeyPath, int] = field(default_factory=dict)
-    prefix: KeyPath = ()
-
-    def where(self, path: KeyPath = ()) -> str:
-        """File, line and key of `path`, as a person would look it up."""
-        full = self.prefix + path
-        known = full
-        while known and known not in self.lines:
-            known = known[:-1]
-        place = f"{self.source}, line {self.lines[known]}" if known in self.lines else self.source
-        return f"{place}, {dotted(full)}" if full else place
-
-    def part(self, *path: str | int) -> "YamlDocument":
-        """The document below `path`, which must exist."""
-        content = self.content
-        for key in path:
-            content = content[key]
-        return YamlDocument(self.source, self.folder, content, self.lines, self.prefix + path)
-
-
-def dotted(path: KeyPath) -> str:
-    """`("targets", 0, "pose")` as `targets[0].pose`."""
-    text = ""
-    for key in path:
-        text += f"[{key}]" if isinstance(key, int) else (f".{key}" if text else key)
-    return text
 
 
 class _Loader(yaml.SafeLoader):
@@ -101,15 +58,24 @@ def read_yaml(path: Path) -> YamlDocument:
 
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file (a byte-order mark is ignored), or an `InputError` that says why there is none."""
+    data = read_bytes(path)
+    if data[:4] == b"PK\x03\x04":
+        raise InputError("this is a workbook, not text", where=str(path), remedy="Check the order of the files.")
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        remedy = "Save the file as UTF-8 text."
+        raise InputError(f"not UTF-8 text (byte {error.start})", where=str(path), remedy=remedy) from None
+
+
+def read_bytes(path: Path) -> bytes:
+    """The content of a file, or an `InputError` that says why there is none."""
+    try:
+        return path.read_bytes()
     except FileNotFoundError:
         raise InputError("there is no such file", where=str(path), remedy="Check the path.") from None
     except IsADirectoryError:
         raise InputError("this is a folder, not a file", where=str(path), remedy="Name a file in it.") from None
-    except UnicodeDecodeError as error:
-        remedy = "Save the file as UTF-8 text."
-        raise InputError(f"not UTF-8 text (byte {error.start})", where=str(path), remedy=remedy) from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(
@@ -138,7 +104,7 @@ def parse_yaml(text: str, source: str, folder: Path) -> YamlDocument:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         what = f"not valid YAML: {' '.join(str(error).split())}"
         raise InputError(what, where=source, remedy="Correct the syntax.") from None
-    return YamlDocument(source, folder, content, lines)
+    return with_si_numbers(YamlDocument(source, folder, content, lines))
 
 
 def _walk(node: yaml.Node, path: KeyPath, lines: dict[KeyPath, int], source: str, above: set[int]) -> None:

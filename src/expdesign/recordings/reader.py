@@ -1,5 +1,6 @@
 """Read recordings and points from tables; faults name file, row and column (file-formats.md, Recordings)."""
 
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +19,14 @@ from expdesign.recordings.columns import (
     read_time,
     require_one_command,
 )
+from expdesign.recordings.filled_in import filled_in
 from expdesign.recordings.join import join
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.positions import read_markers, read_position_deviations, read_positions
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
+
+_LOG = logging.getLogger(__name__)
 
 LARGEST_ANGLE = 2.0 * np.pi
 """rad; a larger angle of a platform is in degrees."""
@@ -80,6 +84,9 @@ def require_measured(recordings: Recordings, robot: Robot) -> None:
 def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     """Recordings in a table; see `read_recordings`."""
     table.require(("sequence", "series"))
+    table, notes = filled_in(table, robot.coordinates)
+    if notes:
+        _LOG.info("%s: %s", table.source, "; ".join(notes))
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
     if points.measurand.absolute:

@@ -16,6 +16,7 @@ from expdesign.recordings.columns import (
     read_time,
     require_one_command,
 )
+from expdesign.recordings.filled_in import filled_in
 from expdesign.recordings.positions import read_markers, read_positions
 
 _JOINT = re.compile(r"q[0-9]+_(m|rad)")
@@ -34,6 +35,7 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
     """
     table.require(("sequence", "series"))
     coordinates, names = _kind(table)
+    table, _ = filled_in(table, coordinates)
     read_sequence(table)
     order = order_in_time(table)
     configurations = table.numbers(names)[order]

@@ -1,0 +1,144 @@
+"""Sheets of Excel workbooks (.xlsx), read as tables and written from them."""
+
+import datetime
+import io
+import warnings
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from expdesign.errors import InputError
+from expdesign.files.table_text import Rows
+from expdesign.files.units import measured_column
+
+if TYPE_CHECKING:
+    from openpyxl.worksheet.worksheet import Worksheet
+
+ZIPPED = b"PK\x03\x04"
+"""How every workbook begins."""
+
+
+def is_workbook(data: bytes) -> bool:
+    """Whether the content of a file is a workbook, whatever its name."""
+    return data[:4] == ZIPPED
+
+
+def sheet_rows(data: bytes, source: str) -> tuple[Rows, str, list[str]]:
+    """The cells of the sheet that holds the table, its name, and notes on what was found.
+
+    It is the first sheet whose first row that is not empty has a column that has a meaning here, or the first that is
+    not empty. Formulas count with the values that the workbook holds.
+
+    Raises:
+        InputError: the workbook cannot be opened (half written), or is empty.
+    """
+    from openpyxl import load_workbook  # noqa: PLC0415 (slow to import)
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what a workbook holds besides cells
+            book = load_workbook(io.BytesIO(data), data_only=True)
+    except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError, SyntaxError) as error:
+        what = f"cannot be opened as an Excel workbook ({' '.join(str(error).split())})"
+        raise InputError(what, where=source, remedy="Is it cut off? Save it again as .xlsx, or as CSV.") from None
+    sheets = [(sheet.title, _rows(sheet)) for sheet in book.worksheets]
+    filled = [(title, rows) for title, rows in sheets if rows]
+    if not filled:
+        remedy = "A header row and at least one row are needed."
+        raise InputError("the workbook is empty", where=source, remedy=remedy)
+    title, rows = next(((title, rows) for title, rows in filled if _is_table(rows)), filled[0])
+    notes = [] if len(filled) == 1 else [f"sheet `{title}` of {', '.join(f'`{name}`' for name, _ in filled)}"]
+    return rows, title, notes
+
+
+def _is_table(rows: Rows) -> bool:
+    return any(name == "sequence" or _has_meaning(name) for name in rows[0][1])
+
+
+def _has_meaning(name: str) -> bool:
+    try:
+        return measured_column(name) is not None
+    except InputError:
+        return True
+
+
+def _rows(sheet: Any) -> Rows:
+    rows = [
+        (number, [_text(cell) for cell in cells]) for number, cells in enumerate(sheet.iter_rows(values_only=True), 1)
+    ]
+    rows = [(number, row) for number, row in rows if any(cell.strip() for cell in row)]
+    width = max((index + 1 for _, row in rows for index, cell in enumerate(row) if cell.strip()), default=0)
+    return [(number, row[:width]) for number, row in rows]
+
+
+def _text(cell: Any) -> str:
+    if cell is None:
+        return ""
+    if isinstance(cell, bool):
+        return "true" if cell else "false"
+    if isinstance(cell, float):
+        return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)
+    if isinstance(cell, datetime.datetime | datetime.date | datetime.time):
+        return cell.isoformat()
+    return str(cell)
+
+
+def workbook(frame: pd.DataFrame, title: str = "recordings", notes: Sequence[str] = (), blank: str = "") -> bytes:
+    """A workbook whose first sheet is a frame, and whose second, `notes`, has lines of text.
+
+    Args:
+        frame: cells; texts that are numbers are written as numbers, to 16 digits.
+        title: name of the sheet.
+        notes: lines of the second sheet; without them there is one sheet.
+        blank: colour of the empty cells, as `RRGGBB`, where they are to be filled in.
+    """
+    from openpyxl import Workbook  # noqa: PLC0415 (slow to import)
+    from openpyxl.styles import Font, PatternFill  # noqa: PLC0415
+    from openpyxl.utils import get_column_letter  # noqa: PLC0415
+
+    book = Workbook()
+    sheet: Worksheet = book.worksheets[0]
+    sheet.title = title
+    sheet.append([str(name) for name in frame.columns])
+    for row in frame.itertuples(index=False):
+        sheet.append([_value(cell) for cell in row])
+    for cell in sheet[1]:
+        cell.font = Font(bold=True)
+    sheet.freeze_panes = "A2"
+    for number, cells in enumerate(sheet.iter_cols(), 1):
+        longest = max(len(str(cell.value)) for cell in cells if cell.value is not None)
+        sheet.column_dimensions[get_column_letter(number)].width = min(max(longest + 2, 8), 40)
+        for cell in cells if blank else ():
+            if cell.value is None:
+                cell.fill = PatternFill("solid", fgColor=blank)
+    if notes:
+        other = book.create_sheet("notes")
+        for line in notes:
+            other.append([line])
+    stream = io.BytesIO()
+    book.save(stream)
+    return stream.getvalue()
+
+
+def _value(cell: object) -> object:
+    if cell is None or (isinstance(cell, str) and cell.strip() == ""):
+        return None
+    if isinstance(cell, str):
+        for kind in (int, float):
+            try:
+                value = kind(cell)
+            except ValueError:
+                continue
+            return value if abs(value) < float("inf") else cell
+        return cell
+    if isinstance(cell, bool | int | float):
+        return cell
+    return cell.item() if hasattr(cell, "item") else str(cell)
+
+
+def is_excel_name(path: Path) -> bool:
+    """Whether a file's name asks for a workbook."""
+    return path.suffix.lower() in {".xlsx", ".xlsm"}

@@ -1,0 +1,80 @@
+"""The laboratory sheet as a page for printing: what is set, what is done, and room for what is read."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+from jinja2 import Environment, FileSystemLoader
+
+from expdesign.files.units import measured_column
+
+DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
+"""Digits that are shown, after the point in SI units."""
+_HIDDEN = ("plan_row", "kind", "remarks")
+_DEVIATION = re.compile("s[xyz]|sr[xyz]")
+_LOAD = re.compile("mass|[fm][xyz]")
+_BLANKS = ("Date", "Operator", "Instrument", "Temperature")
+
+
+def sheet_page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[str]) -> str:
+    """The page.
+
+    Args:
+        frame: the sheet, texts and numbers; empty cells are to be filled in.
+        title: of the page.
+        summary: what is measured and how long it takes.
+        notes: what to do with the sheet, below the table.
+    """
+    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
+    columns = [str(name) for name in frame.columns]
+    shown = [name for name in columns if name not in _HIDDEN and not _DEVIATION.fullmatch(name.split("_")[0])]
+    texts = {name: [_text(name, cell) for cell in frame[name]] for name in shown}
+    poses, loads = _set_points(columns)
+    same = [name for name in (*poses, *loads) if len(set(texts[name])) == 1 and len(frame) > 1]
+    names = [name for name in shown if name not in same]
+    constant = ", ".join(f"{_headed(name)} {texts[name][0]}" for name in same)
+    rows = []
+    for index in range(len(frame)):
+        reference = "reference" in texts["do"][index]
+        cells = [_cell(texts[name], index, blank=reference and name in loads, key=name) for name in names]
+        stop = index == 0 or any(texts[name][index] != texts[name][index - 1] for name in poses)
+        rows.append({"cells": cells, "kind": " ".join(["reference"] * reference + ["stop"] * stop)})
+    page = environment.get_template("sheet.html")
+    lines = [*([f"The same throughout: {constant}."] if constant else []), *notes]
+    header = [_headed(name) for name in names]
+    return page.render(title=title, summary=summary, blanks=_BLANKS, header=header, rows=rows, notes=lines)
+
+
+def _set_points(columns: list[str]) -> tuple[list[str], list[str]]:
+    """Columns of the pose and of the load: they stand between `series` and `do`, the load from its mass or force on."""
+    between = columns[columns.index("series") + 1 : columns.index("do")]
+    first = next((i for i, name in enumerate(between) if _LOAD.fullmatch(name.split("_")[0])), len(between))
+    return between[:first], between[first:]
+
+
+def _cell(texts: list[str], index: int, *, blank: bool, key: str) -> dict[str, str]:
+    if blank:
+        return {"text": "–", "kind": "same"}
+    if texts[index] == "":
+        return {"text": "", "kind": "blank"}
+    repeated = index > 0 and texts[index] == texts[index - 1] and key != "sequence"
+    return {"text": texts[index], "kind": "text" if key == "do" else ("same" if repeated else "")}
+
+
+def _headed(name: str) -> str:
+    measured = measured_column(name)
+    if measured is None:
+        return name.replace("_", " ")
+    unit = measured.unit.name.replace("um", "µm").replace("urad", "µrad").replace("deg", "°").replace("_s2", "/s²")
+    return f"{measured.base.replace('_', ' ').replace('temperature', 'temp.')} ({unit})"
+
+
+def _text(name: str, cell: object) -> str:
+    if not isinstance(cell, float):
+        return str(cell)
+    measured = measured_column(name)
+    if measured is None or measured.unit.dimension not in DECIMALS:
+        return f"{cell:.9g}"
+    si = round(measured.unit.to_si(cell), DECIMALS[measured.unit.dimension])
+    return f"{measured.unit.from_si(si) + 0.0:.9g}"

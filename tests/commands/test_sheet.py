@@ -1,0 +1,127 @@
+"""`expdesign sheet`: filled in by a person, it is what `identify` reads."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from openpyxl import load_workbook
+from tests.commands.calls import CONFIG, ROBOT, call
+
+import expdesign as xd
+from expdesign.files.table import read_table
+
+POSES = [(0.01, 0, 0, 0, 0, 0), (-0.02, 0.01, 0, 0.1, 0, 0), (0, 0, 0.01, 0, 0.1, 0)]
+AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
+
+
+def config_file(folder: Path, *, shared: bool) -> Path:
+    content = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    content["robot"] = str(ROBOT)
+    content["experiment"]["costs"] = {"pose_change": 2, "mass_change": "10 min", "reading": "30 s"}
+    content["experiment"]["deflection_noise"]["shared_reference"] = shared
+    path = folder / "config.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def plan_file(folder: Path) -> Path:
+    lines = [",".join(("sequence", "series", *AXES, "mass_kg", "com_x_m", "com_y_m", "com_z_m"))]
+    for row, (pose, mass) in enumerate([(0, 26.5), (1, 10), (0, 10), (2, 26.5), (1, 26.5), (0, 26.5), (2, 5)]):
+        lines.append(f"{row + 1},{pose + 1},{','.join(map(str, POSES[pose]))},{mass},0.1,{0.05 * (row % 3 - 1)},0.12")
+    path = folder / "plan.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_the_workbook_filled_in_identifies_what_deflections_do(
+    shared: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config, plan = config_file(tmp_path, shared=shared), plan_file(tmp_path)
+    assert call("sheet", config, plan, "--out", tmp_path / "sheet", "--units", "mm,mrad") == 0
+    sheet = xd.load(tmp_path / "sheet" / "sheet.xlsx")
+    references = 3 if shared else 7
+    assert len(sheet) == 7 + references
+    recordings = xd.simulate(config, plan, seed=4).frame
+    fill_in(tmp_path / "sheet" / "sheet.xlsx", recordings, empty=6)
+    capsys.readouterr()
+    options = ["--shared-reference"] if shared else []
+    filled = tmp_path / "sheet" / "sheet.xlsx"
+    assert call("identify", ROBOT, filled, "--out", tmp_path / "filled", *options) == 0
+    notes = capsys.readouterr().err
+    assert "1 rows without a measured value are left out" in notes
+    assert "reference rows" in notes
+    kept = recordings.drop(index=6).sort_values("series", kind="stable")
+    kept["sequence"] = np.arange(1, len(kept) + 1)
+    kept.to_csv(tmp_path / "direct.csv", index=False)
+    assert call("identify", ROBOT, tmp_path / "direct.csv", "--out", tmp_path / "direct", *options) == 0
+    found = [json.loads((tmp_path / name / "identification.json").read_text()) for name in ("filled", "direct")]
+    for name, interval in found[0]["stiffness"].items():
+        np.testing.assert_allclose(interval, found[1]["stiffness"][name], rtol=1e-6)
+    assert found[0]["chi2"] == pytest.approx(found[1]["chi2"], rel=1e-5)
+    assert found[0]["dof"] == found[1]["dof"]
+
+
+def fill_in(path: Path, recordings, empty: int) -> None:  # type: ignore[no-untyped-def]
+    """Write into the empty cells what an instrument with a zero of its own would show; one row stays empty."""
+    book = load_workbook(path)
+    cells = book["recordings"]
+    header = [cell.value for cell in cells[1]]
+    zero = np.random.default_rng(5).normal(scale=0.01, size=6)
+    deflections = recordings[[f"d{name}" for name in AXES]].to_numpy()
+    for row in cells.iter_rows(min_row=2):
+        values = dict(zip(header, row, strict=True))
+        planned = values["plan_row"].value - 1
+        loaded = values["mass_kg"].value > 0
+        if loaded and planned == empty:
+            continue
+        shown = zero + (deflections[planned] if loaded else 0.0)
+        for axis, name in enumerate(AXES):
+            column = f"reading_{name}".replace("_rad", "_mrad") if axis > 2 else f"reading_{name}"[:-2] + "_mm"
+            assert values[column].value is None
+            values[column].value = float(shown[axis] * 1e3)
+    book.save(path)
+
+
+def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
+    assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
+    said = capsys.readouterr().err
+    table = read_table(tmp_path / "sheet" / "sheet.csv")
+    loads = table.numbers(("mass_kg", "com_y_m"))
+    loads[loads[:, 0] == 0.0] = 0.0
+    changes = int((np.diff(loads, axis=0) != 0.0).any(axis=1).sum())
+    assert f"Time: {3 * 2 + changes * 10 + 10 * 0.5:.4g} min" in said
+    assert "row by row as planned" in said
+    assert np.count_nonzero(np.diff(table.integers("series"))) == 2
+    page = (tmp_path / "sheet" / "sheet.html").read_text(encoding="utf-8")
+    assert page.count("<tr class=") == 10
+    assert "expdesign identify ROBOT.yaml sheet.xlsx --shared-reference" in page
+    assert "http" not in page
+    assert len(page) < 60_000
+
+
+def test_a_sheet_that_was_not_filled_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
+    assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
+    for name in ("sheet.csv", "sheet.xlsx"):
+        capsys.readouterr()
+        assert call("identify", ROBOT, tmp_path / "sheet" / name, "--out", tmp_path / "out") == 2
+        assert "nothing is filled in under reading_x_m" in capsys.readouterr().err
+
+
+def test_a_sheet_without_the_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "other.xlsx"
+    xd.load(plan_file(tmp_path))[["series", "x_m"]].to_excel(path, index=False, sheet_name="Tabelle1")
+    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
+    message = capsys.readouterr().err
+    assert "other.xlsx, sheet `Tabelle1`, column sequence: the column is missing. Add the column." in message
+
+
+def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "plan.xlsx"
+    xd.load(plan_file(tmp_path)).to_excel(path, index=False)
+    assert call("identify", path, ROBOT, "--out", tmp_path / "out") == 2
+    assert "plan.xlsx: this is a workbook, not text. Check the order of the files." in capsys.readouterr().err

@@ -1,0 +1,97 @@
+"""The commands with files in other units and forms: the same results, and one message where a file is wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
+
+from expdesign.files.table import read_table
+
+FACTORS = {"_m,": ("_um,", 1e6), "_rad,": ("_mdeg,", 180e3 / np.pi)}
+
+
+def stiffness(folder: Path) -> np.ndarray:
+    found = json.loads((folder / "identification.json").read_text(encoding="utf-8"))["stiffness"]
+    return np.array(list(found.values()))
+
+
+def test_recordings_in_other_units_and_forms_identify_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = recordings_file(tmp_path)
+    assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
+    import expdesign as xd  # noqa: PLC0415
+    from expdesign.api.outputs import save_table  # noqa: PLC0415
+
+    frame = xd.load(plain)
+    forms = [
+        save_table(tmp_path / "units.csv", frame, "mm,mrad,g"),
+        save_table(tmp_path / "units.xlsx", frame, "um,deg"),
+    ]
+    german = tmp_path / "german.csv"
+    german.write_bytes(forms[0].read_text().replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode("cp1252"))
+    for path in [*forms, german]:
+        capsys.readouterr()
+        assert call("identify", ROBOT, path, "--out", tmp_path / path.stem) == 0
+        assert "converted: x_" in capsys.readouterr().err
+        np.testing.assert_allclose(stiffness(tmp_path / path.stem), stiffness(tmp_path / "plain"), rtol=1e-9)
+
+
+def test_configuration_and_robot_in_other_units_give_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
+    changed = text.replace("x_m: [-0.03, 0.03]", 'x_m: ["-30 mm", 3 cm]').replace("5.0e-7", "0.5 µm")
+    assert changed != text
+    (tmp_path / "config.yaml").write_text(changed, encoding="utf-8")
+    plan = plan_file(tmp_path)
+    found = []
+    for config in (CONFIG, tmp_path / "config.yaml"):
+        capsys.readouterr()
+        assert call("evaluate", config, plan, "--json") == 0
+        found.append(json.loads(capsys.readouterr().out)["duir"])
+    assert found[0] == found[1]
+
+
+def test_output_in_units_of_choice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, plan = model_file(tmp_path), plan_file(tmp_path)
+    for command in ("predict", "compensate"):
+        assert call(command, model, plan, "--out", tmp_path / "si.csv") == 0
+        assert call(command, model, plan, "--out", tmp_path / "units.xlsx", "--units", "mm,mrad") == 0
+        plain, other = read_table(tmp_path / "si.csv"), read_table(tmp_path / "units.xlsx")
+        assert plain.columns == other.columns
+        names = ("x_m", "rx_rad", "sx_m", "srx_rad")
+        np.testing.assert_allclose(other.numbers(names), plain.numbers(names), rtol=1e-12)
+        assert set(other.written.values()) >= {"x_mm", "rx_mrad"}
+    capsys.readouterr()
+    assert call("predict", model, plan, "--out", tmp_path / "x.csv", "--units", "mm,furlong") == 2
+    assert "--units: unknown unit `furlong`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        (("dx_m", "dx_mrad"), "column dx_mrad: the unit contradicts the quantity: `dx` is a length"),
+        (("note", "dx_um"), "give the same quantity"),
+    ],
+)
+def test_units_that_contradict(
+    change: tuple[str, str], what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = recordings_file(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8").replace(*change, 1), encoding="utf-8")
+    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
+    message = capsys.readouterr().err
+    assert what in message
+    assert "Traceback" not in message
+
+
+def test_a_recording_cut_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = recordings_file(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text[: int(0.8 * len(text))], encoding="utf-8")
+    capsys.readouterr()
+    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
+    assert "Is the file cut off?" in capsys.readouterr().err
