@@ -84,25 +84,34 @@ class Directions:
         blocks = ca.SX.zeros(self.robot.coordinates.n, self.columns)
         start = self.base + offsets(self.physics)
         for memory in (False, True):
-            chosen = [i for i, entry in enumerate(self.physics) if (entry.effect.states > 0) == memory]
+            chosen = [i for i, e in enumerate(self.physics) if not e.step and (e.effect.states > 0) == memory]
             jacobian = _jacobian(self.robot, row, [self.physics[i] for i in chosen], instrument=self.instrument)
             blocks[:, [int(start[i]) + c for i in chosen for c in range(self.physics[i].columns)]] = jacobian[
                 :, self.base :
             ]
             if not memory:
                 blocks[:, : self.base] = jacobian[:, : self.base]
-        return configuration, parameters, ca.cse(ca.densify(blocks))
+        for entry, column in zip(self.physics, start, strict=False):
+            if entry.step:
+                blocks[:, int(column)] = _mean(self.robot, row, entry, instrument=self.instrument)
+        return configuration, parameters, ca.densify(blocks)
 
     @cached_property
     def _function(self) -> BatchFunction:
         configuration, parameters, directions = self._expression
-        return BatchFunction("directions", [configuration, parameters], [directions])
+        # The targets are looked at once, which does not pay for taking common terms together.
+        outputs = [self._compact if self.instrument else directions]
+        return BatchFunction("directions", [configuration, parameters], outputs)
+
+    @cached_property
+    def _compact(self) -> ca.SX:
+        return ca.cse(self._expression[2])
 
     @cached_property
     def _adjoint(self) -> BatchFunction:
-        configuration, parameters, directions = self._expression
-        seed = ca.SX.sym("seed", directions.numel())
-        scalar = ca.dot(ca.vec(directions), seed)
+        configuration, parameters, _ = self._expression
+        seed = ca.SX.sym("seed", self._compact.numel())
+        scalar = ca.dot(ca.vec(self._compact), seed)
         outputs = [ca.gradient(scalar, configuration), ca.gradient(scalar, parameters)]
         return BatchFunction("directions_adjoint", [configuration, parameters, seed], ca.cse(outputs))
 
@@ -134,6 +143,16 @@ def _jacobian(robot: Robot, row: Row, physics: list[LeftOut], *, instrument: boo
     values = np.concatenate([np.ones(chain.compliances), *(entry.start for entry in physics)])
     free = [i for i, parameter in enumerate(chain.parameters) if not parameter.shape]
     return ca.substitute(ca.jacobian(reading, theta)[:, free], theta, ca.SX(values))
+
+
+def _mean(robot: Robot, row: Row, entry: LeftOut, *, instrument: bool) -> ca.SX:
+    """Mean derivative of one row with respect to the one parameter of an entry, from its start on, (n,)."""
+    chain = Chain(robot, (entry.effect,), instrument=instrument)
+    ends = [
+        chain.expression(row, ca.SX.zeros(chain.states), ca.SX(np.concatenate([np.ones(chain.compliances), values])))[0]
+        for values in (entry.stepped, entry.start)
+    ]
+    return (ends[0] - ends[1]) / entry.step
 
 
 def offsets(physics: tuple[LeftOut, ...]) -> IntArray:

@@ -1,19 +1,21 @@
 """The largest error at the targets that each effect hides, from the sensitivities of a batch of designs.
 
-With Ã = Q·R the whitened base sensitivities of a plan and B̃_e those of an effect e in units of its prior sizes, the
-base model takes up u = Ã⁺B̃_e·x of an effect of size x; R_e·x with R_e = (I − QQᵀ)B̃_e remains in the residuals, and the
+With Ã the whitened base sensitivities of a plan and B̃_e those of an effect e in units of its prior sizes, the
+base model takes up u = Ã⁺B̃_e·x of an effect of size x; R_e·x with R_e = (I − ÃÃ⁺)B̃_e remains in the residuals, and the
 compensated robot misses target t by (T_e,t − A_t·Ã⁺B̃_e)·x. Then
 
     MEIR_e² = max over x of Σ_t w_t·‖W_t^½·(T_e,t − A_t·Ã⁺B̃_e)·x‖²  subject to  ‖R_e·x‖² ≤ λ,  ‖x‖² ≤ 1.
 
-Everything but the last step is shared by all effects: one QR decomposition and one product per design.
+Everything but the last step is shared by all effects: one decomposition and one product per design.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.criteria.assessment import RANK_TOLERANCE
 from expdesign.model_error.directions import offsets
 from expdesign.model_error.left_out import LeftOut
 from expdesign.model_error.noticeable import noncentrality
@@ -61,7 +63,13 @@ def hidden_errors(
         assumptions: level and power of the test.
     """
     batch, readings, n_p = base.shape
-    taken, remaining, exists = _projected(base, directions)
+    finite = np.isfinite(base).all(axis=(1, 2)) & np.isfinite(directions).all(axis=(1, 2))
+    base = np.where(finite[:, None, None], base, 0.0)
+    directions = np.where(finite[:, None, None], directions, 0.0)
+    model = _Base.of(base)
+    seen_by_base = model.orthogonal.swapaxes(-1, -2) @ directions
+    taken, remaining = model.root @ seen_by_base, directions - model.orthogonal @ seen_by_base
+    exists = finite & model.estimates(base, errors[..., :n_p].reshape(-1, errors.shape[-3] * errors.shape[-2], n_p))
     missed = errors[..., n_p:] - errors[..., :n_p] @ taken[:, None]
     start = offsets(physics)
     widths = np.diff(start)
@@ -88,23 +96,46 @@ def hidden_errors(
         for place, entry in enumerate(chosen):
             sizes[entry] = points[:, place]
     squares[~exists] = np.nan
-    freedom = np.full(batch, readings - n_p, dtype=np.int64)
-    return Hidden(squares, target, sizes, detection, visible, rank, np.maximum(freedom, 0))
+    return Hidden(squares, target, sizes, detection, visible, rank, readings - model.rank)
 
 
-def _projected(base: FloatArray, directions: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Ã⁺B̃ (b, n_p, D), (I − QQᵀ)B̃ (b, M, D), and which designs identify the base model (b,)."""
-    batch, readings, n_p = base.shape
-    if readings < n_p:
-        nothing = np.zeros((batch, n_p, directions.shape[2]))
-        return nothing, np.zeros_like(directions), np.zeros(batch, dtype=bool)
-    orthogonal, triangular = np.linalg.qr(base)
-    pivots = np.abs(np.diagonal(triangular, axis1=1, axis2=2))
-    norms = np.linalg.norm(base, axis=1)
-    exists = np.isfinite(base).all(axis=(1, 2)) & (pivots > 1e-9 * np.maximum(norms, 1e-300)).all(axis=1)
-    safe = np.where(exists[:, None, None], triangular, np.eye(n_p))
-    seen = orthogonal.swapaxes(-1, -2) @ directions
-    return np.linalg.solve(safe, seen), directions - orthogonal @ seen, exists
+@dataclass(frozen=True)
+class _Base:
+    """The base model's sensitivities Ã = Q·B⁻¹ of b designs.
+
+    Attributes:
+        orthogonal: Q, zero beyond the rank, shape (b, M, r).
+        root: B, with B·Bᵀ the pseudo-inverse of ÃᵀÃ on what is identified, shape (b, n_p, r).
+        scale: sizes of the columns of Ã, that of the largest for columns that are rounding, shape (b, n_p).
+        rank: shape (b,).
+    """
+
+    orthogonal: FloatArray
+    root: FloatArray
+    scale: FloatArray
+    rank: IntArray
+
+    @classmethod
+    def of(cls, base: FloatArray) -> Self:
+        """From Ã (b, M, n_p); columns are scaled first, so that the rank does not depend on the actuators' units."""
+        norms = np.linalg.norm(base, axis=1)
+        largest = norms.max(axis=1, keepdims=True)
+        scale = np.where(norms > RANK_TOLERANCE * largest, norms, np.where(largest > 0.0, largest, 1.0))
+        left, values, right = np.linalg.svd(base / scale[:, None, :], full_matrices=False)
+        kept = values > RANK_TOLERANCE * np.maximum(values[:, :1], 1e-300)
+        inverse = np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)
+        root = right.swapaxes(-1, -2) * inverse[:, None, :] / scale[:, :, None]
+        return cls(left * kept[:, None, :], root, scale, kept.sum(axis=1))
+
+    def estimates(self, base: FloatArray, rows: FloatArray) -> BoolArray:
+        """Whether rows (b or 1, q, n_p) of the targets are combinations of those of Ã, shape (b,)."""
+        scale = self.scale[:, None, :]
+        scaled = rows / scale
+        within = (rows @ self.root) @ (self.orthogonal.swapaxes(-1, -2) @ base) / scale
+        outside = np.linalg.norm(scaled - within, axis=-1)
+        small = 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
+        estimated: BoolArray = np.logical_and.reduce(outside <= small, axis=-1)
+        return estimated
 
 
 def _thresholds(rank: IntArray, assumptions: Assumptions) -> FloatArray:
@@ -144,7 +175,7 @@ def seeds(
     """Derivatives of Σ_e weight_e·MEIR_e² with respect to Ã (b, M, n_p) and B̃ (b, M, D).
 
     The envelope theorem: at the optimum, size and multipliers count as constant, so that with g = −2·A_tᵀ·Lᵀ·L·b,
-    h = Q·R⁻ᵀ·g, z = (ÃᵀÃ)⁻¹·g, r = R_e·x and the multiplier y of the detection constraint
+    h = Ã⁺ᵀ·g, z = (ÃᵀÃ)⁺·g, r = R_e·x and the multiplier y of the detection constraint
 
         ∂/∂(B̃x) = h − 2·y·r,    ∂/∂Ã = −(h − 2·y·r)·uᵀ + r·zᵀ.
 
@@ -158,23 +189,23 @@ def seeds(
     """
     batch, _, n_p = base.shape
     start = offsets(physics)
-    orthogonal, triangular = np.linalg.qr(base)
+    model = _Base.of(base)
     for_base, for_directions = np.zeros_like(base), np.zeros_like(directions)
     blocks = np.broadcast_to(errors, (batch, *errors.shape[-3:]))
     for entry in np.flatnonzero((weights != 0.0).any(axis=0)):
         columns = slice(start[entry], start[entry + 1])
         size = hidden.sizes[entry]
         moved = (directions[:, :, columns] @ size[..., None])[..., 0]
-        seen = (orthogonal.swapaxes(-1, -2) @ moved[..., None])[..., 0]
-        taken = np.linalg.solve(triangular, seen[..., None])[..., 0]
-        remaining = moved - (orthogonal @ seen[..., None])[..., 0]
+        seen = model.orthogonal.swapaxes(-1, -2) @ moved[..., None]
+        taken = (model.root @ seen)[..., 0]
+        remaining = moved - (model.orthogonal @ seen)[..., 0]
         block = blocks[np.arange(batch), hidden.target[:, entry]]
         own = block[:, :, n_p + columns.start : n_p + columns.stop]
         missed = (own @ size[..., None] - block[:, :, :n_p] @ taken[..., None])[..., 0]
         slope = -2.0 * (block[:, :, :n_p].swapaxes(-1, -2) @ missed[..., None])
-        inner = np.linalg.solve(triangular.swapaxes(-1, -2), slope)
-        through = (orthogonal @ inner)[..., 0] - 2.0 * hidden.detection[:, entry, None] * remaining
-        turned = np.linalg.solve(triangular, inner)[..., 0]
+        inner = model.root.swapaxes(-1, -2) @ slope
+        through = (model.orthogonal @ inner)[..., 0] - 2.0 * hidden.detection[:, entry, None] * remaining
+        turned = (model.root @ inner)[..., 0]
         weight = weights[:, entry, None, None]
         for_directions[:, :, columns] += weight * through[:, :, None] * size[:, None, :]
         for_base += weight * (remaining[:, :, None] * turned[:, None, :] - through[:, :, None] * taken[:, None, :])

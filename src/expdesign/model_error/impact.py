@@ -12,7 +12,7 @@ from expdesign.instrument.deflection_noise import DeflectionNoise, reference_whi
 from expdesign.model_error.directions import Directions, offsets
 from expdesign.model_error.hidden import Hidden, hidden_errors, seeds
 from expdesign.model_error.left_out import LeftOut, physics_of_problem
-from expdesign.model_error.prior import prior_deviations
+from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 
 Form = Literal["max", "rms"]
@@ -39,7 +39,9 @@ class ModelErrorImpact:
         problem.require_elastostatic("MEIR is defined")
         self.problem = problem
         self.assumptions = Assumptions() if assumptions is None else assumptions
-        self.physics = physics_of_problem(problem, self.assumptions) if physics is None else physics
+        if physics is None:
+            physics = with_steps(problem, physics_of_problem(problem, self.assumptions), self.assumptions)
+        self.physics = physics
         self.directions = Directions(problem.loaded.robot, problem.loaded.load, self.physics)
 
     @property

@@ -27,15 +27,25 @@ class LeftOut:
     Attributes:
         effect: the effect.
         start: its parameters, neutral except for shapes, shape (p,).
+        step: of an effect with memory and one parameter, the prior size up to which its mean derivative is taken: much
+            friction holds an actuator altogether, which little of it does not tell. 0 for the derivative at neutral.
     """
 
     effect: Effect
     start: FloatArray
+    step: float = 0.0
 
     @property
     def free(self) -> list[int]:
         """Indices of the parameters that are not shapes."""
         return [i for i, parameter in enumerate(self.effect.parameters) if not parameter.shape]
+
+    @property
+    def stepped(self) -> FloatArray:
+        """The parameters up to which the mean derivative is taken, shape (p,)."""
+        values = self.start.copy()
+        values[self.free] += self.step
+        return values
 
     @property
     def columns(self) -> int:

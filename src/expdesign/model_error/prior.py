@@ -1,5 +1,7 @@
 """Prior sizes of left-out physics on one robot, in the units of the effects' parameters."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
@@ -35,14 +37,34 @@ def prior_deviations(
     for entry in physics:
         for index in entry.free:
             name = entry.effect.parameters[index].name
-            size = size_of(entry.effect.physics, name, assumptions.sizes)
-            if size is None:
-                what = f"there is no prior size for `{name}` of `{entry.effect.physics}`"
-                remedy = f"Name one in the configuration, or put `{entry.effect.physics}` under `without`."
-                raise InputError(what, where=f"{WHERE}.sizes", remedy=remedy)
+            size = _size(entry, name, assumptions)
             deviations.append(size.value * scale.unit(size, entry, name, errors[:, column]))
             column += 1
     return np.array(deviations)
+
+
+def with_steps(problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions: Assumptions) -> tuple[LeftOut, ...]:
+    """The entries, those with memory and one parameter with the prior size of that parameter as their step."""
+    n_p = len(problem.loaded.robot.stiffness)
+    scale = _Scale(problem, np.zeros((1, n_p)))
+    stepped = []
+    for entry in physics:
+        if entry.effect.states and entry.columns == 1:
+            name = entry.effect.parameters[entry.free[0]].name
+            size = _size(entry, name, assumptions)
+            entry = replace(entry, step=size.value * scale.unit(size, entry, name, np.zeros(1)))  # noqa: PLW2901
+        stepped.append(entry)
+    return tuple(stepped)
+
+
+def _size(entry: LeftOut, parameter: str, assumptions: Assumptions) -> Size:
+    """The row of the table for a parameter of an entry."""
+    size = size_of(entry.effect.physics, parameter, assumptions.sizes)
+    if size is None:
+        what = f"there is no prior size for `{parameter}` of `{entry.effect.physics}`"
+        remedy = f"Name one in the configuration, or put `{entry.effect.physics}` under `without`."
+        raise InputError(what, where=f"{WHERE}.sizes", remedy=remedy)
+    return size
 
 
 class _Scale:
