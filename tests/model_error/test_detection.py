@@ -146,7 +146,7 @@ def test_just_noticed_and_the_error_it_then_makes(name: str):
 def test_just_noticed_of_twenty_effects(name: str):
     # The bipod has no more that show within twice their prior sizes.
     results = check(name, None, 20)
-    assert len(results) == (20 if name != "bipod" else 12)
+    assert len(results) == (20 if name != "bipod" else 13)
     for key, rate, away in results:
         assert abs(rate - 0.8) <= 0.03, (key, rate)
         assert away <= 4.0, (key, away)
