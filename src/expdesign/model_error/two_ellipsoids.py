@@ -17,13 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 
-_STEPS = 60
-_NEVER = 1.0 - 1e-13
-"""Largest μ; where something is not visible at all, D(1) is singular and s is infinite."""
-_CLOSE = 1e-12
-"""Width of the bracket of μ, relative to its distance from either end, at which the search ends."""
+_STEPS = 80
+_FARTHEST = 30.0
+"""Largest |log(μ/(1 − μ))|; where something is not visible at all, D(1) is singular and s is infinite."""
+_SMALL, _CLOSE = 1e-12, 1e-11
+"""Excess, and width of the bracket of log(μ/(1 − μ)), at which the search ends."""
 
 
 @dataclass(frozen=True)
@@ -81,33 +81,34 @@ def _one(forms: FloatArray, values: FloatArray) -> Largest:
 
 
 def _several(forms: FloatArray, values: FloatArray) -> Largest:
-    """Several unknowns."""
-    low, high = np.zeros(len(forms)), np.full(len(forms), _NEVER)
-    below, above = _top(forms, values, low), _top(forms, values, high)
+    """Several unknowns: the root of the excess over t = log(μ/(1 − μ)), on which it changes at an even pace."""
+    count = len(forms)
+    low, high = np.full(count, -_FARTHEST), np.full(count, _FARTHEST)
+    below, above = _top(forms, values, np.zeros(count)), _top(forms, values, _share(high))
     # The excess xᵀ(H − I)x of the maximiser falls with μ from where xᵀHx is too large to where xᵀx is.
-    start, end = _excess(below, values), _excess(above, values)
-    inside = (start > 0.0) & (end < 0.0)
-    high = np.where(start <= 0.0, low, high)
-    above = np.where((start <= 0.0)[:, None], below, above)
-    low = np.where((start > 0.0) & (end >= 0.0), high, low)
-    below = np.where(((start > 0.0) & (end >= 0.0))[:, None], above, below)
-    left, right = start.copy(), end.copy()
-    for step in range(_STEPS):
-        active = np.flatnonzero(inside & (high - low > _CLOSE * np.minimum(high, 1.0 - low)))
+    left, right = _excess(below, values), _excess(above, values)
+    prior, detection = left <= 0.0, (left > 0.0) & (right >= 0.0)
+    above = np.where(prior[:, None], below, above)
+    below = np.where(detection[:, None], above, below)
+    share = np.where(prior, 0.0, np.where(detection, _share(high), np.nan))
+    third, far = low.copy(), left.copy()
+    step = np.full(count, 0.5)
+    active = np.flatnonzero(np.isnan(share))
+    for _ in range(_STEPS):
         if active.size == 0:
             break
-        middle = _next(low[active], high[active], left[active], right[active], step)
-        point = _top(forms[active], values[active], middle)
+        t = low[active] + step[active] * (high[active] - low[active])
+        point = _top(forms[active], values[active], _share(t))
         excess = _excess(point, values[active])
-        rising = excess > 0.0
-        up, down = active[rising], active[~rising]
-        low[up], below[up], left[up] = middle[rising], point[rising], excess[rising]
-        high[down], above[down], right[down] = middle[~rising], point[~rising], excess[~rising]
-        done = active[np.abs(excess) < 1e-13]
-        inside[done] = False
-        low[done] = high[done] = middle[np.abs(excess) < 1e-13]
-        below[done] = above[done] = point[np.abs(excess) < 1e-13]
-    share = np.where(np.abs(left) < np.abs(right), low, high)
+        up, down = active[excess > 0.0], active[excess <= 0.0]
+        rising, falling = excess > 0.0, excess <= 0.0
+        third[up], far[up], third[down], far[down] = low[up], left[up], high[down], right[down]
+        low[up], left[up], below[up] = t[rising], excess[rising], point[rising]
+        high[down], right[down], above[down] = t[falling], excess[falling], point[falling]
+        step[active] = _chandrupatla(low[active], high[active], third[active], left[active], right[active], far[active],
+                                     excess > 0.0)  # fmt: skip
+        active = active[(np.abs(excess) > _SMALL) & (high[active] - low[active] > _CLOSE)]
+    share = np.where(np.isnan(share), _share(np.where(np.abs(left) < np.abs(right), low, high)), share)
     scaled = forms / np.sqrt(_weights(values, share))[:, None, :]
     bound = np.linalg.norm(scaled, ord=2, axis=(-2, -1)) ** 2
     point = _between(below, above, values)
@@ -117,18 +118,33 @@ def _several(forms: FloatArray, values: FloatArray) -> Largest:
     return Largest(bound, value, point, share)
 
 
-def _next(low: FloatArray, high: FloatArray, left: FloatArray, right: FloatArray, step: int) -> FloatArray:
-    """The next μ: false position on the excess, every third step the middle (of logarithms near the ends)."""
-    if step % 3 == 2:
-        # Either end is approached over many orders of magnitude where H is nearly singular or large.
-        from_zero = np.sqrt(np.maximum(low, 1e-14) * np.maximum(high, 1e-14))
-        from_one = 1.0 - np.sqrt((1.0 - low) * (1.0 - high))
-        middle = np.where(high < 0.1, from_zero, np.where(low > 0.9, from_one, 0.5 * (low + high)))
-    else:
-        # Near the root, left and right have opposite signs; bounded excesses keep the secant inside.
-        middle = low + (high - low) * left / (left - right)
-    margin = 1e-3 * (high - low) if step % 3 != 2 else 0.0
-    return np.clip(middle, low + margin, high - margin)
+def _share(t: FloatArray) -> FloatArray:
+    """μ of t."""
+    return 1.0 / (1.0 + np.exp(-t))
+
+
+def _chandrupatla(
+    low: FloatArray,
+    high: FloatArray,
+    third: FloatArray,
+    left: FloatArray,
+    right: FloatArray,
+    far: FloatArray,
+    rising: BoolArray,
+) -> FloatArray:
+    """Where between `low` and `high` (0 to 1) to look next: inverse quadratic where it is safe, else the middle.
+
+    Chandrupatla (1997). `third` is the end of the bracket that was given up last; the newest is `low` where `rising`.
+    """
+    newest, other = np.where(rising, low, high), np.where(rising, high, low)
+    f1, f2, f3 = np.where(rising, left, right), np.where(rising, right, left), far
+    with np.errstate(divide="ignore", invalid="ignore"):
+        xi, phi = (newest - other) / (third - other), (f1 - f2) / (f3 - f2)
+        safe = (phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi)
+        slope = (third - newest) / (other - newest)
+        along = f1 / (f2 - f1) * f3 / (f2 - f3) + slope * f1 / (f3 - f1) * f2 / (f3 - f2)
+    along = np.clip(np.where(safe & np.isfinite(along), along, 0.5), 1e-6, 1.0 - 1e-6)
+    return np.where(rising, along, 1.0 - along)
 
 
 def _weights(values: FloatArray, share: FloatArray) -> FloatArray:
