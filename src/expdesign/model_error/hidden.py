@@ -63,7 +63,7 @@ def hidden_errors(
         assumptions: level and power of the test.
     """
     batch, readings, n_p = base.shape
-    finite = np.isfinite(base).all(axis=(1, 2)) & np.isfinite(directions).all(axis=(1, 2))
+    finite: BoolArray = np.logical_and.reduce(np.isfinite(np.concatenate([base, directions], axis=2)), axis=(1, 2))
     base = np.where(finite[:, None, None], base, 0.0)
     directions = np.where(finite[:, None, None], directions, 0.0)
     model = _Base.of(base)
