@@ -1,0 +1,111 @@
+"""The physics that a plan might miss: every effect that the robot can have, at every start of its shapes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.effect import Effect
+from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.errors import InputError
+from expdesign.model_error.settings import WHERE, Assumptions
+from expdesign.plugins import implementations
+from expdesign.recordings.recordings import LoadedPoints
+
+MOST_STARTS = 8
+"""Of one effect in a search: a periodic error has hundreds of pitches, of which these are spread over the range."""
+_SAMPLE = 256
+"""Random measurements that show which ranges the loads and the coordinates of a plan can have."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One effect at one start of its shapes.
+
+    Attributes:
+        effect: the effect.
+        start: its parameters, neutral except for shapes, shape (p,).
+        step: of an effect with memory and one parameter, the prior size up to which its mean derivative is taken: much
+            friction holds an actuator altogether, which little of it does not tell. 0 for the derivative at neutral.
+    """
+
+    effect: Effect
+    start: FloatArray
+    step: float = 0.0
+
+    @property
+    def free(self) -> list[int]:
+        """Indices of the parameters that are not shapes."""
+        return [i for i, parameter in enumerate(self.effect.parameters) if not parameter.shape]
+
+    @property
+    def stepped(self) -> FloatArray:
+        """The parameters up to which the mean derivative is taken, shape (p,)."""
+        values = self.start.copy()
+        values[self.free] += self.step
+        return values
+
+    @property
+    def columns(self) -> int:
+        """Number of parameters that are not shapes."""
+        return len(self.free)
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """Physics, component and variant."""
+        return self.effect.physics, self.effect.component, self.effect.variant
+
+
+def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[LeftOut, ...]:
+    """The effects that are considered, at their starts.
+
+    Raises:
+        InputError: nothing is left to consider, or an identifier names physics that the robot cannot have here.
+    """
+    known = {effect.physics for effect in effects}
+    for name in sorted((assumptions.physics or frozenset()) - known):
+        what = f"this robot with these loads cannot have `{name}`"
+        remedy = f"Take it out, or choose among {', '.join(sorted(known))}."
+        raise InputError(what, where=f"{WHERE}.physics", remedy=remedy)
+    found = []
+    for effect in effects:
+        if not assumptions.considers(effect.physics):
+            continue
+        starts = effect.starts(points)
+        chosen = np.unique(np.linspace(0, len(starts) - 1, min(MOST_STARTS, len(starts))).round().astype(int))
+        found += [LeftOut(effect, starts[i]) for i in chosen]
+    if not found:
+        remedy = "Take entries out of `without`, or name physics under `physics`."
+        raise InputError("no physics is left to consider", where=WHERE, remedy=remedy)
+    return tuple(found)
+
+
+def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tuple[LeftOut, ...]:
+    """What plans of a design problem might miss: the same for every plan, so that plans can be compared.
+
+    Effects that depend on the time or the temperature of a measurement are not considered: plans say nothing of them.
+    """
+    generator = np.random.default_rng(0)
+    configurations, loads = problem.space.decode(problem.space.sample(_SAMPLE, generator))
+    points = plan_points(problem.loaded, configurations, loads)
+    robot = problem.loaded.robot
+    kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+    effects = [effect for kind in kinds for effect in kind.candidates(robot, points)]
+    return left_out(effects, points, assumptions)
+
+
+def plan_points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> LoadedPoints:
+    """Points at configurations (m, n_q) under loads (m, k), each a series of its own."""
+    robot, count = loaded.robot, len(configurations)
+    dimension = len(robot.gravity)
+    wrenches = loaded.wrenches(robot.jacobians(configurations).rotation, loads)[0]
+    payload = loads[:, :-dimension] if loaded.load.kind == "payload" else None
+    gravity = loads[:, -dimension:] if loaded.load.kind == "payload" else np.tile(robot.gravity, (count, 1))
+    numbers = np.arange(1, count + 1)
+    return LoadedPoints(
+        source="plan", lines=numbers + 1, sequence=numbers, series=numbers, time=None, configurations=configurations,
+        wrenches=wrenches, absolute=wrenches.copy(), payload=payload, gravity=gravity, temperature=None,
+        leg_temperature=None, extra=pd.DataFrame(index=range(count)),
+    )  # fmt: skip

@@ -1,0 +1,107 @@
+"""Prior sizes of left-out physics on one robot, in the units of the effects' parameters."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.maps import actuator_forces
+from expdesign.errors import InputError
+from expdesign.model_error.left_out import LeftOut
+from expdesign.model_error.prior_sizes import Size, size_of
+from expdesign.model_error.settings import WHERE, Assumptions
+
+_REFERENCE = 100.0
+"""N or N·m; the force to which parameters of non-linear springs refer."""
+
+
+def prior_deviations(
+    problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions: Assumptions, errors: FloatArray
+) -> FloatArray:
+    """σ of every column of `physics`, shape (D,).
+
+    Args:
+        problem: whose robot and targets the sizes may be multiples of.
+        physics: what is left out.
+        assumptions: with the table of sizes.
+        errors: weighted deflections of the targets per compliance (in units of 1/apK) and per column, shape
+            (q, n_p + D).
+
+    Raises:
+        InputError: the table has no size for a parameter.
+    """
+    scale = _Scale(problem, errors[:, : len(problem.loaded.robot.stiffness)])
+    column = errors.shape[1] - sum(entry.columns for entry in physics)
+    deviations = []
+    for entry in physics:
+        for index in entry.free:
+            name = entry.effect.parameters[index].name
+            size = _size(entry, name, assumptions)
+            deviations.append(size.value * scale.unit(size, entry, name, errors[:, column]))
+            column += 1
+    return np.array(deviations)
+
+
+def with_steps(problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions: Assumptions) -> tuple[LeftOut, ...]:
+    """The entries, those with memory and one parameter with the prior size of that parameter as their step."""
+    n_p = len(problem.loaded.robot.stiffness)
+    scale = _Scale(problem, np.zeros((1, n_p)))
+    stepped = []
+    for entry in physics:
+        if entry.effect.states and entry.columns == 1:
+            name = entry.effect.parameters[entry.free[0]].name
+            size = _size(entry, name, assumptions)
+            entry = replace(entry, step=size.value * scale.unit(size, entry, name, np.zeros(1)))  # noqa: PLW2901
+        stepped.append(entry)
+    return tuple(stepped)
+
+
+def _size(entry: LeftOut, parameter: str, assumptions: Assumptions) -> Size:
+    """The row of the table for a parameter of an entry."""
+    size = size_of(entry.effect.physics, parameter, assumptions.sizes)
+    if size is None:
+        what = f"there is no prior size for `{parameter}` of `{entry.effect.physics}`"
+        remedy = f"Name one in the configuration, or put `{entry.effect.physics}` under `without`."
+        raise InputError(what, where=f"{WHERE}.sizes", remedy=remedy)
+    return size
+
+
+class _Scale:
+    """What sizes are multiples of, on one robot with its targets."""
+
+    def __init__(self, problem: DesignProblem, base: FloatArray) -> None:
+        self.robot = problem.loaded.robot
+        self.base = base
+        targets = problem.targets.configurations
+        jacobians = self.robot.jacobians(targets)
+        self.force = np.abs(actuator_forces(jacobians, problem.target_wrenches)).max(axis=0)
+        measured = [
+            loaded.measure(pose, load) for pose, (loaded, load) in zip(targets, problem.target_loads, strict=True)
+        ]
+        self.pose_compliance = np.mean([np.diag(m.compliance) for m in measured], axis=0)
+
+    def unit(self, size: Size, entry: LeftOut, parameter: str, error: FloatArray) -> float:
+        """What one unit of a size is, in the parameter's unit."""
+        effect = entry.effect
+        if not size.of:
+            return 1.0
+        if size.of == "pose compliance":
+            i, j = (self._axis(name) for name in parameter.split("_")[1:3])
+            return float(np.sqrt(self.pose_compliance[i] * self.pose_compliance[j]))
+        named = effect.component.split()[-1].isdigit() and effect.component in self.robot.actuators
+        legs = [effect.leg] if named else list(range(len(self.robot.stiffness)))
+        compliance = float(self.robot.compliance[legs].mean())
+        if size.of == "actuator compliance":
+            return compliance
+        if size.of == "actuator force":
+            return float(self.force[legs].max() or self.force.max())
+        moved, own = float(np.linalg.norm(error)), float(np.linalg.norm(self.base[:, legs].sum(axis=1)))
+        if moved > 0.0 and own > 0.0:
+            return own / moved
+        # Actuators that carry nothing at the targets: what one yields under the parameter's reference force.
+        return compliance * _REFERENCE if parameter.endswith(("_m", "_rad")) else 1.0
+
+    def _axis(self, name: str) -> int:
+        names = [column.rsplit("_", 1)[0] for column in self.robot.coordinates.deflection]
+        return names.index(name if name in names else f"d{name}")

@@ -1,0 +1,57 @@
+"""The directions of all effects at once against each effect alone on the chain, and their adjoint."""
+
+import numpy as np
+import pytest
+from tests.model_error.problems import ROBOTS, impact, plans, problem
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import row_data
+from expdesign.model_error.directions import Directions, offsets
+from expdesign.model_error.left_out import physics_of_problem, plan_points
+from expdesign.model_error.prior import with_steps
+from expdesign.model_error.settings import Assumptions
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("instrument", [True, False])
+def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool):
+    few = frozenset({"joint_position_error", "friction_hysteresis", "encoder_periodic_error", "instrument_scale"})
+    loaded = problem(name).loaded
+    assumptions = Assumptions(physics=few)
+    physics = with_steps(problem(name), physics_of_problem(problem(name), assumptions), assumptions)
+    configurations, loads = (array[0] for array in plans(name, 1))
+    found = Directions(loaded.robot, loaded.load, physics, instrument=instrument).at(configurations, loads)
+    rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
+    n_p = len(loaded.robot.stiffness)
+    assert np.allclose(found[..., :n_p], loaded.measure(configurations, loads).observation * loaded.robot.compliance)
+    for entry, start in zip(physics, n_p + offsets(physics)[:-1], strict=True):
+        chain = Chain(loaded.robot, (entry.effect,), instrument=instrument)
+        values = np.concatenate([np.ones(n_p), entry.start])
+        if entry.step:
+            ends = [chain.predict(rows, np.concatenate([np.ones(n_p), v])) for v in (entry.stepped, entry.start)]
+            assert np.allclose(found[..., start], (ends[0] - ends[1]) / entry.step, rtol=1e-7, atol=1e-15)
+            continue
+        alone = chain.predict_with_sensitivities(rows, values)[1][:, :, n_p:][:, :, entry.free]
+        mine = found[..., start : start + entry.columns]
+        size = np.abs(alone).max(axis=(0, 1), keepdims=True)
+        assert np.allclose(mine / (size + 1e-30), alone / (size + 1e-30), atol=1e-7), entry.key
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_adjoint_against_differences(name: str):
+    directions = impact(name).directions
+    configurations, loads = (array[0] for array in plans(name, 1, seed=5))
+    generator = np.random.default_rng(6)
+    size = np.abs(directions.at(configurations, loads)).max(axis=(0, 1)) + 1e-30
+    seed = generator.normal(size=(*directions.at(configurations, loads).shape,)) / size
+    pulled = directions.pull(configurations, loads, seed)
+    for argument, gradient in enumerate(pulled):
+        arguments = [configurations, loads]
+        step = 1e-6 * generator.normal(size=arguments[argument].shape)
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = list(arguments)
+            moved[argument] = arguments[argument] + sign * step
+            sides.append(float((seed * directions.at(*moved)).sum()))
+        expected = (sides[0] - sides[1]) / 2.0
+        assert float((gradient * step).sum()) == pytest.approx(expected, rel=1e-4, abs=1e-9 * np.abs(seed).sum())
