@@ -15,6 +15,9 @@ from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.instrument.deflection_noise import DeflectionNoise, series_by_pose
 
+LIMIT_ROUNDING = 1e-12
+"""m or rad beyond a limit that are rounding."""
+
 
 @dataclass(frozen=True)
 class OptimiserSettings:
@@ -61,6 +64,11 @@ class DesignProblem:
         if self.noise.shared_reference and series is None:
             series = series_by_pose(configurations)
         return Assessment(measurements, self.noise, shared, self.targets, series)
+
+    def settable(self, genes: FloatArray) -> FloatArray:
+        """Designs (b, m, g) as they can be set, sorted, which rounding does not take beyond the robot's limits."""
+        robot = self.loaded.robot
+        return self.space.settable(genes, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
 
     def require_elastostatic(self, what: str) -> None:
         """Raise an `InputError` where something other than the stiffness alone is calibrated."""

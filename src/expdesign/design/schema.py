@@ -70,7 +70,8 @@ def _grid_axis(value: Any) -> Quantity:
     if points == 1 and low != high:
         raise invalid("one point cannot cover an interval", remedy="Use at least 2 points, or one number.")
     step = (high - low) / max(points - 1, 1)
-    return Choices((*(float(low + i * step) for i in range(points - 1)), float(high)))
+    # Twelve digits: a step such as (0.03 - -0.03)/6 is not exact, and a pose of 0.019999999999999993 m cannot be set.
+    return Choices((float(low), *(float(f"{low + i * step:.12g}") for i in range(1, points - 1)), float(high))[:points])
 
 
 def _written(value: Quantity | None) -> Any:
@@ -197,6 +198,7 @@ class ExperimentSection(Section):
     calibration: Literal["elastostatic", "geometric", "both"] = "elastostatic"
     frames: Literal["known", "unknown"] = "known"
     reference_pose: ReferencePoseSection | None = None
+    resolution: dict[str, Positive] | None = None
 
 
 class TargetPayloadSection(Section):

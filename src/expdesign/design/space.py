@@ -5,6 +5,7 @@ for a discrete one. The quantities that the genes set are, in order, the configu
 parameters without gravity, and the tilt of the base.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
+from expdesign.design.resolution import Grid
 from expdesign.design.variables import Choices, Interval, Quantity, Rows, Variable, variables_for
 from expdesign.symbolic import BatchFunction
 
@@ -45,6 +47,7 @@ class DesignSpace:
         tilt: quantities of the tilt of the base (payloads only).
         coordinates: names.
         gravity: gravity in the base frame without tilt (m/s²); None for a wrench.
+        steps: in which each quantity can be set, shape (n_q,); None where anything can be.
     """
 
     def __init__(
@@ -55,6 +58,7 @@ class DesignSpace:
         tilt: tuple[Quantity, ...],
         coordinates: Coordinates,
         gravity: FloatArray | None,
+        steps: FloatArray | None = None,
     ) -> None:
         self.measurements = measurements
         self.coordinates = coordinates
@@ -79,6 +83,11 @@ class DesignSpace:
         self.lower = np.array([variable.bounds[0] for variable in variables])
         self.upper = np.array([variable.bounds[1] for variable in variables])
         self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
+        self.of_pose: BoolArray = np.array([variable.columns[0] < n_pose for variable in variables], dtype=bool)
+        gene_steps = np.zeros(len(variables))
+        if steps is not None:
+            gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
+        self.grid = Grid.between(gene_steps, self.lower, self.upper)
 
     @property
     def genes(self) -> int:
@@ -126,9 +135,36 @@ class DesignSpace:
         return np.where(self.discrete, indices, continuous)
 
     def canonical(self, genes: FloatArray) -> FloatArray:
-        """The same designs (b, m, g), indices rounded and measurements sorted (their order carries no information)."""
+        """The same designs (b, m, g) as they can be set: indices and steps rounded, and measurements sorted.
+
+        The order of the measurements carries no information; the pose comes first, so that equal poses stand together.
+        """
+        return self._sorted(self._rounded(genes))
+
+    def settable(self, genes: FloatArray, excess: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """`canonical` designs (b, m, g) which rounding does not take beyond limits.
+
+        Args:
+            genes: shape (b, m, g).
+            excess: over the robot's limits, of configurations (..., n_q); at most 0 within.
+        """
+        rounded = self._rounded(genes)
+        beyond = excess(self.decode(rounded)[0]) > 0.0
+        if beyond.any():
+            wanted = np.clip(genes[beyond], self.lower, self.upper)
+            within = excess(self.decode(wanted)[0]) <= 0.0
+            rows = np.argwhere(beyond)[within]
+            moved = self.grid.inward(
+                rounded[tuple(rows.T)], wanted[within], self.of_pose, lambda tried: excess(self.decode(tried)[0])
+            )
+            rounded[tuple(rows.T)] = moved
+        return self._sorted(rounded)
+
+    def _rounded(self, genes: FloatArray) -> FloatArray:
         rounded = np.where(self.discrete, np.rint(genes), genes)
-        rounded = np.clip(rounded, self.lower, self.upper)
+        return self.grid.nearest(np.clip(rounded, self.lower, self.upper))
+
+    def _sorted(self, rounded: FloatArray) -> FloatArray:
         for gene in reversed(range(self.genes)):
             order = np.argsort(rounded[..., gene], axis=-1, kind="stable")
             rounded = np.take_along_axis(rounded, order[..., None], axis=-2)
