@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.acceptance.budget import planned_budget
+from expdesign.acceptance.decision import Decision, acceptance_record
 from expdesign.api.inputs import Config, TableInput, problem_of, table_of
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import known_criteria
@@ -40,7 +42,12 @@ class Evaluation:
     @property
     def record(self) -> dict[str, Any]:
         """The document of `evaluate --json` (interfaces.md)."""
-        return evaluation_record(self.assessment)
+        return evaluation_record(self.assessment) | {"acceptance": acceptance_record(self.acceptance)}
+
+    @property
+    def acceptance(self) -> Decision:
+        """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
+        return Decision(planned_budget(self.problem, self.assessment))
 
     @property
     def criteria(self) -> pd.DataFrame:

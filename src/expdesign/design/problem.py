@@ -9,6 +9,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
+from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
@@ -44,6 +45,7 @@ class DesignProblem:
         optimiser: settings of the search.
         config: the configuration as resolved (robot written out, defaults filled in).
         source: name of the configuration file.
+        coverage: of the expanded uncertainty by which a target is accepted.
     """
 
     loaded: LoadedRobot
@@ -56,6 +58,7 @@ class DesignProblem:
     optimiser: OptimiserSettings
     config: dict[str, Any]
     source: str
+    coverage: Coverage = STANDARD
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""

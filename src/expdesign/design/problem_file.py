@@ -9,10 +9,11 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.calibration_file import load_section, read_regressor
+from expdesign.design.coverage import STANDARD
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
-from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.design.resolution import steps_of
+from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -75,6 +76,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         ),
         config=_resolved(section, written, poses),
         source=document.source,
+        coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
     )
 
 
@@ -261,17 +263,17 @@ def _space(
     gravity = robot.gravity if load.kind == "payload" else None
     every = (*(poses.quantities or (fixed(0.0),) * len(robot.configuration)), *quantities, *tilt)
     known = (*robot.configuration, *names, *(robot.coordinates.tilt if tilt else ()))
-    given = experiment.resolution or {}
-    for name in given:
+    stated = experiment.resolution or {}
+    for name in stated:
         if name not in known:
             where = document.where(("experiment", "resolution", name))
             raise InputError("unknown quantity", where=where, remedy=nearest(name, known))
     widths = np.array([q.high - q.low if isinstance(q, Interval) else 0.0 for q in every])
-    steps = steps_of(known, widths, given)
+    steps = steps_of(known, widths, stated)
     space = DesignSpace(experiment.measurements, poses, quantities, tilt, robot.coordinates, gravity, steps)
     for gene in np.flatnonzero(space.grid.empty):
         name = known[space.variables[gene].columns[0]]
-        what = f"no multiple of {given[name]:g} lies between {space.lower[gene]:g} and {space.upper[gene]:g}"
+        what = f"no multiple of {stated[name]:g} lies between {space.lower[gene]:g} and {space.upper[gene]:g}"
         where = document.where(("experiment", "resolution", name))
         raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
     return space

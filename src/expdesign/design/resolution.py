@@ -65,7 +65,9 @@ class Grid:
         exponents = [Decimal(repr(float(step))).normalize().as_tuple().exponent for step in safe]
         decimals = np.array([max(0, -int(exponent)) for exponent in exponents], dtype=np.int64)
         grid = cls(steps, lower, upper, decimals)
-        bounds = [np.where(stepped, grid._decimal(count * safe), bound) for count, bound in ((low, lower), (high, upper))]
+        bounds = [
+            np.where(stepped, grid._decimal(count * safe), bound) for count, bound in ((low, lower), (high, upper))
+        ]
         return cls(steps, bounds[0], bounds[1], decimals)
 
     @property

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
+from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.files.schema import (
     LARGEST,
@@ -238,6 +239,26 @@ class OptimiserSection(Section):
     polish: Annotated[bool, Field(strict=True)] = True
 
 
+class AcceptanceSection(Section):
+    """`acceptance`: the coverage of the expanded uncertainty."""
+
+    coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
+    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if (self.coverage is None) == (self.k is None):
+            raise invalid("exactly one of `coverage` and `k` is needed", remedy="E.g. `{k: 2}` or `{coverage: 0.95}`.")
+        return self
+
+    @property
+    def chosen(self) -> Coverage:
+        """As the program takes it."""
+        if self.coverage is not None:
+            return Coverage(self.coverage)
+        return STANDARD if self.k is None else Coverage.of_factor(self.k)
+
+
 class RunSection(Section):
     """A run configuration."""
 
@@ -248,3 +269,4 @@ class RunSection(Section):
     aggregate: Literal["mean", "max"] = "mean"
     objectives: list[str] = Field(default_factory=lambda: ["duir", "feir"])
     optimiser: OptimiserSection = OptimiserSection()
+    acceptance: AcceptanceSection | None = None
