@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.run import run as run
     from expdesign.api.simulate import simulate as simulate
     from expdesign.api.sweep import sweep as sweep
+    from expdesign.api.verify import verify as verify
 
 __version__ = "0.1.0"
 

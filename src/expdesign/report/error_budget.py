@@ -116,9 +116,9 @@ def sentences(budget: ErrorBudget, design: int) -> list[str]:
         axes = [int(axis) for axis in np.flatnonzero(np.isfinite(limits))]
         totals = budget.total[design, target]
         errors = [f"{_micro(budget, axis, totals[axis])} on {words.axis(budget.axes[axis])}" for axis in axes]
-        worst = max(axes, key=lambda axis: totals[axis] / tolerances[axis])
-        share = words.number(100.0 * totals[worst] / tolerances[worst])
-        tolerance = f"{words.given(1e6 * tolerances[worst])}\u00a0{words.micro_unit(budget.axes[worst])}"
+        worst = max(axes, key=lambda axis: totals[axis] / limits[axis])
+        share = words.number(100.0 * totals[worst] / limits[worst])
+        tolerance = f"{words.given(1e6 * limits[worst])}\u00a0{words.micro_unit(budget.axes[worst])}"
         if len(axes) == 1:
             texts.append(
                 f"After calibration with this plan, the error to expect at target {target + 1} is {errors[0]}, RMS: "
