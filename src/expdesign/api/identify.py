@@ -1,13 +1,15 @@
 """`identify`: stiffness with confidence intervals, from recordings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of, table_of
+from expdesign.acceptance.decision import Decision, acceptance_record
+from expdesign.acceptance.identified import identified_budget
+from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of, table_of
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.identify import Identification
@@ -32,11 +34,13 @@ class Identified:
         robot: with its file.
         result: everything that the identification found.
         model: what prediction and compensation need.
+        acceptance: of the targets of a configuration, where one was given.
     """
 
     robot: RobotFile
     result: Identification
     model: Model
+    acceptance: Decision | None = None
 
     @property
     def stiffness(self) -> pd.DataFrame:
@@ -50,13 +54,20 @@ class Identified:
     @property
     def record(self) -> dict[str, Any]:
         """The content of `identification.json` (interfaces.md)."""
-        return identification_record(self.result)
+        accepted = {} if self.acceptance is None else {"acceptance": acceptance_record(self.acceptance)}
+        return identification_record(self.result) | accepted
 
     def page(self) -> Page:
         """The report."""
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
-        return identification_report(self.result)
+        page = identification_report(self.result)
+        if self.acceptance is None:
+            return page
+        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
+
+        section = acceptance_section(self.acceptance, "the identified robot")
+        return replace(page, sections=(page.sections[0], section, *page.sections[1:]))
 
     def save(self, folder: PathLike) -> Path:
         """Write the files of `expdesign identify` into a folder and return the path of the report."""
@@ -93,6 +104,7 @@ def identify(
     *,
     shared_reference: bool = False,
     prior: float | None = None,
+    targets: Config | None = None,
 ) -> Identified:
     """Identify the stiffness of every actuator from recordings.
 
@@ -101,6 +113,7 @@ def identify(
         recordings: in one or more files, or as a frame.
         shared_reference: whether half of each row's variance is common to its series.
         prior: relative standard deviation of `actuator_stiffness` beforehand, in percent.
+        targets: run configuration at whose targets the robot is accepted or not.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -109,7 +122,9 @@ def identify(
     """
     require_prior(prior)
     machine = robot_of(robot)
+    problem = None if targets is None else problem_of(targets)
     measured = recordings_of(recordings, machine)
     relative = None if prior is None else prior / 100.0
     result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
-    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source))
+    accepted = None if problem is None else Decision(identified_budget(problem, result))
+    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source), accepted)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
+from expdesign.acceptance.decision import sentences
 from expdesign.api.identify import recordings_of, require_prior
 from expdesign.api.inputs import robot_of
 from expdesign.commands.console import counted, note, note_unknown_columns
@@ -25,6 +26,9 @@ def command(
     prior: Annotated[
         float | None, typer.Option(help="Relative standard deviation of `actuator_stiffness` beforehand, in percent.")
     ] = None,
+    targets: Annotated[
+        Path | None, typer.Option(help="Run configuration (YAML) at whose targets the robot is accepted or not.")
+    ] = None,
 ) -> None:
     """Identify the stiffness of every actuator from recordings.
 
@@ -35,9 +39,11 @@ def command(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior)
+    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior, targets=targets)
     page = identified.save(out)
     _summarise(identified.result)
+    for text in sentences(identified.acceptance) if identified.acceptance is not None else []:
+        note(text)
     print(page)
 
 
