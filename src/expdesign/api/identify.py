@@ -16,6 +16,8 @@ from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
 from expdesign.identification.model_file import Model, model_text
 from expdesign.identification.record import identification_record, stiffness_unit
+from expdesign.plausibility.finding import say
+from expdesign.plausibility.recordings import recordings_findings
 from expdesign.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 from expdesign.report.page import Page
@@ -87,9 +89,12 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     if isinstance(recordings, pd.DataFrame):
         measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
         require_measured(measured, robot.robot)
+        say(recordings_findings(measured, robot.robot), measured.source)
         return measured
     files = [recordings] if isinstance(recordings, str | Path) else list(recordings)
-    return read_several([Path(file) for file in files], robot.robot)
+    read = read_several([Path(file) for file in files], robot.robot)
+    say(recordings_findings(read, robot.robot), read.source)
+    return read
 
 
 def require_prior(prior: float | None) -> None:

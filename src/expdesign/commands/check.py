@@ -7,16 +7,20 @@ import numpy as np
 import typer
 
 import expdesign
+from expdesign.api.inputs import checked_problem
 from expdesign.commands.console import counted, note, note_unknown_columns
 from expdesign.design.optimality.gradient_check import ACCEPTED, gradient_table
 from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document, require_regular
+from expdesign.design.problem_file import require_regular
 from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import InputError
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import identify
 from expdesign.identification.model_file import model_from_document
+from expdesign.plausibility.finding import say
+from expdesign.plausibility.recordings import recordings_findings
+from expdesign.plausibility.robot import robot_findings
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot import Robot
@@ -54,7 +58,7 @@ def command(
     elif {"vary", "cases", "config"} & set(content):
         print(f"{file}: {check_sweep(document)}")
     elif "experiment" in content or "schema_version" in content or "targets" in content:
-        problem = problem_from_document(document)
+        problem = checked_problem(document)
         print(f"{file}: {check_problem(problem)}")
         if gradients:
             check_gradients(problem)
@@ -75,6 +79,7 @@ def check_recordings(file: Path, robot_file: Path | None, *, shared_reference: b
     recordings = recordings_from_table(table, robot)
     require_measured(recordings, robot)
     note_unknown_columns(recordings)
+    say([*robot_findings(robot), *recordings_findings(recordings, robot)], str(file))
     if len(robot.stiffness) == 0:
         return text
     result = identify(robot, recordings, shared_reference=shared_reference)
@@ -90,14 +95,17 @@ def check_recordings(file: Path, robot_file: Path | None, *, shared_reference: b
 
 
 def check_robot(robot: Robot, source: str) -> str:
-    """Raise where a robot is singular at its reference configuration, or say in words that it is usable."""
+    """Raise where a robot cannot be, or is singular at its reference configuration, or say that it is usable."""
+    say(robot_findings(robot), source)
     reference = robot.reference_configuration()
     require_regular(robot, reference, f"{source}, reference pose")
+    usable = "is usable"
     if float(robot.limit_excess(reference)) > 0.0:
         note(f"{source}: at the reference pose {robot.limit_message(reference)}")
+        usable = "is usable at poses within its limits, of which the reference pose is none"
     condition = float(robot.jacobians(reference).condition)
     return (
-        f"{robot.kind} `{robot.name}` with {len(robot.stiffness)} actuators is usable "
+        f"{robot.kind} `{robot.name}` with {len(robot.stiffness)} actuators {usable} "
         f"(scaled condition number {condition:.3g} at its reference pose)."
     )
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 import expdesign as xd
@@ -51,6 +52,9 @@ def _summarise(result: Identification) -> None:
     unit = stiffness_unit(result)
     for index, name in enumerate(result.robot.actuators):
         interval = result.stiffness
+        if not np.isfinite([interval.estimate[index], interval.low[index], interval.high[index]]).all():
+            note(f"{name}: not determined; the interval of its compliance contains 0, or is negative")
+            continue
         note(
             f"{name}: {interval.estimate[index]:.4g} {unit} "
             f"(95 %: {interval.low[index]:.4g} to {interval.high[index]:.4g})"

@@ -6,9 +6,9 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from expdesign.api.inputs import problem_of
 from expdesign.commands.console import note, note_unknown_columns
 from expdesign.design.plan import Plan, csv_text, plan_frame, read_plan
-from expdesign.design.problem_file import read_problem
 from expdesign.design.sequential import next_measurements
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.files.output import write_file
@@ -44,7 +44,7 @@ def command(
         raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
     if accuracy is not None and not 0.0 < accuracy < float("inf"):
         raise InputError(f"{accuracy:g} is not an accuracy", where="--accuracy", remedy="Give tolerances, e.g. 0.8.")
-    problem = read_problem(config)
+    problem = problem_of(config)
     problem.require_elastostatic("the next measurements can be planned")
     table = read_table(recordings)
     measured = recordings_from_table(table, problem.loaded.robot)
