@@ -14,7 +14,7 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.errors import ExpdesignError
 from expdesign.files.table import Table, parse_table, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.identification.model_file import Model, read_model
+from expdesign.identification.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.plausibility.finding import Finding, say
 from expdesign.plausibility.problem import pose_findings, problem_findings
 from expdesign.plausibility.robot import robot_findings
@@ -104,6 +104,16 @@ def robot_of(robot: RobotInput) -> RobotFile:
 def model_of(model: ModelInput) -> Model:
     """A model file, read."""
     return model if isinstance(model, Model) else read_model(Path(model))
+
+
+def truth_of(truth: ModelInput) -> Model:
+    """What really deflects: an identified model, or a robot file whose stiffness is then exact."""
+    if isinstance(truth, Model):
+        return truth
+    document = read_yaml(Path(truth))
+    if isinstance(document.content, dict) and document.content.get("kind") == "model":
+        return model_from_document(document)
+    return model_of_robot(robot_from_document(document), document)
 
 
 def table_of(table: TableInput, name: str) -> Table:

@@ -52,13 +52,7 @@ def _summarise(result: Identification) -> None:
     unit = stiffness_unit(result)
     for index, name in enumerate(result.robot.actuators):
         interval = result.stiffness
-        if not np.isfinite([interval.estimate[index], interval.low[index], interval.high[index]]).all():
-            note(f"{name}: not determined; the interval of its compliance contains 0, or is negative")
-            continue
-        note(
-            f"{name}: {interval.estimate[index]:.4g} {unit} "
-            f"(95 %: {interval.low[index]:.4g} to {interval.high[index]:.4g})"
-        )
+        note(f"{name}: {interval.estimate[index]:.4g} {unit} ({_interval(interval.low[index], interval.high[index])})")
     if not result.robot.actuators:
         note(f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?")
     goodness = result.goodness
@@ -79,3 +73,11 @@ def _summarise(result: Identification) -> None:
         note(f"RMS of the test rows: {held_out:.3g} standard deviations")
     for text in result.suspicions:
         note(f"suspicion: {text}")
+
+
+def _interval(low: float, high: float) -> str:
+    if np.isfinite(low) and np.isfinite(high):
+        return f"95 %: {low:.4g} to {high:.4g}"
+    if np.isfinite(low):
+        return f"95 %: at least {low:.4g}"
+    return "without an interval: its compliance may be 0, or is negative"

@@ -9,6 +9,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
+from expdesign.design.constraints import Constraints
 from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -46,6 +47,7 @@ class DesignProblem:
         config: the configuration as resolved (robot written out, defaults filled in).
         source: name of the configuration file.
         coverage: of the expanded uncertainty by which a target is accepted.
+        constraints: on designs beside the robot's limits, or None.
     """
 
     loaded: LoadedRobot
@@ -59,6 +61,7 @@ class DesignProblem:
     config: dict[str, Any]
     source: str
     coverage: Coverage = STANDARD
+    constraints: Constraints | None = None
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""

@@ -9,6 +9,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.calibration_file import load_section, read_regressor
+from expdesign.design.constraint_file import read_constraints, required
 from expdesign.design.coverage import STANDARD
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
@@ -76,6 +77,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         ),
         config=_resolved(section, written, poses),
         source=document.source,
+        constraints=read_constraints(experiment, robot, load, document),
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
     )
 
@@ -276,6 +278,7 @@ def _space(
         what = f"no multiple of {stated[name]:g} lies between {space.lower[gene]:g} and {space.upper[gene]:g}"
         where = document.where(("experiment", "resolution", name))
         raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
+    space.required = required(experiment.constraints, space, robot, document)
     return space
 
 

@@ -187,6 +187,24 @@ class ReferencePoseSection(Section):
     interpolate: Annotated[bool, Field(strict=True)] = False
 
 
+class BoxSection(Section):
+    """One entry of `experiment.constraints.keep_out`: a box in the base frame (m)."""
+
+    low_m: list[Number]
+    high_m: list[Number]
+
+
+class ConstraintsSection(Section):
+    """`experiment.constraints`: what a laboratory demands of a plan."""
+
+    distinct_poses: Count = 1
+    distinct_masses: Count = 1
+    poses: list[list[Number]] = Field(default_factory=list)
+    masses_kg: list[NonNegative] = Field(default_factory=list)
+    keep_out: list[BoxSection] = Field(default_factory=list)
+    effort: Annotated[bool, Field(strict=True)] = False
+
+
 class ExperimentSection(Section):
     """`experiment`."""
 
@@ -200,6 +218,7 @@ class ExperimentSection(Section):
     frames: Literal["known", "unknown"] = "known"
     reference_pose: ReferencePoseSection | None = None
     resolution: dict[str, Positive] | None = None
+    constraints: ConstraintsSection | None = None
 
 
 class TargetPayloadSection(Section):

@@ -37,6 +37,14 @@ def tilted_gravity(gravity: ca.SX, tilt: ca.SX) -> ca.SX:
     return ca.vertcat(cy * x + sy * z, y, -sy * x + cy * z)
 
 
+@dataclass(frozen=True)
+class Required:
+    """Poses and masses that have to occur: genes (g,) of a measurement, NaN where they do not matter."""
+
+    poses: tuple[FloatArray, ...] = ()
+    masses: tuple[FloatArray, ...] = ()
+
+
 class DesignSpace:
     """Genes and what they stand for.
 
@@ -88,6 +96,7 @@ class DesignSpace:
         if steps is not None:
             gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
         self.grid = Grid.between(gene_steps, self.lower, self.upper)
+        self.required = Required()
 
     @property
     def genes(self) -> int:
@@ -162,7 +171,42 @@ class DesignSpace:
 
     def _rounded(self, genes: FloatArray) -> FloatArray:
         rounded = np.where(self.discrete, np.rint(genes), genes)
-        return self.grid.nearest(np.clip(rounded, self.lower, self.upper))
+        rounded = self.grid.nearest(np.clip(rounded, self.lower, self.upper))
+        for demanded in (self.required.poses, self.required.masses):
+            rounded = self._with(demanded, rounded)
+        return rounded
+
+    def _with(self, demanded: tuple[FloatArray, ...], genes: FloatArray) -> FloatArray:
+        """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""
+        span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
+        flat = genes.reshape(-1, *genes.shape[-2:])
+        free = np.ones(flat.shape[:2], dtype=bool)
+        designs = np.arange(len(flat))
+        for wanted in demanded:
+            matters = ~np.isnan(wanted)
+            distance = (((flat - np.where(matters, wanted, 0.0)) / span)[..., matters] ** 2).sum(axis=-1)
+            nearest = np.argmin(np.where(free, distance, np.inf), axis=1)
+            flat[designs, nearest] = np.where(matters, wanted, flat[designs, nearest])
+            free[designs, nearest] = False
+        return flat.reshape(genes.shape)
+
+    def genes_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
+        """Genes (g,) at which quantities from index `first` on are as wanted, NaN for the others; None without any."""
+        genes = np.full(self.genes, np.nan)
+        reached = self._fixed[first : first + len(wanted)].copy()
+        for gene, variable in enumerate(self.variables):
+            columns = [column for column in variable.columns if first <= column < first + len(wanted)]
+            if not columns:
+                continue
+            values = wanted[[column - first for column in columns]]
+            if isinstance(variable.domain, Rows):
+                row = int(np.argmin(np.abs(variable.domain.table[:, : len(columns)] - values).max(axis=1)))
+                genes[gene] = row
+                reached[[column - first for column in columns]] = variable.domain.table[row, : len(columns)]
+            else:
+                genes[gene] = np.clip(values[0], self.lower[gene], self.upper[gene])
+                reached[columns[0] - first] = genes[gene]
+        return genes if np.abs(reached - wanted).max() <= 1e-12 else None
 
     def _sorted(self, rounded: FloatArray) -> FloatArray:
         for gene in reversed(range(self.genes)):

@@ -67,7 +67,7 @@ def recordings_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     if suspects:
         least = min(found.misfit for found, _ in suspects)
         equal = [(found, text) for found, text in suspects if found.misfit <= 2.0 * least]
-        # Translations in mm and rotations in thousands of rad fit alike: what leaves the stiffness as stated is likelier.
+        # Translations in mm and rotations in thousands of rad fit alike: what keeps the stiffness is likelier.
         text = min(equal, key=lambda one: round(abs(np.log10(one[0].ratio))))[1]
         return [Finding("the recordings do not fit the robot as they are, and would fit otherwise", text)]
     return _scale(stated) if stated.misfit < 0.5 else []

@@ -11,6 +11,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.files.schema import Number, Positive, Section, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing, Part
+from expdesign.robots.joint_rings import RingSection
 from expdesign.robots.orientation import Orientation, rotation_matrix
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import STANDARD_GRAVITY, RobotSection
@@ -44,8 +45,10 @@ class HexapodSection(RobotSection):
     kind: str
     orientation: Orientation = "fixed-xyz"
     home: Point
-    base_joints: SixPoints
-    platform_joints: SixPoints
+    base_joints: SixPoints | None = None
+    platform_joints: SixPoints | None = None
+    base: RingSection | None = None
+    platform: RingSection | None = None
     actuator_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)]
     limits: LimitsSection = LimitsSection()
 
@@ -54,6 +57,22 @@ class HexapodSection(RobotSection):
         if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
             raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
         return self
+
+    @model_validator(mode="after")
+    def _joints_once(self) -> Self:
+        for name, ring in (("base", self.base), ("platform", self.platform)):
+            if (ring is None) == (getattr(self, f"{name}_joints") is None):
+                what = "the key is missing" if ring is None else f"the joints are also given as `{name}`"
+                raise invalid(
+                    what, f"{name}_joints", f"Give `{name}_joints` (m), or `{name}` with a radius and angles."
+                )
+        return self
+
+    def joints(self) -> tuple[FloatArray, FloatArray]:
+        """Base joints in O and platform joints in P (m), shape (6, 3) each."""
+        base = np.array(self.base_joints) if self.base is None else self.base.joints(platform=False)
+        platform = np.array(self.platform_joints) if self.platform is None else self.platform.joints(platform=True)
+        return base, platform
 
 
 class Hexapod(ParallelRobot):
@@ -92,9 +111,10 @@ class Hexapod(ParallelRobot):
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
         section = validate(HexapodSection, document)
+        base, platform = section.joints()
         return cls(
-            base_joints=np.array(section.base_joints),
-            platform_joints=np.array(section.platform_joints),
+            base_joints=base,
+            platform_joints=platform,
             home=np.array(section.home),
             stiffness=np.array(section.actuator_stiffness),
             orientation=section.orientation,

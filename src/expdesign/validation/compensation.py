@@ -68,16 +68,25 @@ class ExactCompensation:
         target: X_D or q_D, shape (n_q,).
         wrench: ΔF_D, shape (n,); that of the target's orientation.
         true: compliances of the plant, shape (n_p,).
+        truth: the plant, where its geometry is not that of `loaded`.
     """
 
-    def __init__(self, loaded: LoadedRobot, target: FloatArray, wrench: FloatArray, true: FloatArray) -> None:
+    def __init__(
+        self,
+        loaded: LoadedRobot,
+        target: FloatArray,
+        wrench: FloatArray,
+        true: FloatArray,
+        truth: LoadedRobot | None = None,
+    ) -> None:
         self.robot = loaded.robot
         self.target = target
         self.true = true
         configuration = ca.SX.sym("X", len(target))
         estimate = ca.SX.sym("c", len(true))
         mapped = deflection_map(loaded, configuration, ca.SX(wrench))
-        both = [mapped @ estimate, mapped @ ca.SX(true)]
+        real = mapped if truth is None else deflection_map(truth, configuration, ca.SX(wrench))
+        both = [mapped @ estimate, real @ ca.SX(true)]
         self._deflections = BatchFunction("deflections", [configuration, estimate], both)
         self._map = BatchFunction("map", [configuration], [mapped])
         columns = [ca.jacobian(mapped[:, leg], configuration) for leg in range(len(true))]

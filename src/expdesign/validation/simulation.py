@@ -8,6 +8,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.validation.compensation import ExactCompensation
 from expdesign.validation.plants import ExplicitPlant, Plant
@@ -58,6 +59,7 @@ def simulate(
     load_errors: bool = True,
     plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
+    truth: LoadedRobot | None = None,
 ) -> Simulation:
     """Repeat the experiment of a plan `samples` times, identify, and compensate at every target.
 
@@ -73,6 +75,7 @@ def simulate(
         load_errors: whether the loads have errors.
         plant: what is measured and commanded.
         distribution: of the load errors.
+        truth: the robot that is really measured and commanded; the problem's own where left out.
 
     Raises:
         NotIdentifiableError: the plan does not identify what a target needs.
@@ -83,10 +86,10 @@ def simulate(
     error = problem.unidentified(assessment)
     if error is not None:
         raise error
-    robot = plant(problem.loaded, plan)
+    robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
-    compensations = [ExactCompensation(problem.loaded, *pair, robot.true) for pair in pairs]
+    compensations = [ExactCompensation(problem.loaded, *pair, robot.true, truth) for pair in pairs]
     errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
     estimates = np.empty((samples, len(robot.true)))
     residual, axes = 0.0, problem.targets.axes
