@@ -66,7 +66,8 @@ def command(
     known = recorded_knowledge(problem, measured, loads)
     most = count or (1 if accuracy is None else MOST)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
-    configurations, parameters = problem.space.decode(found.genes)
+    settable = np.concatenate([problem.settable(row[None, None])[0] for row in found.genes])  # keeps the order
+    configurations, parameters = problem.space.decode(settable)
     series = np.arange(len(found.genes)) + 1 + int(measured.series.max())
     frame = plan_frame(Plan(configurations, parameters, series), problem.loaded, problem.space.tilts)
     frame["sequence"] += int(measured.sequence.max())

@@ -172,7 +172,8 @@ class DesignSpace:
     def _rounded(self, genes: FloatArray) -> FloatArray:
         rounded = np.where(self.discrete, np.rint(genes), genes)
         rounded = self.grid.nearest(np.clip(rounded, self.lower, self.upper))
-        for demanded in (self.required.poses, self.required.masses):
+        whole = genes.shape[-2] == self.measurements  # a part of a design need not meet what the whole has to
+        for demanded in (self.required.poses, self.required.masses) if whole else ():
             rounded = self._with(demanded, rounded)
         return rounded
 
