@@ -15,7 +15,7 @@ from tests.commands.calls import call
 
 import expdesign as xd
 from expdesign.acceptance.check_measurement import read_check_measurement
-from expdesign.acceptance.verification import AxisResult, Comparison, noise_covariance
+from expdesign.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
 from expdesign.api.inputs import table_of
 from expdesign.design.plan import csv_text
 from expdesign.errors import InputError
@@ -228,3 +228,14 @@ def test_bad_texts_of_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixtur
     where = [tmp_path / name for name in ("model.yaml", "check.csv")]
     assert call("verify", *where, "--about", tmp_path / "about.yaml", "--out", tmp_path / "out") == 2
     assert words in capsys.readouterr().err
+
+
+def test_the_number_of_readings_that_would_prove_conformity() -> None:
+    def target(rows: int, *axes: AxisResult) -> TargetResult:
+        return TargetResult(np.zeros(6), np.arange(rows), axes)
+
+    # U = 0.8 of two readings has to come down to 0.4: four times as many.
+    assert target(2, AxisResult("dx_m", 0.6, 0.4, 1.0, 2.0)).measurements_needed == 8
+    assert target(2, AxisResult("dx_m", 0.1, 0.1, 1.0, 2.0)).measurements_needed == 2
+    assert target(2, AxisResult("dx_m", 1.1, 0.1, 1.0, 2.0)).measurements_needed is None
+    assert target(0, AxisResult("dx_m", None, None, 1.0, 2.0)).measurements_needed is None

@@ -65,6 +65,7 @@ def _target(target: TargetResult, robot: Robot) -> dict[str, Any]:
         "target": dict(zip(robot.configuration, target.configuration.tolist(), strict=True)),
         "measurements": len(target.rows),
         "passes": target.passes,
+        "measurements_needed": target.measurements_needed,
         "axes": [_axis(axis) for axis in target.axes],
     }
 

@@ -199,6 +199,22 @@ class TargetResult:
         """Whether every axis that has a tolerance conforms."""
         return all(axis.conformity in ("conforms", "no tolerance") for axis in self.axes)
 
+    @property
+    def measurements_needed(self) -> int | None:
+        """How many readings would prove conformity if their mean stayed where it is and they are independent.
+
+        None where the target was not measured, or an axis' mean error is itself beyond its tolerance.
+        """
+        most = len(self.rows)
+        for axis in self.axes:
+            if axis.tolerance is None or axis.conformity == "conforms":
+                continue
+            if axis.error is None or axis.expanded is None or abs(axis.error) >= axis.tolerance:
+                return None
+            ratio = axis.expanded / (axis.tolerance - abs(axis.error))
+            most = max(most, int(np.ceil(len(self.rows) * ratio**2 * (1.0 - 1e-12))))
+        return most or None
+
 
 @dataclass(frozen=True)
 class Tolerances:

@@ -49,7 +49,12 @@ def command(
     open_axes = [axis for target in found.targets for axis in target.axes if axis.conformity == "not proven"]
     wrong = [axis for target in found.targets for axis in target.axes if axis.conformity == "does not conform"]
     note(f"verdict: {found.verdict}" + _reason(len(wrong), len(open_axes)))
-    empty = [item.name for item in fields(About) if not getattr(texts, item.name) and item.name != "remarks"]
+    needed = [target.measurements_needed for target in found.targets if not target.passes]
+    if found.verdict == "fail" and needed and None not in needed:
+        most = max(count for count in needed if count is not None)
+        note(f"if the mean errors stay as they are, {most} independent readings of every target would prove conformity")
+    stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
+    empty = [item.name for item in fields(About) if not getattr(texts, item.name) and item.name not in stated]
     if empty:
         note(f"left to be filled in by hand: {', '.join(empty)}")
     print(page)

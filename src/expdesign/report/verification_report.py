@@ -58,6 +58,12 @@ def statement(result: Verification) -> list[str]:
         )
     else:
         texts.append("No tolerance was stated, so that nothing is decided.")
+    needed = [target.measurements_needed for target in result.targets if not target.passes]
+    if result.verdict == "fail" and needed and None not in needed:
+        most = max(count for count in needed if count is not None)
+        texts.append(
+            f"If the mean errors stay as they are, {most} independent readings of every target would prove conformity."
+        )
     missed = sum(len(target.rows) == 0 for target in result.targets)
     if missed:
         texts.append(
