@@ -179,6 +179,8 @@ class DesignSpace:
 
     def _with(self, demanded: tuple[FloatArray, ...], genes: FloatArray) -> FloatArray:
         """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""
+        if not demanded or not self.genes:
+            return genes
         span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
         flat = genes.reshape(-1, *genes.shape[-2:])
         free = np.ones(flat.shape[:2], dtype=bool)
