@@ -54,6 +54,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.sweep import Sweep as Sweep
     from expdesign.api.sweep import sweep as sweep
     from expdesign.api.table import table as table
+    from expdesign.api.verify import verify as verify
     from expdesign.design.problem import DesignProblem as DesignProblem
     from expdesign.errors import ExpdesignError as ExpdesignError
     from expdesign.errors import InputError as InputError

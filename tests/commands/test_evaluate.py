@@ -93,3 +93,24 @@ def test_bad_plans(tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: str
     assert output == ""
     for word in words:
         assert word in error
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "words"),
+    [
+        (HEADER, "1,1,-0.2,0.55,200,-900\n2,1,0.2,0.6,200,-900\n", ("row 3, column x_m", "series 1")),
+        ("sequence,series,x_m,y_m,fy_N\n", "1,1,-0.2,0.55,-900\n", ("column fx_N", "missing")),
+        (HEADER, "1,1,-0.2,5.0,200,-900\n", ("plan.csv, row 2", "beyond the robot's limits", "leg 2")),
+    ],
+)
+def test_plans_that_recordings_would_be_refused_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], header: str, rows: str, words: tuple[str, ...]
+) -> None:
+    config, plan = tmp_path / "config.yaml", tmp_path / "plan.csv"
+    robot = {**CONFIG["robot"], "limits": {"leg_length": [0.1, 2.0]}}
+    config.write_text(yaml.safe_dump({**CONFIG, "robot": robot}))
+    plan.write_text(header + rows)
+    assert call("evaluate", config, plan, "--json") == 2
+    error = capsys.readouterr().err
+    for word in words:
+        assert word in error

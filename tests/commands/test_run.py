@@ -91,7 +91,7 @@ WRONG = {
     "wrong type": (("targets", 0, "tolerance", "dx_m"), "1 um", "dx_m"),
     "too few points": (("robot", "base_joints"), [[0.0, 0.0]], "base_joints"),
     "limits no pose can meet": (("robot", "limits"), {"leg_length": [5.0, 6.0]}, "limits"),
-    "one objective": (("objectives",), ["duir"], "two criteria"),
+    "no objective": (("objectives",), [], "at least one"),
     "unknown criterion": (("objectives",), ["duir", "o9"], "o9"),
     "singular target": (("targets", 0, "pose"), [0.0, -0.65], "singular"),
     "target nobody can serve": (("experiment", "load", "fy_N"), 0, "targets"),

@@ -270,3 +270,11 @@ def test_population_with_singular_and_unidentified_members() -> None:
     np.testing.assert_array_equal(values[1:3], UNIDENTIFIED)
     alone, _ = DesignPopulation(case).objectives(genes[:1])
     np.testing.assert_allclose(values[0], alone[0], rtol=1e-12)
+
+
+def test_a_single_objective_gives_the_best_design() -> None:
+    case = problem(BIPOD, {"objectives": ["duir"], "optimiser.polish": True})
+    front = search(case)
+    assert len(front) == 1
+    both = search(problem(BIPOD, {"optimiser.polish": True}))
+    assert front.criteria["duir"][0] <= both.criteria["duir"].min() * (1.0 + 1e-6)

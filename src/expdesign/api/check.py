@@ -6,17 +6,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.api.inputs import PathLike, RobotInput, robot_of
+from expdesign.api.inputs import PathLike, RobotInput, checked_problem, robot_of
 from expdesign.design.feasibility import Feasibility, feasibility, random_designs
 from expdesign.design.optimality.gradient_check import gradient_table
 from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document, require_regular
+from expdesign.design.problem_file import require_regular
 from expdesign.errors import InputError
 from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
 from expdesign.identification.model_file import Model, model_from_document
+from expdesign.plausibility.finding import say
+from expdesign.plausibility.recordings import recordings_findings
+from expdesign.plausibility.robot import robot_findings
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 from expdesign.recordings.structure import check_structure
@@ -204,7 +207,7 @@ def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: 
     if {"vary", "cases", "config"} & set(content):
         return _sweep(document)
     if "experiment" in content or "schema_version" in content or "targets" in content:
-        problem = problem_from_document(document)
+        problem = checked_problem(document)
         return CheckedProblem(problem, feasibility(problem))
     if "kind" in content or "base_joints" in content:
         return _robot(robot_from_document(document), str(path))
@@ -213,6 +216,7 @@ def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: 
 
 
 def _robot(robot: Robot, source: str) -> CheckedRobot:
+    say(robot_findings(robot), source)
     reference = robot.reference_configuration()
     require_regular(robot, reference, f"{source}, reference pose")
     return CheckedRobot(source, robot, float(robot.jacobians(reference).condition))
@@ -232,6 +236,7 @@ def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool)
     structure = check_structure(table, commanded=len(machine.stiffness) > 0)
     recordings = recordings_from_table(table, machine)
     require_measured(recordings, machine)
+    say(recordings_findings(recordings, machine), str(file))
     if len(machine.stiffness) == 0:
         return CheckedRecordings(structure, recordings)
     found = identify_recordings(machine, recordings, shared_reference=shared_reference)

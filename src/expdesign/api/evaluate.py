@@ -6,16 +6,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.acceptance.budget import planned_budget
+from expdesign.acceptance.decision import Decision, acceptance_record
 from expdesign.api.inputs import Config, TableInput, problem_of, table_of
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import known_criteria
 from expdesign.criteria.record import evaluation_record
-from expdesign.design.plan import Plan, completed, read_plan
+from expdesign.design.plan import Plan, completed, read_plan, require_whole_load
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import SingularConfigurationError
+from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.robot import CONDITION_LIMIT
+
+BEYOND = 1e-9
+"""m or rad beyond a limit that are the rounding of a file."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,12 @@ class Evaluation:
     @property
     def record(self) -> dict[str, Any]:
         """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
-        return evaluation_record(self.assessment)
+        return evaluation_record(self.assessment) | {"acceptance": acceptance_record(self.acceptance)}
+
+    @property
+    def acceptance(self) -> Decision:
+        """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
+        return Decision(planned_budget(self.problem, self.assessment))
 
     @property
     def criteria(self) -> pd.DataFrame:
@@ -64,22 +74,27 @@ def evaluate(config: Config, plan: TableInput) -> Evaluation:
     """
     problem = problem_of(config)
     table = table_of(plan, "plan")
+    require_whole_load(table, problem.loaded)
     given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
-    points_from_table(completed(table, given, problem.loaded), problem.loaded.robot)  # units, numbering, contradictions
-    remarks = _remarks(problem, given, table)
+    # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
+    points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
+    _require_reachable(problem, given, table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
     error = problem.unidentified(assessment)
-    return Evaluation(problem, given, assessment, remarks if error is None else (*remarks, error.message))
+    return Evaluation(problem, given, assessment, () if error is None else (error.message,))
 
 
-def _remarks(problem: DesignProblem, plan: Plan, table: Table) -> tuple[str, ...]:
+def _require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
+    """Raise where a row is singular, or beyond the robot's limits."""
     robot = problem.loaded.robot
     condition = robot.jacobians(plan.configurations).condition
     if (condition > CONDITION_LIMIT).any():
         row = int(np.argmax(condition))
         what = f"the robot is singular or nearly so there (scaled condition number {condition[row]:.3g})"
         raise SingularConfigurationError(what, where=table.where(row), remedy="Choose another pose.")
-    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > 1e-9)
-    return tuple(
-        f"{table.where(int(row))}: beyond the limits: {robot.limit_message(plan.configurations[row])}" for row in beyond
-    )
+    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > BEYOND)
+    if beyond.size:
+        row = int(beyond[0])
+        more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
+        what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
+        raise InputError(what, where=table.where(row), remedy="Choose a pose within them.")

@@ -1,19 +1,23 @@
 """`identify`: stiffness with confidence intervals, from recordings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of, table_of
+from expdesign.acceptance.decision import Decision, acceptance_record
+from expdesign.acceptance.identified import identified_budget
+from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of, table_of
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
 from expdesign.identification.model_file import Model, model_text
 from expdesign.identification.record import identification_record, stiffness_unit
+from expdesign.plausibility.finding import say
+from expdesign.plausibility.recordings import recordings_findings
 from expdesign.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 from expdesign.report.page import Page
@@ -32,11 +36,13 @@ class Identified:
         robot: with its file.
         result: everything that the identification found.
         model: what prediction and compensation need.
+        acceptance: of the targets of a configuration, where one was given.
     """
 
     robot: RobotFile
     result: Identification
     model: Model
+    acceptance: Decision | None = None
 
     @property
     def stiffness(self) -> pd.DataFrame:
@@ -50,13 +56,20 @@ class Identified:
     @property
     def record(self) -> dict[str, Any]:
         """The content of `identification.json` (file-formats.md, identification.json)."""
-        return identification_record(self.result)
+        accepted = {} if self.acceptance is None else {"acceptance": acceptance_record(self.acceptance)}
+        return identification_record(self.result) | accepted
 
     def page(self) -> Page:
         """The report."""
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
-        return identification_report(self.result)
+        page = identification_report(self.result)
+        if self.acceptance is None:
+            return page
+        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
+
+        section = acceptance_section(self.acceptance, "the identified robot")
+        return replace(page, sections=(page.sections[0], section, *page.sections[1:]))
 
     def save(self, folder: PathLike) -> Path:
         """Write the files of `expdesign identify` into a folder and return the path of the report."""
@@ -76,9 +89,12 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     if isinstance(recordings, pd.DataFrame):
         measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
         require_measured(measured, robot.robot)
+        say(recordings_findings(measured, robot.robot), measured.source)
         return measured
     files = [recordings] if isinstance(recordings, str | Path) else list(recordings)
-    return read_several([Path(file) for file in files], robot.robot)
+    read = read_several([Path(file) for file in files], robot.robot)
+    say(recordings_findings(read, robot.robot), read.source)
+    return read
 
 
 def require_prior(prior: float | None) -> None:
@@ -93,6 +109,7 @@ def identify(
     *,
     shared_reference: bool = False,
     prior: float | None = None,
+    targets: Config | None = None,
 ) -> Identified:
     """Identify the stiffness of every actuator from recordings.
 
@@ -101,6 +118,7 @@ def identify(
         recordings: in one or more files, or as a frame.
         shared_reference: whether half of each row's variance is common to its series.
         prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
+        targets: run configuration at whose targets the robot is accepted or not.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -109,7 +127,9 @@ def identify(
     """
     require_prior(prior)
     machine = robot_of(robot)
+    problem = None if targets is None else problem_of(targets)
     measured = recordings_of(recordings, machine)
     relative = None if prior is None else prior / 100.0
     result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
-    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source))
+    accepted = None if problem is None else Decision(identified_budget(problem, result))
+    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source), accepted)

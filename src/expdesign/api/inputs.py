@@ -5,15 +5,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
+from expdesign.errors import ExpdesignError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.files.yaml_units import with_si_numbers
-from expdesign.identification.model_file import Model, read_model
+from expdesign.identification.model_file import Model, model_from_document, model_of_robot, read_model
+from expdesign.plausibility.finding import Finding, say
+from expdesign.plausibility.problem import pose_findings, problem_findings
+from expdesign.plausibility.robot import robot_findings
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
@@ -48,7 +53,43 @@ def document_of(content: PathLike | Mapping[str, Any], name: str) -> YamlDocumen
 
 def problem_of(config: Config) -> DesignProblem:
     """A run configuration, read."""
-    return config if isinstance(config, DesignProblem) else problem_from_document(document_of(config, "configuration"))
+    if isinstance(config, DesignProblem):
+        return config
+    return checked_problem(document_of(config, "configuration"))
+
+
+def checked_problem(document: YamlDocument) -> DesignProblem:
+    """The problem of a run configuration, of which physics has been asked what it says.
+
+    Raises:
+        InputError: the configuration is wrong, or impossible.
+    """
+    try:
+        problem = problem_from_document(document)
+    except ExpdesignError:
+        # A target beyond the limits, say: units may be the reason, which the message that follows cannot know.
+        say(target_findings(document), document.source)
+        raise
+    say(problem_findings(problem), problem.source)
+    return problem
+
+
+def target_findings(document: YamlDocument) -> list[Finding]:
+    """What speaks against the robot and the targets' poses of a configuration that could not be read as a whole."""
+    try:
+        robot = robot_from_document(_robot_document(document))
+        poses = np.array([target["pose"] for target in document.content["targets"]], dtype=float)
+    except (ExpdesignError, KeyError, TypeError, ValueError):
+        return []
+    found = robot_findings(robot)
+    if poses.ndim == 2 and poses.shape[1] == len(robot.configuration):
+        found += pose_findings(robot, poses, "targets")
+    return found
+
+
+def _robot_document(document: YamlDocument) -> YamlDocument:
+    robot = document.content["robot"]
+    return read_yaml(document.folder / robot) if isinstance(robot, str) else document.part("robot")
 
 
 def robot_of(robot: RobotInput) -> RobotFile:
@@ -56,12 +97,24 @@ def robot_of(robot: RobotInput) -> RobotFile:
     if isinstance(robot, RobotFile):
         return robot
     document = document_of(robot, "robot")
-    return RobotFile(robot_from_document(document), document)
+    machine = robot_from_document(document)
+    say(robot_findings(machine), document.source)
+    return RobotFile(machine, document)
 
 
 def model_of(model: ModelInput) -> Model:
     """A model file, read."""
     return model if isinstance(model, Model) else read_model(Path(model))
+
+
+def truth_of(truth: ModelInput) -> Model:
+    """What really deflects: an identified model, or a robot file whose stiffness is then exact."""
+    if isinstance(truth, Model):
+        return truth
+    document = read_yaml(Path(truth))
+    if isinstance(document.content, dict) and document.content.get("kind") == "model":
+        return model_from_document(document)
+    return model_of_robot(robot_from_document(document), document)
 
 
 def table_of(table: TableInput, name: str) -> Table:

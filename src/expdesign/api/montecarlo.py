@@ -1,5 +1,6 @@
 """`montecarlo`: a plan carried out, identified and compensated many times, beside what the criteria predict."""
 
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,9 @@ from typing import Any
 import pandas as pd
 
 from expdesign.api.evaluate import evaluate
-from expdesign.api.inputs import Config, PathLike, TableInput
+from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, truth_of
+from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.drawn_errors import Distribution
@@ -70,6 +73,7 @@ def montecarlo(
     seed: int = 1,
     plant: str = "explicit",
     distribution: str = "normal",
+    truth: ModelInput | None = None,
 ) -> MonteCarlo:
     """Repeat a plan's experiment, identification and exact compensation, and compare with the criteria.
 
@@ -80,6 +84,8 @@ def montecarlo(
         seed: of all random numbers.
         plant: `explicit` (the linear mapping) or `equilibrium` (the exact equilibrium of a robot on legs).
         distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
+        truth: robot file or model without further effects that is really measured and commanded; the configuration's
+            robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
 
     Raises:
         InputError: a file or an argument is wrong.
@@ -99,5 +105,25 @@ def montecarlo(
     if seed < 0:
         raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
     judged = evaluate(config, plan)
-    result = repeat(judged.problem, judged.plan, samples, seed, plant=PLANTS[plant], distribution=chosen)
+    real = None if truth is None else _truth(judged.problem, truth, plant)
+    result = repeat(judged.problem, judged.plan, samples, seed, plant=PLANTS[plant], distribution=chosen, truth=real)
     return MonteCarlo(result, judged.remarks)
+
+
+def _truth(problem: DesignProblem, truth: ModelInput, plant: str) -> LoadedRobot:
+    """The robot that is measured, under the loads of the configuration."""
+    model = truth_of(truth)
+    robot, own = model.chain.robot, problem.loaded.robot
+    if plant != "explicit":
+        remedy = "Use `--plant explicit`, or a configuration of the true robot."
+        raise InputError("another robot as the truth needs the explicit plant", where="--truth", remedy=remedy)
+    if model.chain.effects:
+        remedy = "Simulate single experiments of it with `expdesign simulate --truth`."
+        raise InputError("the truth has effects beyond the base model", where=model.source, remedy=remedy)
+    if robot.configuration != own.configuration or robot.kind != own.kind:
+        what = f"the truth is a {robot.kind}, and the configuration is of a {own.kind}"
+        raise InputError(what, where=model.source, remedy="Give a robot of the same kind.")
+    real = copy(robot)
+    real.stiffness = 1.0 / model.compliance
+    loaded = problem.loaded
+    return LoadedRobot(real, loaded.load, loaded.sources, loaded.geometric_stiffness, loaded.regressor)

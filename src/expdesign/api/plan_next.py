@@ -118,7 +118,8 @@ def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[float | N
 
 def _continued(problem: DesignProblem, genes: FloatArray, measured: Recordings) -> pd.DataFrame:
     """The plan, numbered on from the recordings; every measurement is a series of its own."""
-    configurations, parameters = problem.space.decode(genes)
+    settable = np.concatenate([problem.settable(row[None, None])[0] for row in genes])  # keeps the order
+    configurations, parameters = problem.space.decode(settable)
     series = np.arange(len(genes)) + 1 + int(measured.series.max())
     frame = plan_frame(Plan(configurations, parameters, series), problem.loaded, problem.space.tilts)
     frame["sequence"] += int(measured.sequence.max())

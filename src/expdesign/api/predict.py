@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
+from expdesign.api.inputs import ModelInput, PathLike, TableInput, numeric, table_of, truth_of
 from expdesign.api.outputs import save_table
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
@@ -39,7 +39,7 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
     """Predict deflections at points in recordings form.
 
     Args:
-        model: identified robot.
+        model: identified robot, or a robot file whose stiffness is then taken as exact.
         points: commands and loads.
         platform: the motion of the platform instead of the instrument's reading.
 
@@ -47,7 +47,7 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
         InputError: a file is missing or wrong, or lacks the history on which the model depends.
         SingularConfigurationError: the robot is singular at a point.
     """
-    identified = model_of(model)
+    identified = truth_of(model)
     robot = identified.chain.robot
     table = table_of(points, "points")
     require_history(identified, table)

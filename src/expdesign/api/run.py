@@ -8,6 +8,8 @@ from typing import Any
 
 import pandas as pd
 
+from expdesign.acceptance.decision import acceptance_record
+from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.front import Front
 from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
@@ -128,6 +130,7 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
 
     front = search(problem, searching)
     record = run_record(problem, front, *_bounds(problem, front, report))
+    record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
     if timed:
         record["wall_s"] = time.perf_counter() - started
     return Run(problem, front, record)

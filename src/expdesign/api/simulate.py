@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, numeric, problem_of, table_of
+from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, numeric, problem_of, table_of, truth_of
 from expdesign.api.outputs import save_table
 from expdesign.arrays import FloatArray
 from expdesign.compensation.prediction import require_regular_points
@@ -50,7 +50,7 @@ def simulate(
     Args:
         config: run configuration.
         plan: what is measured.
-        model: what deflects; the base model with the approximate stiffness if left out.
+        model: what deflects, an identified model or a robot file; the configuration's robot if left out.
         seed: of the noise and the load errors.
         noise: whether there is the configuration's noise.
         load_errors: whether there are the configuration's load errors.
@@ -67,7 +67,7 @@ def simulate(
     complete = completed(table, given, problem.loaded)
     points = points_from_table(complete, problem.loaded.robot, measured=True)
     require_regular_points(problem.loaded.robot, points)
-    identified = None if model is None else model_of(model)
+    identified = None if model is None else truth_of(model)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
     pose_map = problem.loaded.robot.jacobians(given.configurations).pose
     return Simulated(_recorded(complete.frame, deflections, problem, problem.noise.deviations_at(pose_map)))

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 import expdesign as xd
+from expdesign.acceptance.decision import sentences
 from expdesign.commands.console import note
 from expdesign.criteria.criterion import known_criteria
 from expdesign.files.output import json_text
@@ -35,3 +36,5 @@ def command(
         text = "not identifiable" if value is None else f"{value:.6g}"
         shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
     Console(soft_wrap=True).print(shown)
+    for text in sentences(result.acceptance):
+        note(text)

@@ -3,9 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 import expdesign as xd
+from expdesign.acceptance.decision import sentences
 from expdesign.api.identify import recordings_of, require_prior
 from expdesign.api.inputs import robot_of
 from expdesign.commands.console import counted, note, note_unknown_columns
@@ -25,6 +27,9 @@ def command(
     prior: Annotated[
         float | None, typer.Option(help="Prior relative standard deviation of `actuator_stiffness`, in percent.")
     ] = None,
+    targets: Annotated[
+        Path | None, typer.Option(help="Run configuration (YAML) at whose targets the robot is accepted or not.")
+    ] = None,
 ) -> None:
     """Identify the stiffness of every actuator from recordings.
 
@@ -35,9 +40,11 @@ def command(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior)
+    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior, targets=targets)
     page = identified.save(out)
     _summarise(identified.result)
+    for text in sentences(identified.acceptance) if identified.acceptance is not None else []:
+        note(text)
     print(page)
 
 
@@ -45,10 +52,7 @@ def _summarise(result: Identification) -> None:
     unit = stiffness_unit(result)
     for index, name in enumerate(result.robot.actuators):
         interval = result.stiffness
-        note(
-            f"{name}: {interval.estimate[index]:.4g} {unit} "
-            f"(95 %: {interval.low[index]:.4g} to {interval.high[index]:.4g})"
-        )
+        note(f"{name}: {interval.estimate[index]:.4g} {unit} ({_interval(interval.low[index], interval.high[index])})")
     if not result.robot.actuators:
         note(f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?")
     goodness = result.goodness
@@ -69,3 +73,11 @@ def _summarise(result: Identification) -> None:
         note(f"RMS of the test rows: {held_out:.3g} standard deviations")
     for text in result.suspicions:
         note(f"suspicion: {text}")
+
+
+def _interval(low: float, high: float) -> str:
+    if np.isfinite(low) and np.isfinite(high):
+        return f"95 %: {low:.4g} to {high:.4g}"
+    if np.isfinite(low):
+        return f"95 %: at least {low:.4g}"
+    return "without an interval: its compliance may be 0, or is negative"

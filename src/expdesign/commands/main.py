@@ -12,12 +12,13 @@ import pkgutil
 import sys
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+import expdesign
 from expdesign.errors import ExpdesignError
 
 _LOOK: dict[str, Any] = {
@@ -71,8 +72,18 @@ app = typer.Typer(
 )
 
 
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"expdesign {expdesign.__version__}")
+        raise typer.Exit
+
+
 @app.callback()
-def _root() -> None:
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
     """Plan and evaluate the calibration of robots that carry loads."""
 
 

@@ -20,13 +20,16 @@ def command(
         str, typer.Option(help="What is measured and commanded: `explicit`, or `equilibrium` (robots on legs).")
     ] = "explicit",
     distribution: Annotated[str, typer.Option(help="Of the load errors: `normal` or `uniform`.")] = "normal",
+    truth: Annotated[
+        Path | None, typer.Option(help="Robot or model file (YAML) that is really measured and commanded.")
+    ] = None,
 ) -> None:
     """Repeat experiment, identification and exact compensation, and compare with DUIR, FEIR and total.
 
     Example: expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
     require_writable(out)
-    done = xd.montecarlo(config, plan, samples=samples, seed=seed, plant=plant, distribution=distribution)
+    done = xd.montecarlo(config, plan, samples=samples, seed=seed, plant=plant, distribution=distribution, truth=truth)
     for remark in done.remarks:
         note(f"expdesign: {remark}")
     for row in done.criteria.itertuples():

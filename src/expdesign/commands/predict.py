@@ -10,7 +10,7 @@ from expdesign.commands.console import note
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="Identified model (YAML).")],
+    model: Annotated[Path, typer.Argument(help="Identified model, or a robot file (YAML).")],
     points: Annotated[Path, typer.Argument(help="Points (CSV) in recordings form without the measured columns.")],
     out: Annotated[Path, typer.Option(help="File for the points with dx_m ... and sx_m ... filled in.")],
     platform: Annotated[

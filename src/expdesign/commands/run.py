@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
+from expdesign.acceptance.decision import sentences
+from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.commands.console import note, stages
 from expdesign.files.output import new_folder, require_writable
 
@@ -31,6 +33,8 @@ def command(
         f"{len(front)} designs on the front; recommended design {front.recommended + 1}: "
         f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
     )
+    for text in sentences(recommended_acceptance(result.problem, front)):
+        note(text)
     if result.record["duir_lower_bound"] is None:
         note(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
     if result.protocol is not None:

@@ -14,7 +14,12 @@ def command(
     plan: Annotated[Path, typer.Argument(help="Plan (CSV).")],
     out: Annotated[Path, typer.Option(help="File for the recordings.")],
     model: Annotated[
-        Path | None, typer.Option(help="Model (YAML) that deflects; the base model with apK if left out.")
+        Path | None,
+        typer.Option(
+            "--model",
+            "--truth",
+            help="Model or robot file (YAML) that deflects; the configuration's robot if left out.",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the noise and the load errors.")] = 1,
     noise: Annotated[bool, typer.Option("--noise/--no-noise", help="With the configuration's noise.")] = True,

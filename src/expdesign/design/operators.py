@@ -44,11 +44,16 @@ class DesignCrossover(Crossover):  # type: ignore[misc]
 
 
 class DesignMutation(Mutation):  # type: ignore[misc]
-    """Polynomial mutation on continuous genes; a discrete gene is drawn anew, or moved to a neighbour."""
+    """Polynomial mutation on continuous genes; a discrete gene is drawn anew, or moved to a neighbour.
 
-    def __init__(self, space: DesignSpace) -> None:
+    With `merge`, now and then a measurement is moved to the pose of another one of its design, so that both share one
+    unloaded measurement: poses that come close by chance do not become equal.
+    """
+
+    def __init__(self, space: DesignSpace, *, merge: bool = False) -> None:
         super().__init__()
         self._space = space
+        self._merge = 0.2 if merge and space.measurements > 1 else 0.0
         self._rate = min(1.0, 1.5 / max(1, space.measurements * space.genes))
         self._polynomial = PM(eta=20, prob=1.0, prob_var=self._rate)
 
@@ -63,8 +68,12 @@ class DesignMutation(Mutation):  # type: ignore[misc]
         neighbour = np.clip(np.rint(current) + step, space.lower, space.upper)
         changed = np.where(generator.random(shape) < 0.5, drawn, neighbour)
         discrete = np.where(generator.random(shape) < self._rate, changed, current)
-        mutated: FloatArray = np.where(space.discrete, discrete, moved.reshape(shape)).reshape(len(X), -1)
-        return mutated
+        mutated: FloatArray = np.where(space.discrete, discrete, moved.reshape(shape))
+        if self._merge:
+            chosen = np.flatnonzero(generator.random(len(X)) < self._merge)
+            to, of = generator.integers(space.measurements, size=(2, len(chosen)))
+            mutated[chosen, to] = np.where(space.of_pose, mutated[chosen, of], mutated[chosen, to])
+        return mutated.reshape(len(X), -1)
 
 
 class CanonicalOrder(Repair):  # type: ignore[misc]

@@ -69,6 +69,14 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     return Plan(configurations, loads, series)
 
 
+def require_whole_load(table: Table, loaded: LoadedRobot) -> None:
+    """Raise an `InputError` where a column of the load is missing, for which recordings would not be read either."""
+    load = loaded.load
+    if not loaded.regressor.needs_load or not any(table.has(name) for name in load.columns):
+        return
+    table.require(tuple(name for name in load.columns if name not in loaded.robot.coordinates.gravity))
+
+
 def completed(table: Table, plan: Plan, loaded: LoadedRobot) -> Table:
     """The table of a plan with every column that recordings need: sequence, series, and loads that were left out."""
     robot, load = loaded.robot, loaded.load

@@ -9,12 +9,17 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
+from expdesign.design.constraints import Constraints
+from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.found_robot import FoundRobot
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.instrument.deflection_noise import DeflectionNoise, series_by_pose
+
+LIMIT_ROUNDING = 1e-12
+"""m or rad beyond a limit that are rounding."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,8 @@ class DesignProblem:
         config: the configuration as resolved (robot written out, defaults filled in).
         source: name of the configuration file.
         found: the model that the robot was found to be; None where the configuration names a robot file.
+        coverage: of the expanded uncertainty by which a target is accepted.
+        constraints: on designs beside the robot's limits, or None.
     """
 
     loaded: LoadedRobot
@@ -56,6 +63,8 @@ class DesignProblem:
     config: dict[str, Any]
     source: str
     found: FoundRobot | None = None
+    coverage: Coverage = STANDARD
+    constraints: Constraints | None = None
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""
@@ -84,6 +93,11 @@ class DesignProblem:
         """Per load error, whether its δ is the same for all measurements, shape (d,)."""
         flags = [np.full(len(source.deviation), source.shared) for source in self.loaded.sources]
         return np.concatenate(flags) if flags else np.zeros(0, dtype=bool)
+
+    def settable(self, genes: FloatArray) -> FloatArray:
+        """Designs (b, m, g) as they can be set, sorted, which rounding does not take beyond the robot's limits."""
+        robot = self.loaded.robot
+        return self.space.settable(genes, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
 
     def require_elastostatic(self, what: str) -> None:
         """Raise an `InputError` where something other than the stiffness alone is calibrated."""

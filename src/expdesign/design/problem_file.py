@@ -10,12 +10,15 @@ from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.calibration_file import load_section, read_regressor
+from expdesign.design.constraint_file import read_constraints, required
+from expdesign.design.coverage import STANDARD
 from expdesign.design.found_robot import FoundRobot, robot_of
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
+from expdesign.design.resolution import steps_of
 from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
-from expdesign.design.variables import Choices, Quantity, fixed
+from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
@@ -67,7 +70,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
-        space=_space(experiment, robot, load, poses),
+        space=_space(experiment, robot, load, poses, document),
         objectives=_objectives(section.objectives, document),
         optimiser=OptimiserSettings(
             section.optimiser.population,
@@ -78,6 +81,8 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         config=_resolved(section, written, poses),
         source=document.source,
         found=found,
+        constraints=read_constraints(experiment, robot, load, document),
+        coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
     )
 
 
@@ -264,7 +269,9 @@ def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None
         raise SingularConfigurationError(what, where=where, remedy=remedy)
 
 
-def _space(experiment: ExperimentSection, robot: Robot, load: Load, poses: PoseSet) -> DesignSpace:
+def _space(
+    experiment: ExperimentSection, robot: Robot, load: Load, poses: PoseSet, document: YamlDocument
+) -> DesignSpace:
     section = load_section(experiment)
     names = [name for name in load.columns if name not in robot.coordinates.gravity or load.kind == "wrench"]
     quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
@@ -273,7 +280,23 @@ def _space(experiment: ExperimentSection, robot: Robot, load: Load, poses: PoseS
         given = section.gravity
         tilt = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in robot.coordinates.tilt)
     gravity = robot.gravity if load.kind == "payload" else None
-    return DesignSpace(experiment.measurements, poses, quantities, tilt, robot.coordinates, gravity)
+    every = (*(poses.quantities or (fixed(0.0),) * len(robot.configuration)), *quantities, *tilt)
+    known = (*robot.configuration, *names, *(robot.coordinates.tilt if tilt else ()))
+    stated = experiment.resolution or {}
+    for name in stated:
+        if name not in known:
+            where = document.where(("experiment", "resolution", name))
+            raise InputError("unknown quantity", where=where, remedy=nearest(name, known))
+    widths = np.array([q.high - q.low if isinstance(q, Interval) else 0.0 for q in every])
+    steps = steps_of(known, widths, stated)
+    space = DesignSpace(experiment.measurements, poses, quantities, tilt, robot.coordinates, gravity, steps)
+    for gene in np.flatnonzero(space.grid.empty):
+        name = known[space.variables[gene].columns[0]]
+        what = f"no multiple of {stated[name]:g} lies between {space.lower[gene]:g} and {space.upper[gene]:g}"
+        where = document.where(("experiment", "resolution", name))
+        raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
+    space.required = required(experiment.constraints, space, robot, document)
+    return space
 
 
 def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) -> PoseSet:
@@ -285,13 +308,13 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
         if not rows:
             place = document.where((*where, "candidates"))
             raise InputError("there is no candidate", where=place, remedy="Name at least one pose, or a file (CSV).")
-        return PoseSet(candidates=np.array(rows))
+        return PoseSet(candidates=_distinct(np.array(rows)))
     if section.candidates is not None:
         path = document.folder / section.candidates
         if not _is_file(path):
             place = document.where((*where, "candidates"))
             raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")
-        return PoseSet(candidates=read_table(path).numbers(robot.configuration))
+        return PoseSet(candidates=_distinct(read_table(path).numbers(robot.configuration)))
     form = "bounds" if section.bounds is not None else "grid"
     axes: dict[str, Quantity] = section.bounds or section.grid or {}
     for name in axes:
@@ -299,6 +322,12 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
             remedy = nearest(name, robot.configuration)
             raise InputError("unknown coordinate", where=document.where((*where, form, name)), remedy=remedy)
     return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
+
+
+def _distinct(rows: FloatArray) -> FloatArray:
+    """The rows (r, n_q) without repetitions, in their order: measurements at equal poses are to stand together."""
+    _, first = np.unique(rows, axis=0, return_index=True)
+    return rows[np.sort(first)]
 
 
 def _objectives(names: list[str], document: YamlDocument) -> tuple[Criterion, ...]:
@@ -310,6 +339,6 @@ def _objectives(names: list[str], document: YamlDocument) -> tuple[Criterion, ..
             raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, known))
     if len(set(names)) != len(names):
         raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
-    if len(names) < 2:
-        raise InputError("at least two criteria span a front", where=where, remedy="E.g. `[duir, feir]`.")
+    if not names:
+        raise InputError("at least one criterion is needed", where=where, remedy="E.g. `[duir, feir]`.")
     return tuple(known[name] for name in names)

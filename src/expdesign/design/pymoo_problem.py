@@ -17,7 +17,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
     """Objectives (minimised) and constraints (≤ 0) of a population.
 
     Constraints: the robot's limits (m or rad of excess), the scaled condition number (decades above its limit), and
-    the number of target axes that cannot be identified.
+    the number of target axes that cannot be identified; then those of `experiment.constraints`, where there are some.
     """
 
     def __init__(self, problem: DesignProblem) -> None:
@@ -28,7 +28,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         super().__init__(
             n_var=space.measurements * space.genes,
             n_obj=len(problem.objectives),
-            n_ieq_constr=3,
+            n_ieq_constr=3 if problem.constraints is None else 7,
             xl=np.tile(space.lower, space.measurements),
             xu=np.tile(space.upper, space.measurements),
         )
@@ -39,10 +39,10 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         return vectors.reshape(-1, space.measurements, space.genes)
 
     def objectives(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Objectives (b, k), to be minimised, and constraints (b, 3) of designs given as genes (b, m, g)."""
+        """Objectives (b, k), to be minimised, and constraints (b, c) of designs given as genes (b, m, g)."""
         problem = self.design_problem
         if len(genes) == 0:
-            return np.zeros((0, len(problem.objectives))), np.zeros((0, 3))
+            return np.zeros((0, len(problem.objectives))), np.zeros((0, 3 if problem.constraints is None else 7))
         robot = problem.loaded.robot
         configurations, loads = problem.space.decode(genes)
         assessment = problem.assess(configurations, loads)
@@ -64,6 +64,9 @@ class DesignPopulation(Problem):  # type: ignore[misc]
             ],
             axis=1,
         )
+        if problem.constraints is not None:
+            further = problem.constraints.violations(problem.loaded, configurations, loads)
+            violations = np.concatenate([violations, further], axis=1)
         return values, violations
 
     def _evaluate(self, x: FloatArray, out: dict[str, FloatArray], *args: object, **kwargs: object) -> None:

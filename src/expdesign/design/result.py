@@ -30,7 +30,9 @@ def plan_of(problem: DesignProblem, front: Front, design: int) -> pd.DataFrame:
 def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> pd.DataFrame:
     """The plan that genes (m, g) stand for, in recordings form without the measured columns."""
     configurations, loads = problem.space.decode(genes)
-    plan = Plan(configurations, loads, series_by_pose(configurations))
+    # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
+    computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
+    plan = Plan(configurations, np.where(computed, np.round(loads, 12), loads), series_by_pose(configurations))
     return plan_frame(plan, problem.loaded, problem.space.tilts)
 
 

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
+from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.files.schema import (
     LARGEST,
@@ -70,7 +71,8 @@ def _grid_axis(value: Any) -> Quantity:
     if points == 1 and low != high:
         raise invalid("one point cannot cover an interval", remedy="Use at least 2 points, or one number.")
     step = (high - low) / max(points - 1, 1)
-    return Choices((*(float(low + i * step) for i in range(points - 1)), float(high)))
+    # Twelve digits: a step such as (0.03 - -0.03)/6 is not exact, and a pose of 0.019999999999999993 m cannot be set.
+    return Choices((float(low), *(float(f"{low + i * step:.12g}") for i in range(1, points - 1)), float(high))[:points])
 
 
 def _written(value: Quantity | None) -> Any:
@@ -252,6 +254,32 @@ class CostsSection(Section):
     reading: NonNegative = Field(default=0.0, description="Taking one reading (min).")
 
 
+class BoxSection(Section):
+    """One entry of `experiment.constraints.keep_out`: a box in the base frame (m)."""
+
+    low_m: list[Number] = Field(description="Least corner, `[x, y, z]` (m).")
+    high_m: list[Number] = Field(description="Greatest corner, `[x, y, z]` (m).")
+
+
+class ConstraintsSection(Section):
+    """`experiment.constraints`: what a laboratory demands of a plan."""
+
+    distinct_poses: Count = Field(default=1, description="Least number of different poses.")
+    distinct_masses: Count = Field(default=1, description="Least number of different masses.")
+    poses: list[list[Number]] = Field(
+        default_factory=list, description="Poses (m, rad) that have to occur. Default: none."
+    )
+    masses_kg: list[NonNegative] = Field(
+        default_factory=list, description="Masses (kg) that have to occur. Default: none."
+    )
+    keep_out: list[BoxSection] = Field(
+        default_factory=list, description="Boxes that no part of the robot may enter. Default: none."
+    )
+    effort: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m)."
+    )
+
+
 class ExperimentSection(Section):
     """`experiment`."""
 
@@ -285,6 +313,14 @@ class ExperimentSection(Section):
     costs: CostsSection | None = Field(
         default=None,
         description="What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs.",
+    )
+    resolution: dict[str, Positive] | None = Field(
+        default=None,
+        description="Steps in which poses and loads can be set, by column (`x_m: 1e-6`, `mass_kg: 1e-4`). Default: "
+        "1e-6 m or rad, 1e-4 kg, 1e-3 N, 1e-4 N·m; finer where an interval is short.",
+    )
+    constraints: ConstraintsSection | None = Field(
+        default=None, description="What a laboratory demands of a plan beside the robot's limits. Default: nothing."
     )
 
 
@@ -346,6 +382,30 @@ class OptimiserSection(Section):
     )
 
 
+class AcceptanceSection(Section):
+    """`acceptance`: the coverage of the expanded uncertainty."""
+
+    coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = Field(
+        default=None, description="Probability that the interval covers; exactly one of `coverage` and `k`."
+    )
+    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = Field(
+        default=None, description="Coverage factor of the expanded uncertainty."
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if (self.coverage is None) == (self.k is None):
+            raise invalid("exactly one of `coverage` and `k` is needed", remedy="E.g. `{k: 2}` or `{coverage: 0.95}`.")
+        return self
+
+    @property
+    def chosen(self) -> Coverage:
+        """As the program takes it."""
+        if self.coverage is not None:
+            return Coverage(self.coverage)
+        return STANDARD if self.k is None else Coverage.of_factor(self.k)
+
+
 class RunSection(Section):
     """A run configuration."""
 
@@ -363,6 +423,10 @@ class RunSection(Section):
     )
     objectives: list[str] = Field(
         default_factory=lambda: ["duir", "feir"],
-        description="Criteria that span the Pareto front, at least two. Default: `[duir, feir]`.",
+        description="Criteria that span the Pareto front, or one alone. Default: `[duir, feir]`.",
     )
     optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")
+    acceptance: AcceptanceSection | None = Field(
+        default=None,
+        description="Coverage of the expanded uncertainty by which targets are accepted. Default: `{k: 2}`.",
+    )

@@ -78,7 +78,7 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         pop_size=settings.population,
         sampling=Population.new(X=np.unique(start, axis=0)),
         crossover=DesignCrossover(space),
-        mutation=DesignMutation(space),
+        mutation=DesignMutation(space, merge=problem.noise.shared_reference),
         repair=CanonicalOrder(space),
         evaluator=Evaluator(),
     )
@@ -87,13 +87,14 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         algorithm.next()
         known.generation += 1
         known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
-    genes = space.canonical(population.genes(algorithm.pop.get("X").astype(float)))
+    genes = problem.settable(population.genes(algorithm.pop.get("X").astype(float)))
     if polished:
         refined = None
         for number, refined in enumerate(fine_rounds(problem, early, genes), start=1):
             known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
         # What the refinement left out as rough, the others would bring back.
         genes = np.concatenate([genes, early]) if refined is None or len(refined) == 0 else refined
+    genes = problem.settable(genes)
     values, violations = population.objectives(genes)
     return _front(problem, genes, values, violations, known.point, population.evaluations)
 

@@ -74,7 +74,7 @@ def search_single(
             pop_size=size,
             sampling=Population.new(X=np.unique(start, axis=0)),
             crossover=DesignCrossover(space),
-            mutation=DesignMutation(space),
+            mutation=DesignMutation(space, merge=problem.noise.shared_reference),
             repair=CanonicalOrder(space),
         )
         algorithm.setup(designs, termination=("n_gen", generations or settings.generations), seed=seed)
@@ -82,13 +82,14 @@ def search_single(
             algorithm.next()
         best = _best_of(designs, designs.genes(algorithm.pop.get("X").astype(float)))
         best = _refined(designs, best, generator, refinements)
+    best = problem.settable(best)
     values, violations = designs.objectives(best)
     if (violations > 0.0).any():
         what = "the search met no design within the robot's limits that identifies what the targets need"
         remedy = "Widen `experiment.poses` or the loads, or allow more measurements."
         raise InfeasibleError(what, where=problem.source, remedy=remedy)
     sign = -1.0 if criterion.maximise else 1.0
-    return BestDesign(space.canonical(best)[0], sign * float(values[0, 0]), designs.evaluations)
+    return BestDesign(best[0], sign * float(values[0, 0]), designs.evaluations)
 
 
 def _scores(designs: DesignPopulation, genes: FloatArray) -> FloatArray:

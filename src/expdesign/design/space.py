@@ -5,6 +5,7 @@ for a discrete one. The quantities that the genes set are, in order, the configu
 parameters without gravity, and the tilt of the base.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
+from expdesign.design.resolution import Grid
 from expdesign.design.variables import Choices, Interval, Quantity, Rows, Variable, variables_for
 from expdesign.symbolic import BatchFunction
 
@@ -35,6 +37,14 @@ def tilted_gravity(gravity: ca.SX, tilt: ca.SX) -> ca.SX:
     return ca.vertcat(cy * x + sy * z, y, -sy * x + cy * z)
 
 
+@dataclass(frozen=True)
+class Required:
+    """Poses and masses that have to occur: genes (g,) of a measurement, NaN where they do not matter."""
+
+    poses: tuple[FloatArray, ...] = ()
+    masses: tuple[FloatArray, ...] = ()
+
+
 class DesignSpace:
     """Genes and what they stand for.
 
@@ -45,6 +55,7 @@ class DesignSpace:
         tilt: quantities of the tilt of the base (payloads only).
         coordinates: names.
         gravity: gravity in the base frame without tilt (m/s²); None for a wrench.
+        steps: in which each quantity can be set, shape (n_q,); None where anything can be.
     """
 
     def __init__(
@@ -55,6 +66,7 @@ class DesignSpace:
         tilt: tuple[Quantity, ...],
         coordinates: Coordinates,
         gravity: FloatArray | None,
+        steps: FloatArray | None = None,
     ) -> None:
         self.measurements = measurements
         self.coordinates = coordinates
@@ -79,6 +91,12 @@ class DesignSpace:
         self.lower = np.array([variable.bounds[0] for variable in variables])
         self.upper = np.array([variable.bounds[1] for variable in variables])
         self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
+        self.of_pose: BoolArray = np.array([variable.columns[0] < n_pose for variable in variables], dtype=bool)
+        gene_steps = np.zeros(len(variables))
+        if steps is not None:
+            gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
+        self.grid = Grid.between(gene_steps, self.lower, self.upper)
+        self.required = Required()
 
     @property
     def genes(self) -> int:
@@ -129,9 +147,74 @@ class DesignSpace:
         return np.where(self.discrete, indices, continuous)
 
     def canonical(self, genes: FloatArray) -> FloatArray:
-        """The same designs (b, m, g), indices rounded and measurements sorted (their order carries no information)."""
+        """The same designs (b, m, g) as they can be set: indices and steps rounded, and measurements sorted.
+
+        The order of the measurements carries no information; the pose comes first, so that equal poses stand together.
+        """
+        return self._sorted(self._rounded(genes))
+
+    def settable(self, genes: FloatArray, excess: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """`canonical` designs (b, m, g) which rounding does not take beyond limits.
+
+        Args:
+            genes: shape (b, m, g).
+            excess: over the robot's limits, of configurations (..., n_q); at most 0 within.
+        """
+        rounded = self._rounded(genes)
+        beyond = excess(self.decode(rounded)[0]) > 0.0
+        if beyond.any():
+            wanted = np.clip(genes[beyond], self.lower, self.upper)
+            within = excess(self.decode(wanted)[0]) <= 0.0
+            rows = np.argwhere(beyond)[within]
+            moved = self.grid.inward(
+                rounded[tuple(rows.T)], wanted[within], self.of_pose, lambda tried: excess(self.decode(tried)[0])
+            )
+            rounded[tuple(rows.T)] = moved
+        return self._sorted(rounded)
+
+    def _rounded(self, genes: FloatArray) -> FloatArray:
         rounded = np.where(self.discrete, np.rint(genes), genes)
-        rounded = np.clip(rounded, self.lower, self.upper)
+        rounded = self.grid.nearest(np.clip(rounded, self.lower, self.upper))
+        whole = genes.shape[-2] == self.measurements  # a part of a design need not meet what the whole has to
+        for demanded in (self.required.poses, self.required.masses) if whole else ():
+            rounded = self._with(demanded, rounded)
+        return rounded
+
+    def _with(self, demanded: tuple[FloatArray, ...], genes: FloatArray) -> FloatArray:
+        """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""
+        if not demanded or not self.genes:
+            return genes
+        span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
+        flat = genes.reshape(-1, *genes.shape[-2:])
+        free = np.ones(flat.shape[:2], dtype=bool)
+        designs = np.arange(len(flat))
+        for wanted in demanded:
+            matters = ~np.isnan(wanted)
+            distance = (((flat - np.where(matters, wanted, 0.0)) / span)[..., matters] ** 2).sum(axis=-1)
+            nearest = np.argmin(np.where(free, distance, np.inf), axis=1)
+            flat[designs, nearest] = np.where(matters, wanted, flat[designs, nearest])
+            free[designs, nearest] = False
+        return flat.reshape(genes.shape)
+
+    def genes_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
+        """Genes (g,) at which quantities from index `first` on are as wanted, NaN for the others; None without any."""
+        genes = np.full(self.genes, np.nan)
+        reached = self._fixed[first : first + len(wanted)].copy()
+        for gene, variable in enumerate(self.variables):
+            columns = [column for column in variable.columns if first <= column < first + len(wanted)]
+            if not columns:
+                continue
+            values = wanted[[column - first for column in columns]]
+            if isinstance(variable.domain, Rows):
+                row = int(np.argmin(np.abs(variable.domain.table[:, : len(columns)] - values).max(axis=1)))
+                genes[gene] = row
+                reached[[column - first for column in columns]] = variable.domain.table[row, : len(columns)]
+            else:
+                genes[gene] = np.clip(values[0], self.lower[gene], self.upper[gene])
+                reached[columns[0] - first] = genes[gene]
+        return genes if np.abs(reached - wanted).max() <= 1e-12 else None
+
+    def _sorted(self, rounded: FloatArray) -> FloatArray:
         for gene in reversed(range(self.genes)):
             order = np.argsort(rounded[..., gene], axis=-1, kind="stable")
             rounded = np.take_along_axis(rounded, order[..., None], axis=-2)

@@ -24,13 +24,23 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     total = 0
     for _ in range(_BATCHES):
         genes = space.sample(_BATCH, generator)
-        kept = genes[robot.usable(space.decode(genes)[0])]
+        poses, loads = space.decode(genes)
+        usable = robot.usable(poses)
+        if problem.constraints is not None:
+            usable &= problem.constraints.allowed(problem.loaded, poses, loads)
+        kept = genes[usable]
         found.append(kept)
         total += len(kept)
         if total >= count:
             break
     if total == 0:
         found = [_descend(problem, generator)]
+        if (
+            problem.constraints is not None
+            and not problem.constraints.allowed(problem.loaded, *space.decode(found[0])).all()
+        ):
+            what = "no measurement was found that `experiment.constraints` allows"
+            raise InfeasibleError(what, where=problem.source, remedy="Move the boxes, or use lighter loads.")
     pool = np.concatenate(found)
     return pool[generator.integers(len(pool), size=count)] if len(pool) < count else pool[:count]
 

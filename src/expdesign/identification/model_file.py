@@ -105,6 +105,13 @@ def model_text(model: Model, folder: Path) -> str:
     return head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
 
 
+def model_of_robot(robot: Robot, document: YamlDocument) -> Model:
+    """The base model of a robot as its file describes it, its stiffness taken as exact."""
+    chain = Chain(robot, ())
+    count = len(chain.parameters)
+    return Model(chain, np.ones(count), np.zeros((count, count)), document.content, document.folder, document.source)
+
+
 def read_model(path: Path) -> Model:
     """The model in a file.
 

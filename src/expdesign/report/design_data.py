@@ -14,7 +14,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.result import plan_of
 from expdesign.files.csv_writer import csv_text
 from expdesign.report import accuracy_map, error_ellipses, words
-from expdesign.report.design_figures import criterion_title, hover_text, shown_criteria
+from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, cells, sentences
 from expdesign.report.robot_view import levers, robot_states, view_data
@@ -92,7 +92,7 @@ def design_data(
         "designs": designs,
         "recommended": front.recommended,
         "knee": front.knee,
-        "objectives": front.objectives,
+        "objectives": front.objectives if len(front.objectives) > 1 else plotted(front),
         "parallel": len(front.objectives) > 2,
         "criteria": {name: {"values": front.criteria[name], "title": criterion_title(name)} for name in names},
         "columns": plan_headings(plans[0]),

@@ -58,7 +58,7 @@ def front_figure(front: Front) -> Figure:
         trace(f"knee: design {middle + 1}", square, [middle]),
         trace(f"chosen: design {best + 1}", ring, [best]),
     ]
-    x, y = (criterion_title(name) for name in front.objectives[:2])
+    x, y = (criterion_title(name) for name in plotted(front))
     caption = (
         "Every point is one complete plan of measurements. Along the front one criterion improves only at the cost of "
         "another. Point at a design to read its criteria; click it, or choose it in the table of designs, to see its "
@@ -74,8 +74,14 @@ def front_figure(front: Front) -> Figure:
     )
 
 
+def plotted(front: Front) -> tuple[str, ...]:
+    """The first two objectives; beside a single one, another criterion."""
+    first, second, *_ = dict.fromkeys((*front.objectives, "duir", "feir"))
+    return first, second
+
+
 def _coordinates(front: Front, indices: list[int]) -> dict[str, FloatArray]:
-    x, y = (front.criteria[name][indices] for name in front.objectives[:2])
+    x, y = (front.criteria[name][indices] for name in plotted(front))
     return {"x": x, "y": y}
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
@@ -11,6 +12,7 @@ from expdesign.design.result import pareto_frame
 from expdesign.files.csv_writer import csv_text
 from expdesign.report import accuracy_map, error_ellipses, words
 from expdesign.report import deviations as deviations_report
+from expdesign.report.acceptance import acceptance_section
 from expdesign.report.blocks import (
     Block,
     Buttons,
@@ -74,6 +76,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         _choice(problem, front, data),
         _design(problem, front, budget, data),
         _errors(problem, front, budget, data, maps),
+        acceptance_section(recommended_acceptance(problem, front), f"the recommended design ({front.recommended + 1})"),
         Section("exactness", "How exactly the plan has to be met", deviations.blocks(front.recommended)),
         next_steps(problem, front),
         vocabulary(front),
@@ -113,9 +116,11 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
 def _summary(
     problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget, deviations: PlanDeviations
 ) -> Section:
+    decision = recommended_acceptance(problem, front)
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
     figures = (
-        KeyFigure("Expected error after calibration", best["total"], "tolerances", "noise and load errors together"),
+        KeyFigure("Expected error after calibration", best["total"], "tolerances", "RMS over all axes together"),
+        KeyFigure("Acceptance, axis by axis", "passes" if decision.passes else "fails", "", "see Acceptance"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
         KeyFigure("Measurements to take", str(problem.space.measurements), "", _each(problem)),

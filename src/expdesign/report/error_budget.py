@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from expdesign.acceptance.budget import source_deviations, tolerances
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.design.problem import DesignProblem
@@ -59,24 +60,14 @@ class ErrorBudget:
 
 def error_budget(problem: DesignProblem, assessment: Assessment) -> ErrorBudget:
     """The error budget of the designs of an assessment."""
-    importance = problem.targets.importance
-    with np.errstate(divide="ignore"):
-        tolerance = np.where(importance > 0.0, 1.0 / np.sqrt(importance), np.nan)
-    sources, names, start = [], [], 0
-    for source in problem.loaded.sources:
-        width = len(source.deviation) * (1 if source.shared else assessment.count)
-        part = (assessment.force_root[..., start : start + width] ** 2).sum(axis=-1)
-        sources.append(np.where(assessment.estimable, np.sqrt(part), np.nan))
-        names.append(words.SOURCES.get(source.source, source.source))
-        start += width
     noise = np.sqrt(assessment.noise_variance)
     return ErrorBudget(
         noise=noise,
         load=np.sqrt(assessment.force_variance),
-        sources=np.stack(sources, axis=-1) if sources else np.zeros((*noise.shape, 0)),
-        source_names=tuple(names),
+        sources=source_deviations(problem, assessment),
+        source_names=tuple(words.SOURCES.get(one.source, one.source) for one in problem.loaded.sources),
         axes=problem.loaded.robot.coordinates.deflection,
-        tolerance=tolerance,
+        tolerance=tolerances(problem),
     )
 
 
@@ -121,13 +112,13 @@ def sentences(budget: ErrorBudget, design: int) -> list[str]:
     """The accuracy to expect at each target in words."""
     noise, load = budget.in_tolerances(budget.noise)[design], budget.in_tolerances(budget.load)[design]
     texts = []
-    for target, tolerances in enumerate(budget.tolerance):
-        axes = [int(axis) for axis in np.flatnonzero(np.isfinite(tolerances))]
+    for target, limits in enumerate(budget.tolerance):
+        axes = [int(axis) for axis in np.flatnonzero(np.isfinite(limits))]
         totals = budget.total[design, target]
         errors = [f"{_micro(budget, axis, totals[axis])} on {words.axis(budget.axes[axis])}" for axis in axes]
-        worst = max(axes, key=lambda axis: totals[axis] / tolerances[axis])
-        share = words.number(100.0 * totals[worst] / tolerances[worst])
-        tolerance = f"{words.given(1e6 * tolerances[worst])}\u00a0{words.micro_unit(budget.axes[worst])}"
+        worst = max(axes, key=lambda axis: totals[axis] / limits[axis])
+        share = words.number(100.0 * totals[worst] / limits[worst])
+        tolerance = f"{words.given(1e6 * limits[worst])}\u00a0{words.micro_unit(budget.axes[worst])}"
         if len(axes) == 1:
             texts.append(
                 f"After calibration with this plan, the error to expect at target {target + 1} is {errors[0]}, RMS: "

@@ -11,6 +11,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.files.schema import Number, Positive, Section, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing, Part
+from expdesign.robots.joint_rings import RingSection
 from expdesign.robots.orientation import Orientation, rotation_matrix
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import STANDARD_GRAVITY, RobotSection
@@ -50,8 +51,14 @@ class HexapodSection(RobotSection):
         "y, z), `moving-xyz` is Rx·Ry·Rz.",
     )
     home: Point = Field(description="Origin of the platform frame P in O at the zero pose, `[x, y, z]` (m).")
-    base_joints: SixPoints = Field(description="Joints on the base in O, one row `[x, y, z]` (m) per leg.")
-    platform_joints: SixPoints = Field(description="Joints on the platform in P, one row `[x, y, z]` (m) per leg.")
+    base_joints: SixPoints | None = Field(
+        default=None, description="Joints on the base in O, one row `[x, y, z]` (m) per leg; or `base`."
+    )
+    platform_joints: SixPoints | None = Field(
+        default=None, description="Joints on the platform in P, one row `[x, y, z]` (m) per leg; or `platform`."
+    )
+    base: RingSection | None = Field(default=None, description="Joints on the base by radius and angles.")
+    platform: RingSection | None = Field(default=None, description="Joints on the platform by radius and angles.")
     actuator_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
         description="Approximate stiffness apK of each leg (N/m)."
     )
@@ -62,6 +69,22 @@ class HexapodSection(RobotSection):
         if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
             raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
         return self
+
+    @model_validator(mode="after")
+    def _joints_once(self) -> Self:
+        for name, ring in (("base", self.base), ("platform", self.platform)):
+            if (ring is None) == (getattr(self, f"{name}_joints") is None):
+                what = "the key is missing" if ring is None else f"the joints are also given as `{name}`"
+                raise invalid(
+                    what, f"{name}_joints", f"Give `{name}_joints` (m), or `{name}` with a radius and angles."
+                )
+        return self
+
+    def joints(self) -> tuple[FloatArray, FloatArray]:
+        """Base joints in O and platform joints in P (m), shape (6, 3) each."""
+        base = np.array(self.base_joints) if self.base is None else self.base.joints(platform=False)
+        platform = np.array(self.platform_joints) if self.platform is None else self.platform.joints(platform=True)
+        return base, platform
 
 
 class Hexapod(ParallelRobot):
@@ -100,9 +123,10 @@ class Hexapod(ParallelRobot):
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
         section = validate(HexapodSection, document)
+        base, platform = section.joints()
         return cls(
-            base_joints=np.array(section.base_joints),
-            platform_joints=np.array(section.platform_joints),
+            base_joints=base,
+            platform_joints=platform,
             home=np.array(section.home),
             stiffness=np.array(section.actuator_stiffness),
             orientation=section.orientation,

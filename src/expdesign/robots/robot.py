@@ -213,6 +213,11 @@ class Robot(ABC):
         return None
 
     @property
+    def effort(self) -> FloatArray | None:
+        """Largest force or moment of each actuator (N or N·m), infinite where unknown, shape (n_p,); or None."""
+        return None
+
+    @property
     def compliance(self) -> FloatArray:
         """Compliances 1/apK (m/N or rad/(N·m)), shape (n_p,) (thesis 1.19)."""
         return 1.0 / self.stiffness

@@ -129,6 +129,11 @@ class SerialRobot(Robot):
         return tuple(f"joint {k + 1}" for k in range(len(self.stiffness)))
 
     @property
+    def effort(self) -> FloatArray | None:
+        limits = {joint.name: joint.effort for joint in self.tree.chain}
+        return np.array([limits.get(coordinate.joint, np.inf) for coordinate in self.tree.coordinates])
+
+    @property
     def revolute(self) -> tuple[bool, ...]:
         """Whether each coordinate is an angle."""
         return tuple(coordinate.unit == "rad" for coordinate in self.tree.coordinates)

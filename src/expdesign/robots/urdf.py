@@ -40,6 +40,7 @@ class UrdfJoint:
         axis: unit vector of the motion in the child's frame, shape (3,).
         low, high: limits (m or rad); infinite where there are none.
         mimic: what it follows, or None.
+        effort: largest force or moment (N or N·m); infinite where the file states none.
     """
 
     name: str
@@ -51,6 +52,7 @@ class UrdfJoint:
     low: float
     high: float
     mimic: Mimic | None
+    effort: float = float("inf")
 
     @property
     def moves(self) -> bool:
@@ -185,7 +187,7 @@ def _joint(element: ElementTree.Element, source: str) -> UrdfJoint:
         length = 1.0
     low, high = _limits(element, kind, where)
     return UrdfJoint(name, kind, ends[0], ends[1], _origin(element, where), axis / length, low, high,
-                     _mimic(element, where))  # fmt: skip
+                     _mimic(element, where), _effort(element, where))  # fmt: skip
 
 
 def _limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float]:
@@ -197,6 +199,15 @@ def _limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float,
     if low > high:
         raise _fault(where, f"the limits are the wrong way round: {low:g} > {high:g}", "Correct <limit>.")
     return low, high
+
+
+def _effort(element: ElementTree.Element, where: str) -> float:
+    """The largest force or moment that <limit> states; infinite where it states none, or 0, which stands for none."""
+    limit = element.find("limit")
+    if limit is None or limit.get("effort") is None:
+        return float("inf")
+    effort = float(_numbers(limit.get("effort", ""), 1, where, "the effort")[0])
+    return effort if effort > 0.0 else float("inf")
 
 
 def _mimic(element: ElementTree.Element, where: str) -> Mimic | None:

@@ -65,6 +65,15 @@ def deflection_map(loaded: LoadedRobot, configuration: ca.SX, wrench: ca.SX) -> 
     return ca.solve(ca.SX.eye(configuration.shape[0]) + compliance @ stiffness, observation)
 
 
+def _deflection(
+    loaded: LoadedRobot, configuration: ca.SX, wrench: FloatArray, compliances: ca.SX, parameters: FloatArray | None
+) -> ca.SX:
+    """Deflection (n,), or that of the joints of an arm, under the target's load."""
+    if loaded.under_load is not None and parameters is not None:
+        return loaded.under_load.expression(configuration, ca.SX(parameters), compliances)
+    return deflection_map(loaded, configuration, ca.SX(wrench)) @ compliances
+
+
 class ExactCompensation:
     """Compensation of one robot at one target.
 
@@ -73,7 +82,8 @@ class ExactCompensation:
         target: X_D or q_D, shape (n_q,).
         wrench: ΔF_D, shape (n,); that of the target's orientation.
         true: compliances of the plant, shape (n_p,).
-        parameters: of the target's load, shape (k,), where the robot has physics of its own.
+        parameters: of the target's load, shape (k,), where a robot has physics of its own.
+        truth: the plant at the target, where it is not `loaded`.
     """
 
     def __init__(
@@ -83,22 +93,21 @@ class ExactCompensation:
         wrench: FloatArray,
         true: FloatArray,
         parameters: FloatArray | None = None,
+        truth: LoadedRobot | None = None,
     ) -> None:
         self.robot = loaded.robot
         self.target = target
         self.true = true
         configuration = ca.SX.sym("X", len(target))
         estimate = ca.SX.sym("c", len(true))
-        if loaded.under_load is not None and parameters is not None:
-            deflection = loaded.under_load.expression(configuration, ca.SX(parameters), estimate)
-            mapped = ca.substitute(ca.jacobian(deflection, estimate), estimate, ca.SX(true))
-        else:
-            mapped = deflection_map(loaded, configuration, ca.SX(wrench))
-            deflection = mapped @ estimate
-        at_true = ca.substitute(deflection, estimate, ca.SX(true))
-        self._deflections = BatchFunction("deflections", [configuration, estimate], [deflection, at_true])
+        deflection = _deflection(loaded, configuration, wrench, estimate, parameters)
+        known = ca.SX(loaded.robot.compliance)
+        mapped = ca.substitute(ca.jacobian(deflection, estimate), estimate, known)
+        at_known = ca.substitute(deflection, estimate, known)
+        real = _deflection(truth or loaded, configuration, wrench, ca.SX(true), parameters)
+        self._deflections = BatchFunction("deflections", [configuration, estimate], [deflection, real])
         # What does not follow from the compliances moves the platform as well.
-        self._map = BatchFunction("map", [configuration], [mapped, at_true - mapped @ ca.SX(true)])
+        self._map = BatchFunction("map", [configuration], [mapped, at_known - mapped @ known])
         columns = [ca.jacobian(mapped[:, leg], configuration) for leg in range(len(true))]
         self._slopes = BatchFunction("slopes", [configuration], columns)
         self._at_target = loaded.under_load is not None and loaded.robot.configuration != loaded.robot.coordinates.pose

@@ -10,6 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.drawn_errors import Distribution
 from expdesign.validation.comparison import Estimate, mean, root_mean_square, standard_deviation
 from expdesign.validation.plants import ExplicitPlant, Plant
@@ -175,12 +176,21 @@ def repeat(
     *,
     plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
+    truth: LoadedRobot | None = None,
 ) -> Repeated:
     """Repeat a plan with each cause of error and with both; see `simulate`."""
     causes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}
     simulations = {
         cause: simulate(
-            problem, plan, samples, seed, noise=noise, load_errors=load_errors, plant=plant, distribution=distribution
+            problem,
+            plan,
+            samples,
+            seed,
+            noise=noise,
+            load_errors=load_errors,
+            plant=plant,
+            distribution=distribution,
+            truth=truth,
         )
         for cause, (noise, load_errors) in causes.items()
     }

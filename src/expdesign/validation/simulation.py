@@ -8,6 +8,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.validation.compensation import ExactCompensation
 from expdesign.validation.plants import ExplicitPlant, Plant
@@ -58,6 +59,7 @@ def simulate(
     load_errors: bool = True,
     plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
+    truth: LoadedRobot | None = None,
 ) -> Simulation:
     """Repeat the experiment of a plan `samples` times, identify, and compensate at every target.
 
@@ -74,6 +76,7 @@ def simulate(
         load_errors: whether the loads have errors.
         plant: what is measured and commanded.
         distribution: of the load errors.
+        truth: the robot that is really measured and commanded; the problem's own where left out.
 
     Raises:
         NotIdentifiableError: the plan does not identify what a target needs.
@@ -84,18 +87,19 @@ def simulate(
     error = problem.unidentified(assessment)
     if error is not None:
         raise error
-    robot = plant(problem.loaded, plan)
+    robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
-    own_physics = problem.loaded.under_load is not None
-    at_targets = problem.target_loads if own_physics else ((problem.loaded, None),) * len(pairs)
     compensations = [
-        ExactCompensation(loaded, target, wrench, robot.true, parameters)
-        for (target, wrench), (loaded, parameters) in zip(pairs, at_targets, strict=True)
+        ExactCompensation(
+            loaded, target, wrench, robot.true, parameters, None if truth is None else truth.under(loaded.load)
+        )
+        for (target, wrench), (loaded, parameters) in zip(pairs, problem.target_loads, strict=True)
     ]
     # Estimates are corrections of the known compliances; where the model is linear in them their value cancels.
-    known, origin = robot.true, robot.model().reshape(-1)
-    if not own_physics:
+    model = robot if truth is None else plant(problem.loaded, plan)
+    known, origin = model.true, model.model().reshape(-1)
+    if problem.loaded.under_load is None:
         known, origin = np.zeros_like(known), np.zeros_like(origin)
     errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
     estimates = np.empty((samples, len(robot.true)))

@@ -134,7 +134,11 @@ class _Polish:
             return pool
         measure = kktpm(self._problem, pool)
         rough = np.flatnonzero(~(measure <= TARGET))
-        if rough.size == 0:
+        space = self._problem.space
+        # In steps as coarse as that, the optimum that can be set does not satisfy the conditions of the continuous one.
+        coarse = bool((space.grid.steps > TARGET * (space.upper - space.lower)).any())
+        # Nor does one that other constraints hold.
+        if rough.size == 0 or coarse or self._problem.constraints is not None:
             return pool
         weights = np.zeros_like(values[rough])
         weights[:, : self._count] = 1.0 / Objectives.spans(values)[: self._count]
@@ -148,9 +152,13 @@ class _Polish:
 
     def _usable(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Designs that are within the limits and identify everything, and their criteria."""
-        genes = self._problem.space.canonical(genes)
+        genes = self._problem.settable(genes)
         values = self._objectives.values(genes)
-        usable = self._robot.usable(self._problem.space.decode(genes)[0]).all(axis=1) & np.isfinite(values).all(axis=1)
+        poses, loads = self._problem.space.decode(genes)
+        usable = self._robot.usable(poses).all(axis=1) & np.isfinite(values).all(axis=1)
+        constraints = self._problem.constraints
+        if constraints is not None:
+            usable &= (constraints.violations(self._problem.loaded, poses, loads) <= 0.0).all(axis=1)
         return genes[usable], values[usable]
 
     def _kept(self, values: FloatArray) -> IntArray:

@@ -1,0 +1,1 @@
+"""Whether a calibrated robot is accepted: expanded uncertainty against tolerance, before and after measuring."""

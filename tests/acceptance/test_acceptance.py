@@ -1,0 +1,156 @@
+"""Expanded uncertainty against tolerance: the budget adds up, the scaling law holds, intervals cover what they say."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.design.problems import BIPOD, HEXAPOD, problem
+
+import expdesign as xd
+from expdesign.acceptance.budget import Contribution, UncertaintyBudget, planned_budget
+from expdesign.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.design.coverage import STANDARD, Coverage
+from expdesign.design.plan import Plan
+from expdesign.design.problem import DesignProblem
+from expdesign.design.start import starting_designs
+from expdesign.errors import InputError
+from expdesign.validation.simulation import simulate
+
+
+def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:
+    genes = case.space.canonical(
+        starting_designs(case, 1, np.random.default_rng(seed)).reshape(1, -1, case.space.genes)
+    )
+    poses, loads = case.space.decode(genes[0])
+    if at_one_pose:
+        poses = np.repeat(poses[:1], len(poses), axis=0)
+    series = np.ones(len(poses), dtype=np.int64) if at_one_pose else np.arange(1, len(poses) + 1)
+    return Plan(poses, loads, series)
+
+
+def decision(case: DesignProblem, plan: Plan) -> Decision:
+    return Decision(planned_budget(case, case.assess(plan.configurations[None], plan.loads[None], plan.series[None])))
+
+
+def test_coverage_factors() -> None:
+    assert STANDARD.factor == pytest.approx(2.0, abs=1e-12)
+    assert STANDARD.level == pytest.approx(0.9545, abs=1e-4)
+    assert Coverage(0.95).factor == pytest.approx(1.959964, abs=1e-6)
+    # JCGM 100:2008, table G.2: t_p for 95.45 % and 95 %.
+    np.testing.assert_allclose(
+        STANDARD.factors(np.array([1, 4, 10, 50, np.inf])), [13.97, 2.87, 2.28, 2.05, 2], atol=0.006
+    )
+    np.testing.assert_allclose(Coverage(0.95).factors(np.array([1, 10])), [12.71, 2.23], atol=0.006)
+
+
+def test_the_budget_adds_up_to_the_criteria() -> None:
+    case = problem(HEXAPOD)
+    plan = plan_for(case)
+    found = decision(case, plan).budget
+    assessment = case.assess(plan.configurations[None], plan.loads[None], plan.series[None])
+    squares = (found.standard**2 * case.targets.importance).sum(axis=1)
+    total = np.sqrt(squares @ case.targets.weights / case.targets.weights.sum())
+    from expdesign.criteria.criterion import known_criteria  # noqa: PLC0415
+
+    assert total == pytest.approx(float(known_criteria()["total"].values(assessment)[0]), rel=1e-12)
+    assert [one.name for one in found.contributions] == ["noise", "com", "mass", "direction", "wrench"]
+    assert np.isinf(found.degrees).all()
+
+
+def test_estimated_noise_widens_by_student() -> None:
+    """Welch-Satterthwaite with one estimated and one known part: ν_eff = u_c⁴/(u₁⁴/ν₁)."""
+    one = np.array([[1.0]])
+    budget = UncertaintyBudget(
+        (Contribution("noise", one, True, 5.0), Contribution("com", one, False)), 10 * one, ("dx_m",), STANDARD, 3
+    )
+    assert budget.degrees[0, 0] == pytest.approx(20.0)
+    assert budget.factor[0, 0] == pytest.approx(2.133, abs=0.01)
+
+
+def test_the_number_of_repetitions_is_what_an_evaluation_finds() -> None:
+    tolerance = 1e-6
+    for _ in range(3):
+        case = problem(HEXAPOD, {"targets.0.tolerance": {"dx_m": tolerance, "drx_rad": 10 * tolerance}})
+        plan = plan_for(case, 3)
+        found = decision(case, plan)
+        if found.needed is not None and found.needed > 1:
+            break
+        least = found.budget.repeated(np.inf)[0, 0]
+        tolerance = float(0.4 * found.budget.expanded[0, 0] + 0.6 * least)
+    times = found.needed
+    assert times is not None
+    assert times > 1
+    for repeats, passes in ((times, True), (times - 1, False)):
+        several = Plan(
+            np.tile(plan.configurations, (repeats, 1)),
+            np.tile(plan.loads, (repeats, 1)),
+            np.arange(1, repeats * len(plan) + 1),
+        )
+        again = decision(case, several)
+        assert again.passes is passes
+        np.testing.assert_allclose(again.budget.expanded, found.budget.repeated(repeats), rtol=1e-9)
+
+
+def test_what_all_measurements_share_no_repetition_removes() -> None:
+    case = problem(HEXAPOD, {"targets.0.tolerance": {"dx_m": 1e-12}})
+    found = decision(case, plan_for(case))
+    assert found.needed is None
+    assert not found.passes
+    assert "No number of repetitions helps" in " ".join(sentences(found))
+
+
+def test_the_record_names_everything() -> None:
+    case = problem(HEXAPOD, {"acceptance": {"coverage": 0.99}})
+    record = acceptance_record(decision(case, plan_for(case)))
+    assert record["coverage_factor"] == pytest.approx(2.5758, abs=1e-4)
+    axes = record["targets"][0]["axes"]
+    assert [axis["axis"] for axis in axes] == ["dx_m", "dz_m", "drx_rad"]
+    for axis in axes:
+        combined = np.sqrt(sum(part**2 for part in axis["budget"].values()))
+        assert axis["standard_uncertainty"] == pytest.approx(combined, rel=1e-12)
+        assert axis["expanded_uncertainty"] == pytest.approx(record["coverage_factor"] * combined, rel=1e-12)
+        assert axis["passes"] is (axis["expanded_uncertainty"] <= axis["tolerance"])
+        assert axis["passes"] is (axis["repetitions_until_it_passes"] == 1)
+    json.dumps(record, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [({"k": 2, "coverage": 0.95}, "exactly one"), ({"coverage": 95}, "less than 1"), ({"kay": 2}, "Did you mean `k`")],
+)
+def test_bad_coverage(section: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        problem(BIPOD, {"acceptance": section})
+
+
+def coverage(shared: bool, samples: int) -> tuple[np.ndarray[Any, Any], float]:
+    """Share of simulated calibrations whose attained error lies within ± the stated U, per axis; stated level."""
+    changes = {
+        "experiment.measurements": 4,
+        "experiment.deflection_noise.shared_reference": shared,
+        "acceptance": {"coverage": 0.95},
+    }
+    case = problem(HEXAPOD, changes)
+    plan = plan_for(case, 5, at_one_pose=shared)
+    budget = decision(case, plan).budget
+    errors = simulate(case, plan, samples, 7).errors
+    return (np.abs(errors) <= budget.expanded).mean(axis=0)[budget.matters], budget.coverage.level
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_intervals_cover_what_they_say(shared: bool) -> None:
+    """2,000 calibrations with noise and load errors: 95 % to within 1.5 % (three standard errors)."""
+    covered, level = coverage(shared, 2000)
+    assert level == 0.95
+    np.testing.assert_allclose(covered, 0.95, atol=0.015)
+
+
+def test_evaluate_and_run_say_it(tmp_path: Path) -> None:
+    result = xd.run(problem(BIPOD))
+    result.save(tmp_path / "run")
+    record = json.loads((tmp_path / "run" / "run.json").read_text())["acceptance"]
+    judged = xd.evaluate(result.problem, result.plan)
+    assert judged.record["acceptance"]["targets"] == record["targets"]
+    assert "Acceptance" in (tmp_path / "run" / "report.html").read_text()

@@ -1,0 +1,241 @@
+"""Check measurements: tests hold their levels, a wrong robot fails at the stated risk, and bad files are refused."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scipy.stats import norm
+from tests.acceptance.verified import CONFIG, STD, case, commands, measured, model
+from tests.commands.calls import call
+
+import expdesign as xd
+from expdesign.acceptance.check_measurement import read_check_measurement
+from expdesign.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
+from expdesign.api.inputs import table_of
+from expdesign.errors import InputError
+from expdesign.files.csv_writer import csv_text
+from expdesign.identification.model_file import model_text
+
+
+def test_what_is_attained_is_what_is_predicted() -> None:
+    found = xd.verify(model(), measured(commands(3), np.random.default_rng(1)), config=case())
+    assert found.result.consistent
+    assert found.result.verdict == "pass"
+    assert len(found.result.targets) == 2
+    assert all(len(target.rows) == 3 for target in found.result.targets)
+    first = found.result.targets[0].axes[0]
+    assert first.uncertainty == pytest.approx(5e-7 / np.sqrt(3))
+    # The commands were found with this model, so that it predicts no error at all.
+    np.testing.assert_allclose(found.result.comparison.predicted, 0.0, atol=1e-12)
+
+
+def test_the_measured_error_is_that_of_the_robot() -> None:
+    """Without noise: attained minus wanted is (A at the command)·(true − identified compliance)."""
+    frame = measured(commands(), np.random.default_rng(0), noise=False)
+    found = xd.verify(model(), frame, config=case())
+    here = case().targets
+    wrong = case().loaded.robot.compliance - model().compliance
+    expected = here.observation @ wrong
+    np.testing.assert_allclose(found.result.comparison.attained, expected, atol=2e-3 * np.abs(expected).max())
+
+
+def test_measured_poses_say_the_same_as_deflections() -> None:
+    frame = measured(commands(2), np.random.default_rng(3))
+    poses = frame.drop(columns=list(STD))
+    for pose, name in zip(("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"), STD, strict=True):
+        poses[f"measured_{pose}"] = frame[pose] + frame[name]
+    one, other = xd.verify(model(), frame, config=case()), xd.verify(model(), poses, config=case())
+    np.testing.assert_allclose(one.result.comparison.attained, other.result.comparison.attained, atol=1e-15)
+    assert one.result.comparison.chi2 == pytest.approx(other.result.comparison.chi2, rel=1e-6)
+
+
+def test_chi_squared_is_that_of_the_dense_covariance() -> None:
+    found = xd.verify(model(), measured(commands(2), np.random.default_rng(4)), config=case()).result.comparison
+    flat = found.residuals.ravel()
+    assert found.chi2 == pytest.approx(flat @ np.linalg.inv(found.noise + found.model) @ flat, rel=1e-6)
+    assert np.linalg.matrix_rank(found.model, tol=1e-9 * found.model.max()) <= 6
+
+
+def test_shared_references_correlate_rows_of_a_series() -> None:
+    deviations = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
+    covariance = noise_covariance(deviations, np.array([1, 1, 2]), shared=True).reshape(3, 2, 3, 2)
+    np.testing.assert_allclose(np.einsum("iaia->ia", covariance), deviations**2)
+    assert covariance[0, 0, 1, 0] == pytest.approx(1.5)
+    assert covariance[0, 0, 1, 1] == 0.0
+    assert covariance[0, 0, 2, 0] == 0.0
+
+
+def test_the_adjusted_probabilities_are_those_of_holm() -> None:
+    z = norm.isf(np.array([[0.01, 0.04], [0.03, 0.005]]) / 2.0)
+    comparison = Comparison(z, np.zeros((2, 2)), np.eye(4), np.zeros((4, 4)))
+    np.testing.assert_allclose(comparison.adjusted, [[0.03, 0.06], [0.06, 0.02]], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("error", "uncertainty", "tolerance", "expected"),
+    [
+        (0.5, 0.2, 1.0, "conforms"),
+        (-0.5, 0.2, 1.0, "conforms"),
+        (0.7, 0.2, 1.0, "not proven"),
+        (1.3, 0.2, 1.0, "not proven"),
+        (-1.5, 0.2, 1.0, "does not conform"),
+        (None, None, 1.0, "not proven"),
+        (0.5, 0.2, None, "no tolerance"),
+    ],
+)
+def test_conformity(error: float | None, uncertainty: float | None, tolerance: float | None, expected: str) -> None:
+    assert AxisResult("dx_m", error, uncertainty, tolerance, 2.0).conformity == expected
+
+
+def rates(count: int, error: dict[str, float], seed: int) -> tuple[float, float, float]:
+    """How often a check measurement passes, how often the model test rejects, how often e ± U holds the truth."""
+    generator = np.random.default_rng(seed)
+    frame = commands(2)
+    exact = xd.verify(model(), measured(frame, generator, error=error, noise=False), config=case())
+    truth = exact.result.comparison.attained
+    passes = rejects = covered = 0.0
+    for _ in range(count):
+        found = xd.verify(model(), measured_again(frame, exact, generator), config=case())
+        passes += found.result.verdict == "pass"
+        rejects += found.result.comparison.p_value < 0.05
+        for target in found.result.targets:
+            for column, axis in enumerate(target.axes):
+                assert axis.error is not None
+                assert axis.expanded is not None
+                covered += abs(axis.error - truth[target.rows[0], column]) <= axis.expanded
+    return passes / count, rejects / count, covered / (count * 12)
+
+
+def measured_again(frame: pd.DataFrame, exact: Any, generator: np.random.Generator) -> pd.DataFrame:
+    result = frame.copy()
+    for column, (name, sigma) in enumerate(STD.items()):
+        result[name] = exact.check.readings[:, column] + sigma * generator.standard_normal(len(frame))
+        result["s" + name[1:]] = sigma
+    return result
+
+
+def test_a_robot_whose_truth_fails_passes_at_most_at_the_stated_risk() -> None:
+    """Its true error of dz at target 1 is just at the tolerance: it passes with Φ(−2) = 2.3 % at most."""
+    frame = measured(commands(2), np.random.default_rng(0), noise=False)
+    truth = xd.verify(model(), frame, config=case()).result.comparison.attained[0, 2]
+    passes, _, covered = rates(200, {"dz_m": 3e-6 - truth}, 5)
+    assert passes <= 0.0228 + 3.0 * np.sqrt(0.0228 * 0.9772 / 200)
+    assert covered == pytest.approx(0.9545, abs=0.015)
+
+
+@pytest.mark.slow
+def test_two_thousand_check_measurements() -> None:
+    frame = measured(commands(2), np.random.default_rng(0), noise=False)
+    truth = xd.verify(model(), frame, config=case()).result.comparison.attained[0, 2]
+    passes, _, covered = rates(2000, {"dz_m": 3e-6 - truth}, 6)
+    assert passes <= 0.0228 + 3.0 * np.sqrt(0.0228 * 0.9772 / 2000)
+    assert covered == pytest.approx(0.9545, abs=0.015)
+
+
+def test_a_robot_that_is_far_off_does_not_conform() -> None:
+    frame = measured(commands(2), np.random.default_rng(2), error={"dz_m": 2e-5})
+    found = xd.verify(model(), frame, config=case()).result
+    assert found.verdict == "fail"
+    assert not found.consistent
+    assert {axis.axis: axis.conformity for axis in found.targets[0].axes}["dz_m"] == "does not conform"
+
+
+def test_targets_that_were_not_measured_are_not_proven() -> None:
+    frame = measured(commands(1), np.random.default_rng(2)).iloc[:1]
+    found = xd.verify(model(), frame, config=case()).result
+    assert found.verdict == "fail"
+    assert [axis.conformity for axis in found.targets[1].axes] == ["not proven"]
+
+
+def test_tolerances_may_stand_in_columns_or_be_missing() -> None:
+    frame = measured(commands(2), np.random.default_rng(1))
+    assert xd.verify(model(), frame).result.verdict == "no tolerance"
+    assert xd.verify(model(), frame.assign(tolerance_dz_m=5e-6)).result.verdict == "pass"
+    assert xd.verify(model(), frame.assign(tolerance_dz_m=1e-8)).result.verdict == "fail"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda f: f.drop(columns=[n for n in f if n.startswith("target_")]), "no targets"),
+        (lambda f: f.drop(columns=list(STD)), "no measured column"),
+        (lambda f: f.assign(measured_x_m=0.0), "both"),
+        (lambda f: f.assign(tolerance_dz_m=-1.0), "row 2, column tolerance_dz_m"),
+        (lambda f: f.drop(columns=list(STD)).assign(measured_x_m=20.0), "from its target"),
+        (lambda f: f.assign(dx_m=12.0), "cannot be a deflection"),
+    ],
+)
+def test_bad_check_measurements(change: Any, words: str) -> None:
+    frame = change(measured(commands(1), np.random.default_rng(1)))
+    with pytest.raises(InputError, match=words):
+        xd.verify(model(), frame, config=case())
+
+
+def test_the_deviations_of_the_prediction_are_not_taken_for_those_of_the_instrument() -> None:
+    frame = measured(commands(1), np.random.default_rng(1))
+    written = frame.assign(**{name: commands(1)[name] for name in frame if name in ("sx_m", "sy_m", "sz_m")})
+    written = written.assign(**{name: commands(1)[name] for name in ("srx_rad", "sry_rad", "srz_rad")})
+    with pytest.raises(InputError, match="still those of the prediction"):
+        xd.verify(model(), written)
+    found = xd.verify(model(), written, config=case()).result
+    assert found.targets[0].axes[0].uncertainty == pytest.approx(5e-7)
+
+
+def test_a_check_measurement_is_read_in_the_order_of_its_sequence() -> None:
+    frame = measured(commands(2), np.random.default_rng(1)).assign(sequence=[4, 3, 2, 1])
+    check = read_check_measurement(table_of(frame, "check"), case().loaded.robot)
+    np.testing.assert_array_equal(check.readings[:, 0], frame["dx_m"].to_numpy()[::-1])
+
+
+def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = {name: tmp_path / name for name in ("model.yaml", "check.csv", "config.yaml", "about.yaml")}
+    files["model.yaml"].write_text(model_text(model(), tmp_path))
+    files["check.csv"].write_text(csv_text(measured(commands(2), np.random.default_rng(1))))
+    files["config.yaml"].write_text(yaml.safe_dump(CONFIG))
+    files["about.yaml"].write_text("instrument: interferometer <X>\noperator: A. N. Other\ndate: 2026-03-01\n")
+    out = tmp_path / "out"
+    code = call(
+        "verify", files["model.yaml"], files["check.csv"], "--config", files["config.yaml"],
+        "--about", files["about.yaml"], "--environment", "20.0 ± 0.1 °C", "--out", out,
+    )  # fmt: skip
+    printed = capsys.readouterr()
+    assert code == 0
+    assert "verdict: pass" in printed.err
+    assert "serial_number" in printed.err
+    record = json.loads((out / "verification.json").read_text())
+    assert record["verdict"] == "pass"
+    digest = hashlib.sha256(files["check.csv"].read_bytes()).hexdigest()
+    assert record["files"][str(files["check.csv"])] == digest
+    assert record["about"]["date"] == "2026-03-01"
+    page = (out / "report.html").read_text()
+    for text in (digest, "A. N. Other", "20.0 ± 0.1 °C", "Name and signature", "interferometer &lt;X&gt;", "passes"):
+        assert text in page
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("operater: X\n", "Did you mean `operator`"), ("- a\n", "a mapping"), ("operator: [1]\n", "text is needed")],
+)
+def test_bad_texts_of_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: str) -> None:
+    (tmp_path / "about.yaml").write_text(text)
+    (tmp_path / "model.yaml").write_text(model_text(model(), tmp_path))
+    (tmp_path / "check.csv").write_text(csv_text(measured(commands(1), np.random.default_rng(1))))
+    where = [tmp_path / name for name in ("model.yaml", "check.csv")]
+    assert call("verify", *where, "--about", tmp_path / "about.yaml", "--out", tmp_path / "out") == 2
+    assert words in capsys.readouterr().err
+
+
+def test_the_number_of_readings_that_would_prove_conformity() -> None:
+    def target(rows: int, *axes: AxisResult) -> TargetResult:
+        return TargetResult(np.zeros(6), np.arange(rows), axes)
+
+    # U = 0.8 of two readings has to come down to 0.4: four times as many.
+    assert target(2, AxisResult("dx_m", 0.6, 0.4, 1.0, 2.0)).measurements_needed == 8
+    assert target(2, AxisResult("dx_m", 0.1, 0.1, 1.0, 2.0)).measurements_needed == 2
+    assert target(2, AxisResult("dx_m", 1.1, 0.1, 1.0, 2.0)).measurements_needed is None
+    assert target(0, AxisResult("dx_m", None, None, 1.0, 2.0)).measurements_needed is None

@@ -1,0 +1,56 @@
+"""Another robot as the truth, and the version."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file
+
+import expdesign as xd
+
+
+def softer(folder: Path, factor: float = 2.0) -> Path:
+    content = yaml.safe_load(ROBOT.read_text())
+    content["actuator_stiffness"] = [5.24e6 / factor] * 6
+    path = folder / "softer.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def test_simulate_with_another_robot(tmp_path: Path) -> None:
+    for name, options in (("own", ()), ("soft", ("--truth", softer(tmp_path)))):
+        assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / name, "--no-noise",
+                    "--no-load-errors", *options) == 0  # fmt: skip
+    own, soft = (pd.read_csv(tmp_path / name)["dz_m"] for name in ("own", "soft"))
+    np.testing.assert_allclose(soft, 2.0 * own, rtol=1e-9)
+
+
+def test_predict_with_a_robot_file(tmp_path: Path) -> None:
+    predicted = xd.predict(softer(tmp_path), plan_file(tmp_path)).frame
+    simulated = xd.simulate(CONFIG, plan_file(tmp_path), noise=False, load_errors=False).frame
+    np.testing.assert_allclose(predicted["dz_m"], 2.0 * simulated["dz_m"], rtol=1e-9)
+    assert (predicted["sx_m"] == 0.0).all()
+
+
+def test_montecarlo_with_another_stiffness_attains_the_same(tmp_path: Path) -> None:
+    """The estimator is linear: with the geometry of the file, the errors do not depend on the true stiffness (but to
+    second order in the deflection)."""
+    done = [xd.montecarlo(CONFIG, plan_file(tmp_path), samples=400, seed=3, truth=truth)
+            for truth in (None, softer(tmp_path, 1.2))]  # fmt: skip
+    assert done[0].criteria["rms"]["duir"] == pytest.approx(done[1].criteria["rms"]["duir"], rel=1e-2)
+
+
+def test_montecarlo_with_another_geometry_is_worse(tmp_path: Path) -> None:
+    content = yaml.safe_load(ROBOT.read_text())
+    content["base_joints"][0][0] += 0.02
+    (tmp_path / "other.yaml").write_text(yaml.safe_dump(content))
+    done = [xd.montecarlo(CONFIG, plan_file(tmp_path), samples=400, seed=3, truth=truth)
+            for truth in (None, tmp_path / "other.yaml")]  # fmt: skip
+    assert done[1].criteria["rms"]["total"] > 1.05 * done[0].criteria["rms"]["total"]
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("--version") == 0
+    assert capsys.readouterr().out == f"expdesign {xd.__version__}\n"

@@ -1,0 +1,114 @@
+"""Every mistake is refused, or warned of by name; sound inputs are not warned of."""
+
+import logging
+import re
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.commands.calls import call
+from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS
+from tests.plausibility.sound import CONFIGS, PARALLEL, content_of, problem_from, recordings_of
+
+from expdesign.api.identify import recordings_of as read
+from expdesign.api.inputs import problem_of, robot_of
+from expdesign.errors import ExpdesignError
+from expdesign.plausibility.problem import problem_findings
+
+Log = pytest.LogCaptureFixture
+SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if not path.name.startswith("sweep"))
+
+
+def said(log: Log, act: Any) -> str:
+    """What is said of an input: the message that refuses it, or the warnings."""
+    log.clear()
+    with log.at_level(logging.WARNING, logger="expdesign.plausibility"):
+        refused = []
+        try:
+            act()
+        except ExpdesignError as error:
+            refused.append(error.message)
+    return "\n".join([*refused, *(record.getMessage() for record in log.records)])
+
+
+def test_there_are_at_least_sixty() -> None:
+    assert len(CONFIGURATIONS) + len(RECORDINGS) >= 60
+
+
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+def test_a_mistaken_configuration(name: str, caplog: Log) -> None:
+    base, change, words = CONFIGURATIONS[name]
+    content = content_of(base)
+    change(content)
+    assert words in said(caplog, lambda: problem_of(content))
+
+
+@pytest.mark.parametrize("name", RECORDINGS)
+def test_mistaken_recordings(name: str, caplog: Log) -> None:
+    base, change, words = RECORDINGS[name]
+    content = content_of(base)
+    frame = change(recordings_of(content, 5))
+    robot = robot_of(content["robot"])
+    assert re.search(words, said(caplog, lambda: read(frame, robot)))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_configurations_are_sound(path: Path, caplog: Log) -> None:
+    assert said(caplog, lambda: problem_of(path)) == ""
+
+
+def sane_configuration(seed: int) -> dict[str, Any]:
+    """A shipped configuration of another size, stiffness, load and noise, all within what laboratories have."""
+    generator = np.random.default_rng([seed, 1])
+    name = str(generator.choice([*PARALLEL, "bipod", "ur5", "closed-loop"]))
+    content = content_of(name)
+
+    def factor(most: float) -> float:
+        return float(np.exp(generator.uniform(-np.log(most), np.log(most))))
+
+    robot, experiment = content["robot"], content["experiment"]
+    robot["actuator_stiffness"] = [k * factor(2.0) * 1.0 for k in (np.array(robot["actuator_stiffness"]) * factor(3.0))]
+    noise = factor(5.0)
+    std = experiment["deflection_noise"]["std"]
+    experiment["deflection_noise"]["std"] = {axis: value * noise for axis, value in std.items()}
+    if generator.random() < 0.3 and len(std) > 3:
+        kept = [axis for axis in std if axis.endswith("_m")]
+        experiment["deflection_noise"]["std"] = {axis: std[axis] * noise for axis in kept}
+    for target in content["targets"]:
+        slack = factor(4.0)
+        target["tolerance"] = {axis: value * slack for axis, value in target["tolerance"].items()}
+    return deepcopy(content)
+
+
+def assert_sound(seed: int, log: Log) -> None:
+    content = sane_configuration(seed)
+    assert [finding.what for finding in problem_findings(problem_from(content))] == []
+    frame = recordings_of(content, seed, rows=int(np.random.default_rng(seed).integers(4, 15)), spread=0.25)
+    robot = robot_of(content["robot"])
+    assert said(log, lambda: read(frame, robot)) == ""
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> None:
+    assert_sound(seed, caplog)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(30, 530))
+def test_five_hundred_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> None:
+    assert_sound(seed, caplog)
+
+
+def test_flipped_signs_are_said_and_nothing_is_nan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content = content_of("hexapod-h1")
+    frame = recordings_of(content, 3, rows=4)
+    for name in ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"):
+        frame[name] *= -1.0
+    frame = frame.drop(columns=["sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad"])
+    frame.to_csv(tmp_path / "flipped.csv", index=False)
+    call("identify", CONFIGS / "robots" / "hexapod-h1.yaml", tmp_path / "flipped.csv", "--out", tmp_path / "out")
+    error = capsys.readouterr().err
+    assert "wrong sign" in error
+    assert "nan" not in error

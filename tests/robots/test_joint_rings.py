@@ -1,0 +1,65 @@
+"""A hexapod by radii and angles is the one by coordinates."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import parse_yaml
+from expdesign.robots.robot_file import read_robot, robot_from_document
+
+H1 = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
+
+
+def read(content: dict[str, Any]) -> Any:
+    return robot_from_document(parse_yaml(yaml.safe_dump(content), "robot.yaml", Path()))
+
+
+def content(**changes: Any) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "name": "H1",
+        "kind": "hexapod",
+        "home": [0.0, 0.0, 0.3],
+        "base": {"radius_m": 0.24, "angles_deg": [-10, 10, 110, 130, 230, 250], "yaw_deg": 90},
+        "platform": {"radius_m": 0.17, "angles_deg": [-50, 50, 70, 170, 190, 290], "height_m": -0.03, "yaw_deg": 90},
+        "actuator_stiffness": [5.24e6] * 6,
+    }
+    return {key: value for key, value in (result | changes).items() if value is not None}
+
+
+def test_the_example_hexapod_by_its_angles() -> None:
+    robot, expected = read(content()), read_robot(H1)
+    by_height = lambda rows: rows[np.lexsort(rows.T)]  # noqa: E731
+    np.testing.assert_allclose(
+        by_height(robot.platform_joints.round(8)), by_height(expected.platform_joints.round(8)), atol=1e-8
+    )
+    np.testing.assert_allclose(np.linalg.norm(robot.base_joints, axis=1), 0.24, rtol=1e-12)
+
+
+def test_half_angles_are_three_pairs() -> None:
+    rings = {"base": {"radius_m": 0.24, "half_angle_deg": 10, "yaw_deg": 90},
+             "platform": {"radius_m": 0.17, "half_angle_deg": 10, "height_m": -0.03, "yaw_deg": 90}}  # fmt: skip
+    robot, same = read(content(**rings)), read(content())
+    np.testing.assert_allclose(robot.base_joints, same.base_joints, atol=1e-12)
+    np.testing.assert_allclose(robot.platform_joints, same.platform_joints, atol=1e-12)
+    # All legs are equally long, and the robot is regular.
+    assert np.ptp(robot.lengths(np.zeros(6))) < 1e-12
+    assert float(robot.jacobians(np.zeros(6)).condition) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"base": None}, "base_joints"),
+        ({"base_joints": [[0.0, 0.0, 0.0]] * 6}, "also given as `base`"),
+        ({"base": {"radius_m": 0.24}}, "exactly one of"),
+        ({"base": {"radius_m": 0.24, "half_angle_deg": 90}}, "less than 60"),
+        ({"base": {"radius": 0.24, "half_angle_deg": 9}}, "Did you mean `radius_m`"),
+    ],
+)
+def test_bad_rings(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read(content(**changes))
