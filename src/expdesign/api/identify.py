@@ -112,4 +112,6 @@ def identify(
     measured = recordings_of(recordings, machine)
     relative = None if prior is None else prior / 100.0
     result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
-    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source))
+    birge_ratio = result.goodness.birge_ratio
+    model = Model.from_fit(result.fit, machine.document, measured.source, birge_ratio=birge_ratio)
+    return Identified(machine, result, model)
