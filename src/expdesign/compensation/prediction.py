@@ -70,7 +70,7 @@ def require_history(model: Model, table: Table) -> None:
     warmed = ca.depends_on(everything, row.warming)
     names = ", ".join(sorted({effect.physics for effect in chain.effects}))
     needed: list[str] = []
-    if chain.states or timed or warmed or ca.depends_on(everything, row.first):
+    if chain.states or timed or warmed or ca.depends_on(everything, ca.vertcat(row.first, row.number)):
         needed += ["sequence", "series"]
     if timed:
         needed.append("time_s")
