@@ -51,7 +51,7 @@ def row_expression(robot: Robot, load: Load, configuration: ca.SX, parameters: c
         marker=ca.SX.zeros(0), gravity=gravity, position=position, lever=lever, payload=ca.SX(float(payload)),
         rotation=rotation, rates=rates, forward=forward, pose_map=pose_map, lengths=lengths,
         warming=ca.SX.zeros(max(n_p, 1)), elapsed=ca.SX(0.0), clock=ca.SX(0.0), interval=ca.SX(0.0), first=ca.SX(1.0),
-        number=ca.SX(0.0), series_start=ca.SX(0.0),
+        number=ca.SX(0.0), reference=ca.SX(0.0),
     )  # fmt: skip
 
 

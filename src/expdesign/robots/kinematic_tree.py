@@ -212,8 +212,9 @@ class KinematicTree:
     def _value(self, motion: Motion, q: ca.SX, geometry: ca.SX | None) -> ca.SX:
         value = ca.SX(motion.offset)
         for index, multiplier in motion.terms:
-            erred = geometry is not None and index < len(self.coordinates)
-            value += multiplier * (q[index] + geometry[index] if erred else q[index])
+            value += multiplier * q[index]
+            if geometry is not None and index < len(self.coordinates):
+                value += multiplier * geometry[index]
         return value
 
     def _erred(self, pose: ca.SX, geometry: ca.SX | None, link: int) -> ca.SX:

@@ -4,6 +4,8 @@ The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M
 the bearings of a guide that overlaps less stand closer together.
 """
 
+from typing import ClassVar
+
 import casadi as ca
 
 from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
@@ -20,7 +22,7 @@ class ExtensionCompliance(Effect):
     """`lateral_rad_per_Nm` at coordinate 0, and its change per metre of extension."""
 
     physics = "joint_compliance"
-    forms: tuple[Variant, ...] = tuple(Extension)
+    forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -1,5 +1,7 @@
 """A telescope's play along its axis changes with its extension: a worn spindle, a guide that overlaps less."""
 
+from typing import ClassVar
+
 import casadi as ca
 
 from expdesign.chain.component import Component
@@ -16,7 +18,7 @@ class ExtensionPlay(Effect):
     """The gap is `gap_m` + `gap_change`·q, and never negative; a joint that nothing pushes rests in its middle."""
 
     physics = "joint_backlash"
-    forms: tuple[Variant, ...] = tuple(Extension)
+    forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

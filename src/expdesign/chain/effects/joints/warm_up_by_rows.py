@@ -56,10 +56,8 @@ class WarmUpByRows(Effect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        absolute = row.marker.shape[0] > 0
-        before = ca.SX(1.0) if absolute else ca.exp(-row.series_start / theta[1])
         gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.component.index] = theta[0] * (before - ca.exp(-row.number / theta[1]))
+        gained[self.component.index] = theta[0] * (ca.exp(-row.reference / theta[1]) - ca.exp(-row.number / theta[1]))
         return elongation + gained, state
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
