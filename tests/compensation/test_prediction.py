@@ -8,9 +8,10 @@ from tests.identification.experiments import experiment, table_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.compensation.prediction import predict, propagated, require_history
+from expdesign.compensation.prediction import predict, require_history
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.identification.estimable import Estimable
 from expdesign.identification.identify import identify
 from expdesign.identification.model_file import Model
 from expdesign.recordings.reader import points_from_table
@@ -63,7 +64,8 @@ def test_predictions_scatter_as_they_say_over_repeated_experiments() -> None:
 def test_what_was_not_determined_is_infinitely_uncertain_only_where_it_matters() -> None:
     covariance = np.array([[4.0, np.inf], [np.inf, np.inf]])
     sensitivities = np.array([[[3.0, 0.0], [0.0, 1.0], [0.0, 0.0]]])
-    np.testing.assert_array_equal(propagated(sensitivities, covariance), [[6.0, np.inf, 0.0]])
+    found = Estimable.from_covariance(covariance).deviations(sensitivities)
+    np.testing.assert_array_equal(found, [[6.0, np.inf, 0.0]])
 
 
 def test_the_platform_moves_without_the_errors_of_the_instrument() -> None:

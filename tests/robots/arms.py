@@ -74,9 +74,9 @@ class Oracle:
             motion = self.robot.tree.motion(joint)
             if motion is None and not (joint.moves and self.robot.tree.place(joint) != 0.0):
                 continue
-            value = (
-                self.robot.tree.place(joint) if motion is None else motion.multiplier * q[motion.index] + motion.offset
-            )
+            value = self.robot.tree.place(joint)
+            if motion is not None:
+                value = motion.offset + sum(multiplier * q[index] for index, multiplier in motion.terms)
             entry = self.model.joints[self.model.getJointId(joint.name)]
             if entry.nq == 2:
                 full[entry.idx_q : entry.idx_q + 2] = np.cos(value), np.sin(value)
@@ -90,7 +90,8 @@ class Oracle:
         for joint in self.robot.tree.urdf.joints.values():
             motion = self.robot.tree.motion(joint)
             if motion is not None:
-                matrix[self.model.joints[self.model.getJointId(joint.name)].idx_v, motion.index] = motion.multiplier
+                for index, multiplier in motion.terms:
+                    matrix[self.model.joints[self.model.getJointId(joint.name)].idx_v, index] = multiplier
         return matrix
 
     def placement(self, q: FloatArray) -> "pin.SE3":

@@ -132,4 +132,5 @@ def identify(
     relative = None if prior is None else prior / 100.0
     result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
     accepted = None if problem is None else Decision(identified_budget(problem, result))
-    return Identified(machine, result, Model.from_fit(result.fit, machine.document, measured.source), accepted)
+    model = Model.from_fit(result.fit, machine.document, measured.source, birge_ratio=result.goodness.birge_ratio)
+    return Identified(machine, result, model, accepted)

@@ -26,6 +26,11 @@ def each_joint(robot: Robot) -> list[Component]:
     return [Component(Part.JOINT, number) for number in range(1, count + 1)]
 
 
+def sliding_joints(robot: Robot) -> list[Component]:
+    """Every prismatic joint of a robot that is commanded in its joints."""
+    return [joint for joint in each_joint(robot) if robot.units[joint.index] == "m"]
+
+
 def each_link(robot: Robot) -> list[Component]:
     """Link 1, ..., which follow joint 1, ...; link 0 is the base."""
     return [Component(Part.LINK, joint.number) for joint in each_joint(robot)]

@@ -36,6 +36,8 @@ class Row:
         clock: time since the first row of all (1,), s.
         interval: time since the row before in the series (1,), s.
         first: 1 for the first row of a series (1,).
+        number: rows since the first row of all (1,).
+        reference: the same of the row to which deflections are relative, the first of the series; 0 for positions (1,).
     """
 
     pose: ca.SX
@@ -59,6 +61,8 @@ class Row:
     clock: ca.SX
     interval: ca.SX
     first: ca.SX
+    number: ca.SX
+    reference: ca.SX
 
     def flat(self) -> ca.SX:
         """All symbols as one column vector, columns of matrices first."""
@@ -74,6 +78,7 @@ def row_symbols(robot: Robot, markers: int = 0) -> Row:
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
+        "number": (1, 1), "reference": (1, 1),
     }  # fmt: skip
     return Row(**{name: ca.SX.sym(name, *shape) for name, shape in shapes.items()})
 
@@ -150,6 +155,8 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             (time - time[:1])[:, None],
             (time - time[previous])[:, None],
             (position == 0).astype(float)[:, None],
+            np.arange(count, dtype=float)[:, None],
+            points.measurand.reference(first_row.astype(float)[:, None]),
         ],
         axis=1,
     )

@@ -12,6 +12,7 @@ from expdesign.api.identify import recordings_of, require_prior
 from expdesign.api.inputs import robot_of
 from expdesign.commands.console import counted, note, note_unknown_columns
 from expdesign.files.output import require_writable
+from expdesign.identification.goodness import REFUTED
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
 
@@ -57,9 +58,13 @@ def _summarise(result: Identification) -> None:
         note(f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?")
     goodness = result.goodness
     if goodness.p_value is not None:
-        verdict = "" if goodness.p_value >= 0.01 else "; the base model does not explain them, see `expdesign diagnose`"
+        verdict = (
+            "" if goodness.p_value >= REFUTED else "; the base model does not explain them, see `expdesign diagnose`"
+        )
         dof = f"{goodness.dof} degrees of freedom"
         note(f"chi2 {result.fit.chi2:.6g} for {dof}, p = {goodness.p_value:.3g}{verdict}")
+        if goodness.birge_ratio > 1.0:
+            note(f"intervals and predicted deviations are widened by the Birge ratio {goodness.birge_ratio:.3g}")
     else:
         for group in result.noise.groups:
             note(f"noise of the {group.name}, estimated from {result.noise.origin}: {group.deviation:.3g}")

@@ -63,7 +63,8 @@ def joint_commands(chain: Chain, values: FloatArray, robot: Robot, targets: Load
     links = robot.links
     assert links is not None
     error = _error_function(links, len(robot.configuration))
-    scale = np.where(np.isfinite(links.high - links.low), links.high - links.low, 2.0 * np.pi)
+    joints = len(robot.stiffness)
+    scale = np.where(np.isfinite(links.high - links.low), links.high - links.low, 2.0 * np.pi)[:joints]
     commands = wanted.copy()
     previous = np.full(len(wanted), np.inf)
     iterations = 0
@@ -79,7 +80,8 @@ def joint_commands(chain: Chain, values: FloatArray, robot: Robot, targets: Load
         if (np.abs(previous - now) <= TOLERANCE).all() or (now <= TOLERANCE).all():
             break
         previous = now
-        commands = commands + _steps(robot, commands, twist, scale)
+        # Branches stay where they are.
+        commands[:, :joints] += _steps(robot, commands, twist, scale)
         _require_small(robot, targets, commands - wanted)
     else:
         what = f"no command was found in {_ITERATIONS} passes"
@@ -103,7 +105,7 @@ def _error_function(links: Links, count: int) -> BatchFunction:
 
 
 def _steps(robot: Robot, commands: FloatArray, twist: FloatArray, scale: FloatArray) -> FloatArray:
-    """δq (N, n_q) for remaining errors (N, 6)."""
+    """δq (N, n_p) for remaining errors (N, 6)."""
     jacobian = robot.jacobians(commands).forward * scale
     position, orientation = jacobian[:, :3], jacobian[:, 3:]
     inverse = np.linalg.pinv(position, rcond=1.0 / CONDITION_LIMIT)
@@ -126,7 +128,7 @@ def _require_small(robot: Robot, targets: LoadedPoints, corrections: FloatArray)
 def _require_attained(robot: Robot, targets: LoadedPoints, residual: FloatArray) -> None:
     """Raise where an arm that should reach every pose does not."""
     row = int(np.argmax(residual.max(axis=1)))
-    if len(robot.configuration) < 6 or residual[row].max() <= ATTAINED:
+    if len(robot.stiffness) < 6 or residual[row].max() <= ATTAINED:
         return
     what = (
         f"the arm is singular or nearly so there: {residual[row, 0]:.3g} m and {residual[row, 1]:.3g} rad of the "

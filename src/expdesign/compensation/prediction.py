@@ -52,21 +52,7 @@ def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction
     """The prediction of a chain that has the parameters of the model."""
     rows = row_data(points, chain.robot)
     deflections, sensitivities = chain.predict_with_sensitivities(rows, model.values)
-    return Prediction(deflections, propagated(sensitivities, model.covariance))
-
-
-def propagated(sensitivities: FloatArray, covariance: FloatArray) -> FloatArray:
-    """√diag(S·P·Sᵀ): standard deviations (N, n) from sensitivities (N, n, p) and the covariance of the parameters.
-
-    What depends on a parameter that was not determined is infinitely uncertain, and what does not is not.
-    """
-    known = np.isfinite(np.diag(covariance))
-    inner = covariance[np.ix_(known, known)]
-    reduced = sensitivities[..., known]
-    variance = ((reduced @ inner) * reduced).sum(axis=-1)
-    deviation = np.sqrt(np.maximum(variance, 0.0))
-    unknown: FloatArray = np.where((sensitivities[..., ~known] != 0.0).any(axis=-1), np.inf, deviation)
-    return unknown
+    return Prediction(deflections, model.estimable.deviations(sensitivities))
 
 
 def require_history(model: Model, table: Table) -> None:
@@ -84,7 +70,7 @@ def require_history(model: Model, table: Table) -> None:
     warmed = ca.depends_on(everything, row.warming)
     names = ", ".join(sorted({effect.physics for effect in chain.effects}))
     needed: list[str] = []
-    if chain.states or timed or warmed or ca.depends_on(everything, row.first):
+    if chain.states or timed or warmed or ca.depends_on(everything, ca.vertcat(row.first, row.number)):
         needed += ["sequence", "series"]
     if timed:
         needed.append("time_s")

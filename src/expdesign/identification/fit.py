@@ -9,6 +9,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.readings.deflection import DEFLECTION
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import RowData
+from expdesign.identification.estimable import Estimable
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 
@@ -75,6 +76,8 @@ class Fit:
         chi2: sum of squared whitened residuals, those of a prior included.
         dof: readings (a prior's included) minus rank.
         rank: of the sensitivities.
+        subspace: what is known of combinations of parameters; None where each parameter is determined or not for
+            itself.
     """
 
     chain: Chain
@@ -86,6 +89,16 @@ class Fit:
     chi2: float
     dof: int
     rank: int
+    subspace: Estimable | None = None
+
+    @property
+    def estimable(self) -> Estimable:
+        """The covariance of every combination of parameters that the data determine."""
+        return Estimable.from_covariance(self.covariance) if self.subspace is None else self.subspace
+
+    def known_as(self, estimable: Estimable) -> "Fit":
+        """The same fit with another covariance of what the data determine."""
+        return replace(self, covariance=estimable.covariance, determined=estimable.determined, subspace=estimable)
 
 
 def fit(
@@ -123,7 +136,7 @@ def fit(
     if chain.reading.degeneracies:
         # Held is not known: what depends on it is as uncertain as it is.
         uncertain = summarise(chain, data, result.values, chain.knowledge(released=True))
-        result = replace(result, covariance=uncertain.covariance)
+        result = result.known_as(uncertain.estimable)
     return result
 
 
@@ -255,9 +268,9 @@ def linear_fit(
     """
     scales = chain.scales()
     matrix = _above_rounding(as_matrix(sensitivities) * scales)
-    step, covariance, determined, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
+    step, estimable, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
     remaining = residuals - sensitivities @ (step * scales)
-    return _as_fit(chain, start + step * scales, covariance, determined, rank, remaining, sensitivities, prior)
+    return _as_fit(chain, start + step * scales, estimable, rank, remaining, sensitivities, prior)
 
 
 def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatArray, FloatArray] | None = None) -> Fit:
@@ -265,15 +278,14 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
     matrix = _above_rounding(as_matrix(sensitivities) * scales)
-    _, covariance, determined, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
-    return _as_fit(chain, values, covariance, determined, rank, residuals, sensitivities, prior)
+    _, estimable, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
+    return _as_fit(chain, values, estimable, rank, residuals, sensitivities, prior)
 
 
 def _as_fit(
     chain: Chain,
     values: FloatArray,
-    covariance: FloatArray,
-    determined: BoolArray,
+    estimable: Estimable,
     rank: int,
     residuals: FloatArray,
     sensitivities: FloatArray,
@@ -287,13 +299,14 @@ def _as_fit(
     return Fit(
         chain=chain,
         values=values,
-        covariance=covariance,
-        determined=determined,
+        covariance=estimable.covariance,
+        determined=estimable.determined,
         residuals=residuals,
         sensitivities=sensitivities,
         chi2=chi2,
         dof=readings - rank,
         rank=rank,
+        subspace=estimable,
     )
 
 
@@ -309,8 +322,8 @@ def _solve(
     values: FloatArray,
     scales: FloatArray,
     prior: tuple[FloatArray, FloatArray] | None,
-) -> tuple[FloatArray, FloatArray, BoolArray, int]:
-    """Gauss-Newton step in units of `scales`, covariance of the parameters, which are determined, and the rank."""
+) -> tuple[FloatArray, Estimable, int]:
+    """Gauss-Newton step in units of `scales`, what is estimable, and the rank."""
     if prior is not None:
         matrix = np.vstack([matrix, np.diag(scales / prior[1])])
         residuals = np.concatenate([residuals, (prior[0] - values) / prior[1]])
@@ -327,9 +340,7 @@ def _solve(
     kept = singular > RANK_TOLERANCE * (singular[0] if singular.size else 1.0)
     rank = int(kept.sum())
     step = (right[kept].T / singular[kept]) @ (left[:, kept].T @ reduced[:count, count]) / safe
-    root = (right[kept].T / singular[kept]) / safe[:, None] * scales[:, None]
-    covariance = root @ root.T
-    determined: BoolArray = np.linalg.norm(right[~kept], axis=0) < 1e3 * RANK_TOLERANCE
-    covariance[~determined, :] = np.inf
-    covariance[:, ~determined] = np.inf
-    return step, covariance, determined, rank
+    resolution = scales / safe
+    root = (right[kept].T / singular[kept]) * resolution[:, None]
+    estimable = Estimable(root @ root.T, right[~kept].T * resolution[:, None], resolution)
+    return step, estimable, rank

@@ -1,6 +1,7 @@
 """Whether the model accounts for the recordings to within their noise."""
 
 from dataclasses import dataclass
+from math import sqrt
 
 from scipy.stats import chi2, f
 
@@ -8,6 +9,9 @@ from expdesign.identification.fit import Fit
 from expdesign.identification.noise_level import NoiseLevel
 from expdesign.identification.replicates import pure_error, replicate_groups
 from expdesign.recordings.recordings import Recordings
+
+REFUTED = 0.01
+"""p-value of χ² below which the recordings refute the model at the stated noise."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,16 @@ class Goodness:
     dof: int
     p_value: float | None
     lack_of_fit: LackOfFit | None
+
+    @property
+    def birge_ratio(self) -> float:
+        """√(χ²/ν) where χ² refutes the model, else 1: by so much the stated deviations are too small for it.
+
+        Standard deviations of a refuted fit are multiplied by it (R. T. Birge, Physical Review 40, 1932, 207).
+        """
+        if self.chi2 is None or self.p_value is None or self.p_value >= REFUTED:
+            return 1.0
+        return sqrt(self.chi2 / self.dof)
 
 
 def goodness_of_fit(fit: Fit, recordings: Recordings, noise: NoiseLevel, *, shared_reference: bool) -> Goodness:

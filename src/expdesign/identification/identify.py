@@ -35,7 +35,7 @@ class Identification:
         recordings: all rows.
         fitted: rows that were fitted, shape (N,).
         fit: of the fitted rows; its parameters are compliances in units of 1/apK, and its covariance allows for a noise
-            level that was estimated.
+            level that was estimated, and is inflated by the Birge ratio where the model is refuted.
         noise: standard deviations of the fitted rows.
         compliance: with 95 % intervals (m/N or rad/(N·m)).
         stiffness: with 95 % intervals (N/m or N·m/rad), infinite or NaN where the compliance's interval contains zero.
@@ -128,7 +128,8 @@ def identify(
         noise = replicated or noise_from_residuals(train, translations, solve)
     fit = solve(noise.deviations)
     require_positive(fit, train, robot)
-    known = uncertainty(fit, noise)
+    goodness = goodness_of_fit(fit, train, noise, shared_reference=shared_reference)
+    known = uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
     if prior is None and idle is not None:
         # What stays as the robot file has it was not determined.
         fit = replace(fit, rank=fit.rank - int(idle.sum()))
@@ -137,11 +138,11 @@ def identify(
         robot=robot,
         recordings=recordings,
         fitted=fitted,
-        fit=replace(fit, covariance=known.covariance),
+        fit=fit.known_as(known.estimable),
         noise=noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
-        goodness=goodness_of_fit(fit, train, noise, shared_reference=shared_reference),
+        goodness=goodness,
         influence=influence(fit, noise_known=noise.known),
         test_residuals=_test_residuals(robot, recordings, fit, noise),
         prior=prior,
@@ -158,7 +159,8 @@ def _of_positions(robot: Robot, recordings: Recordings, *, shared_reference: boo
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     found = fit_positions(robot, recordings, shared_reference=shared_reference)
     train = recordings.rows(~recordings.test)
-    known = uncertainty(found.fit, found.noise)
+    goodness = goodness_of_fit(found.fit, train, found.noise, shared_reference=shared_reference)
+    known = uncertainty(found.fit, found.noise).inflated(goodness.birge_ratio, goodness.dof)
     count = len(robot.stiffness)
     intervals = known.intervals(found.fit.values)
     own = Intervals(intervals.estimate[:count], intervals.low[:count], intervals.high[:count])
@@ -168,11 +170,11 @@ def _of_positions(robot: Robot, recordings: Recordings, *, shared_reference: boo
         robot=robot,
         recordings=recordings,
         fitted=~recordings.test,
-        fit=replace(found.fit, covariance=known.covariance),
+        fit=found.fit.known_as(known.estimable),
         noise=found.noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
-        goodness=goodness_of_fit(found.fit, train, found.noise, shared_reference=shared_reference),
+        goodness=goodness,
         influence=replace(effect, share=effect.share[:, :count]),
         test_residuals=found.test_residuals,
         prior=None,

@@ -40,7 +40,7 @@ def influence(fit: Fit, *, noise_known: bool) -> Influence:
     with the residuals of all other rows, which makes it F-distributed.
     """
     count, readings, _ = fit.sensitivities.shape
-    hat = fit.sensitivities @ fit.covariance @ fit.sensitivities.swapaxes(1, 2)
+    hat = fit.sensitivities @ fit.estimable.generalised @ fit.sensitivities.swapaxes(1, 2)
     leverage = np.trace(hat, axis1=1, axis2=2)
     # A reading that alone determines a parameter has no residual to judge it by.
     room = np.eye(readings) * (1.0 + 1e-9) - hat

@@ -12,15 +12,19 @@ Variances estimated from residuals have W⁻¹ = ½(n_g δ_gh − 2 tr(A_gΦ) δ
 W = diag(2/ν_g). With six full measurements of a hexapod such 95 % intervals cover the truth in 94 to 95 of 100
 experiments; with three or four, whose noise levels have few degrees of freedom, in 92 to 95.
 
+Where the noise is known and χ² refutes the model, standard deviations grow by the Birge ratio √(χ²/ν)
+(`goodness.Goodness.birge_ratio`), and the estimate follows Student's t with ν degrees of freedom.
+
 A stiffness' interval is the inverse of its compliance's: the compliance is what enters linearly.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm, t
 
 from expdesign.arrays import FloatArray
+from expdesign.identification.estimable import Estimable
 from expdesign.identification.fit import Fit
 from expdesign.identification.noise_level import NoiseLevel
 
@@ -48,19 +52,25 @@ class Uncertainty:
     """How well the parameters of a fit are known.
 
     Attributes:
-        covariance: of the parameters, shape (p, p).
+        estimable: the covariance of what is determined of the p parameters.
         dof: degrees of freedom of each variance, infinite where the noise is known, shape (p,).
     """
 
-    covariance: FloatArray
+    estimable: Estimable
     dof: FloatArray
+
+    def inflated(self, birge_ratio: float, dof: int) -> "Uncertainty":
+        """Standard deviations multiplied by a Birge ratio that was estimated with `dof` degrees of freedom."""
+        if birge_ratio == 1.0:
+            return self
+        return Uncertainty(self.estimable.scaled(birge_ratio**2), np.minimum(self.dof, float(dof)))
 
     def intervals(self, estimate: FloatArray, confidence: float = CONFIDENCE) -> Intervals:
         """Intervals around estimates (p,) in the units of the covariance."""
         tail = 0.5 + 0.5 * confidence
         finite = np.isfinite(self.dof)
         quantile = np.where(finite, t.ppf(tail, np.where(finite, self.dof, 1.0)), norm.ppf(tail))
-        half = quantile * np.sqrt(np.diag(self.covariance))
+        half = quantile * np.sqrt(np.diag(self.estimable.covariance))
         return Intervals(estimate, estimate - half, estimate + half)
 
 
@@ -68,8 +78,8 @@ def uncertainty(fit: Fit, noise: NoiseLevel) -> Uncertainty:
     """Covariance and degrees of freedom of a fit, allowing for what the noise level was estimated from."""
     count = len(fit.values)
     if noise.known:
-        return Uncertainty(fit.covariance, np.full(count, np.inf))
-    covariance = fit.covariance
+        return Uncertainty(fit.estimable, np.full(count, np.inf))
+    covariance = fit.estimable.generalised
     rows = [fit.sensitivities[:, group.columns].reshape(-1, count) for group in noise.groups]
     information = [part.T @ part for part in rows]
     seen = [part @ covariance for part in information]
@@ -88,4 +98,4 @@ def uncertainty(fit: Fit, noise: NoiseLevel) -> Uncertainty:
     scatter = np.einsum("gj,gh,hj->j", parts, spread, parts)
     variance = np.diag(covariance)
     dof = 2.0 * variance**2 / np.maximum(scatter, 1e-300 * variance**2)
-    return Uncertainty((adjusted + adjusted.T) / 2.0, dof)
+    return Uncertainty(replace(fit.estimable, generalised=(adjusted + adjusted.T) / 2.0), dof)

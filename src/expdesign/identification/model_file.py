@@ -22,9 +22,11 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
 from expdesign.errors import InputError
 from expdesign.files.kinds import require_kind
-from expdesign.files.schema import Number, Section, validate
+from expdesign.files.schema import Number, Positive, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.effect_entry import EffectSection, effect_entry, effect_of
+from expdesign.identification.estimable import Estimable
+from expdesign.identification.estimable_entry import EstimableSection, estimable_entry, subspace_of
 from expdesign.identification.fit import Fit
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
@@ -41,6 +43,8 @@ class Model:
         robot: the content of the robot file.
         folder: what relative paths in `robot` are relative to.
         source: name of the file it was read from, or of the recordings.
+        subspace: what is known of combinations of parameters; None where each is determined or not for itself.
+        birge_ratio: by which standard deviations allow for a model that the recordings refute, 1 where they do not.
     """
 
     chain: Chain
@@ -49,11 +53,20 @@ class Model:
     robot: Mapping[str, Any]
     folder: Path
     source: str
+    subspace: Estimable | None = None
+    birge_ratio: float = 1.0
 
     @classmethod
-    def from_fit(cls, fit: Fit, robot: YamlDocument, source: str) -> "Model":
-        """The model of a fit of the robot that the document `robot` describes."""
-        return cls(fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source)
+    def from_fit(cls, fit: Fit, robot: YamlDocument, source: str, *, birge_ratio: float = 1.0) -> "Model":
+        """The model of a fit of the robot that the document `robot` describes, inflated by a Birge ratio."""
+        return cls(
+            fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source, fit.subspace, birge_ratio
+        )
+
+    @property
+    def estimable(self) -> Estimable:
+        """The covariance of every combination of parameters that the recordings determined."""
+        return Estimable.from_covariance(self.covariance) if self.subspace is None else self.subspace
 
     @property
     def compliance(self) -> FloatArray:
@@ -74,6 +87,8 @@ class _ModelSection(Section):
     effects: list[EffectSection]
     parameters: list[str]
     covariance: list[list[float]]
+    estimable: EstimableSection | None = None
+    birge_ratio: Positive = 1.0
 
 
 def model_text(model: Model, folder: Path) -> str:
@@ -97,6 +112,8 @@ def model_text(model: Model, folder: Path) -> str:
         "effects": effects,
         "parameters": _names(model.chain),
         "covariance": (model.covariance * np.outer(scale, scale)).tolist(),
+        **({} if model.birge_ratio == 1.0 else {"birge_ratio": model.birge_ratio}),
+        **estimable_entry(model.estimable.in_units(scale)),
     }
     head = (
         "# Identified model, for `expdesign predict`, `compensate` and `simulate`. Compliances in m/N (rad/(N m));\n"
@@ -151,6 +168,8 @@ def model_from_document(document: YamlDocument) -> Model:
         chain=chain,
         values=joined,
         covariance=covariance / np.outer(scale, scale),
+        subspace=subspace_of(section.estimable, len(scale), document, 1.0 / scale),
+        birge_ratio=section.birge_ratio,
         robot=section.robot,
         folder=document.folder,
         source=document.source,
@@ -204,7 +223,7 @@ def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) ->
     if len(rows) != count or any(len(row) != count for row in rows) or np.isnan(rows).any():
         what = f"a matrix of {count}×{count} numbers is needed here"
         raise InputError(what, where=where, remedy="Order: `parameters`.")
-    covariance = np.array(rows, dtype=float)
+    covariance = np.array(rows, dtype=float).reshape(count, count)
     known = np.isfinite(np.diag(covariance))
     inner = covariance[np.ix_(known, known)]
     if np.any(np.diag(covariance) < 0.0) or not np.allclose(inner, inner.T, rtol=1e-6, atol=0.0):

@@ -116,7 +116,7 @@ def noise_from_residuals(recordings: Recordings, translations: int, fit: Callabl
 def _update(recordings: Recordings, level: NoiseGroup, current: Fit) -> NoiseGroup:
     """One step of the iteration for one kind of readings."""
     chosen = current.sensitivities[:, level.columns]
-    used = float(np.einsum("nkp,pq,nkq->", chosen, current.covariance, chosen))
+    used = float(np.einsum("nkp,pq,nkq->", chosen, current.estimable.generalised, chosen))
     dof = chosen.shape[0] * chosen.shape[1] - used
     if dof < 0.5:
         what = f"the {level.name} leave no reading over from which their noise could be estimated"

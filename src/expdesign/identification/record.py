@@ -22,6 +22,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "chi2": goodness.chi2,
         "dof": goodness.dof,
         "p_value": goodness.p_value,
+        "birge_ratio": goodness.birge_ratio,
         "covariance": result.covariance.tolist(),
         "rank": result.fit.rank,
         "compliance": _named(robot.actuators, result.compliance),

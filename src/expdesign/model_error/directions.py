@@ -43,7 +43,7 @@ def row_expression(robot: Robot, load: Load, configuration: ca.SX, parameters: c
         own = ca.SX.zeros(n_p)
     else:
         assert isinstance(robot, SerialRobot)
-        position, rates, lengths = robot.tip(configuration)[0], ca.SX.eye(n), configuration
+        position, rates, lengths = robot.tip(configuration)[0], ca.SX.eye(n), configuration[:n_p]
         own = robot.own_weight_expression(configuration, gravity)
     wrench = load.wrench(parameters, rotation)
     return Row(
@@ -51,6 +51,7 @@ def row_expression(robot: Robot, load: Load, configuration: ca.SX, parameters: c
         marker=ca.SX.zeros(0), gravity=gravity, position=position, lever=lever, payload=ca.SX(float(payload)),
         rotation=rotation, rates=rates, forward=forward, pose_map=pose_map, lengths=lengths,
         warming=ca.SX.zeros(max(n_p, 1)), elapsed=ca.SX(0.0), clock=ca.SX(0.0), interval=ca.SX(0.0), first=ca.SX(1.0),
+        number=ca.SX(0.0), reference=ca.SX(0.0),
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from expdesign.recordings.columns import (
 )
 from expdesign.recordings.filled_in import filled_in
 from expdesign.recordings.join import join
+from expdesign.recordings.joint_columns import with_joint_columns
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.positions import read_markers, read_position_deviations, read_positions
 from expdesign.recordings.recordings import LoadedPoints, Recordings
@@ -105,6 +106,7 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
 
 
 def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
+    table = with_joint_columns(table, robot)
     order = order_in_time(table)
     coordinates = robot.coordinates
     configurations = table.numbers(robot.configuration)[order]

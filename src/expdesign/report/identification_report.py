@@ -7,6 +7,7 @@ import pandas as pd
 
 from expdesign.arrays import IntArray
 from expdesign.files.csv_writer import csv_text
+from expdesign.identification.goodness import REFUTED
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
 from expdesign.recordings.recordings import Recordings
@@ -24,7 +25,7 @@ from expdesign.report.blocks import (
 )
 from expdesign.report.page import Page
 
-DOUBTFUL = 0.01
+DOUBTFUL = REFUTED
 """Probability below which a test speaks against the model."""
 MOST_POINTS = 3000
 _SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
@@ -89,8 +90,10 @@ def _conclusions(result: Identification) -> list[str]:
         texts.append(
             "The model explains the recordings to within their stated noise."
             if goodness.p_value >= DOUBTFUL
-            else "The model does not explain the recordings to within their stated noise, so that the intervals "
-            "are too narrow: physics is left out, or the noise is larger than stated."
+            else "The model does not explain the recordings to within their stated noise: physics is left out, or "
+            f"the noise is larger than stated. Intervals are {words.number(goodness.birge_ratio)} times (the Birge "
+            "ratio) as wide as the stated noise alone would make them, as is every standard deviation that the model "
+            "predicts."
         )
     else:
         texts.append(

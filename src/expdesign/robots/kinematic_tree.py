@@ -5,14 +5,15 @@ multiplied in), the motions J of the joints, and errors E that are zero nominall
 small motions (x, y, z, then a rotation Rz·Ry·Rx) of every link. The error of link k moves the frame at the far end of
 link k, where the next joint sits (after the last joint: the tip), in that frame's own axes; link 0 is the base.
 
-Joints that mimic others have no coordinate of their own: theirs is multiplier·q + offset. A coordinate with several
-joints on the chain has one link, the one that follows the last of them.
+Joints that follow others have no coordinate of their own: theirs is Σ multiplier·q + offset (`joint_rules.py`). A
+coordinate with several joints on the chain has one link, the one that follows the last of them.
 
-The links' own weight follows from the potential energy, τ_g = ∂/∂q Σ m·gᵀ·p (masses from the URDF); the
-branches that hang on the chain (a gripper's fingers) ride along with their own joints at zero, or at the limit nearest
-to it.
+Joints of branches (a gripper's fingers, a second arm) have coordinates after those of the chain where they are named:
+they move masses and no tip, and do not yield. The others stand at zero, or at the limit nearest to it. The links' own
+weight follows from the potential energy, τ_g = ∂/∂q Σ m·gᵀ·p (masses from the URDF).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,6 +22,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
+from expdesign.robots.joint_rules import Motion, leading
 from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.urdf import Urdf, UrdfJoint, transform
 
@@ -28,15 +30,6 @@ FRAME_AXES = ("x", "y", "z", "rx", "ry", "rz")
 _ROUNDING = 1e-15
 _ROUNDED = 1e-3
 """Fraction of a mimicking joint's range by which its limits may be rounded."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """What moves a joint: coordinate `index`, of which it takes `multiplier`·q + `offset`."""
-
-    index: int
-    multiplier: float
-    offset: float
 
 
 @dataclass(frozen=True)
@@ -55,17 +48,19 @@ class KinematicTree:
     Args:
         urdf: the robot's description.
         base, tip: names of links.
+        branches: joints off the chain that have coordinates.
 
     Attributes:
         chain: the joints from base to tip, fixed ones included.
         coordinates: in the order in which they move the chain.
+        branch_coordinates: of the joints of `branches`, in their order.
         geometry_names: `joint k offset` for every coordinate, then `link k x` ... `link k rz` for k = 0, 1, ...
 
     Raises:
         InputError: the links are not there, nothing moves between them, or a joint is of a kind that has no place here.
     """
 
-    def __init__(self, urdf: Urdf, base: str, tip: str) -> None:
+    def __init__(self, urdf: Urdf, base: str, tip: str, branches: Sequence[str] = ()) -> None:
         self.urdf, self.base, self.tip = urdf, base, tip
         self.chain = urdf.path(base, tip)
         for joint in self.chain:
@@ -77,40 +72,46 @@ class KinematicTree:
         names: list[str] = []
         for joint in self.chain:
             if joint.moves:
-                leader = self._leader(joint)[0]
-                if leader not in names:
-                    names.append(leader)
+                names += [name for name in leading(urdf, joint).multipliers if name not in names]
         if not names:
             what = f"no joint moves between `{base}` and `{tip}`"
             raise InputError(what, where=urdf.source, remedy="Name other links.")
-        self._index = {name: index for index, name in enumerate(names)}
+        others = [name for name in branches if name not in names]
+        self._index = {name: index for index, name in enumerate((*names, *others))}
         self.coordinates = tuple(self._coordinate(name) for name in names)
+        self.branch_coordinates = tuple(self._coordinate(name) for name in others)
         count = len(names)
         self.geometry_names = (
             *(f"joint {k + 1} offset" for k in range(count)),
             *(f"link {k} {axis}" for k in range(count + 1) for axis in FRAME_AXES),
         )
 
-    def _leader(self, joint: UrdfJoint) -> tuple[str, float, float]:
-        """The joint that leads a chain of mimics, and multiplier and offset with respect to it."""
-        multiplier, offset = 1.0, 0.0
-        seen = {joint.name}
-        while joint.mimic is not None:
-            offset += multiplier * joint.mimic.offset
-            multiplier *= joint.mimic.multiplier
-            joint = self.urdf.joints[joint.mimic.joint]
-            if joint.name in seen:
-                what = f"joint `{joint.name}` mimics itself"
-                raise InputError(what, where=self.urdf.source, remedy="Correct <mimic>.")
-            seen.add(joint.name)
-        return joint.name, multiplier, offset
-
     def motion(self, joint: UrdfJoint) -> Motion | None:
-        """What moves a joint, or None where no coordinate of the chain does."""
-        if not joint.moves:
-            return None
-        leader, multiplier, offset = self._leader(joint)
-        return Motion(self._index[leader], multiplier, offset) if leader in self._index else None
+        """What moves a joint, or None where no coordinate does."""
+        return self._motions.get(joint.name)
+
+    @cached_property
+    def _motions(self) -> dict[str, Motion]:
+        """Motions of all joints that a coordinate moves; a new coordinate's link begins where it appears first."""
+        motions: dict[str, Motion] = {}
+        begun: set[int] = set()
+        on_chain = [joint.name for joint in self.chain]
+        for joint in (*self.chain, *(each for each in self.urdf.joints.values() if each.name not in on_chain)):
+            if not joint.moves:
+                continue
+            led = leading(self.urdf, joint)
+            terms = tuple((self._index[name], value) for name, value in led.multipliers.items() if name in self._index)
+            standing = sum(
+                value * self.place(self.urdf.joints[name])
+                for name, value in led.multipliers.items()
+                if name not in self._index
+            )
+            if not terms:
+                continue
+            new = [index for index, _ in terms if index not in begun]
+            begun.update(new)
+            motions[joint.name] = Motion(new[0] if new else max(terms)[0], terms, led.offset + standing)
+        return motions
 
     def _coordinate(self, name: str) -> Coordinate:
         leader = self.urdf.joints[name]
@@ -118,9 +119,10 @@ class KinematicTree:
         for joint in self.chain:
             if not joint.moves or joint is leader:
                 continue
-            leads, multiplier, offset = self._leader(joint)
-            if leads != name or multiplier == 0.0:
+            led = leading(self.urdf, joint)
+            if list(led.multipliers) != [name] or led.multipliers[name] == 0.0:
                 continue
+            multiplier, offset = led.multipliers[name], led.offset
             ends = sorted(((joint.low - offset) / multiplier, (joint.high - offset) / multiplier))
             # Rounded figures of a mimicking joint must not cut off the ends of what it mimics.
             slack = _ROUNDED * (ends[1] - ends[0]) if np.isfinite(ends).all() else 0.0
@@ -128,13 +130,15 @@ class KinematicTree:
         return Coordinate(name, "m" if leader.kind == "prismatic" else "rad", low, high)
 
     def place(self, joint: UrdfJoint) -> float:
-        """Coordinate at which a joint that nothing moves stands: 0, or the limit nearest to it."""
+        """Coordinate at which a joint that no coordinate moves stands: 0, or the limit nearest to it."""
         return float(np.clip(0.0, joint.low, joint.high)) if joint.moves else 0.0
 
     @cached_property
     def joints(self) -> tuple[UrdfJoint, ...]:
         """The joint at which link 1, 2, ... begins: the last one on the chain that each coordinate moves."""
-        last = {motion.index: joint for joint in self.chain if (motion := self.motion(joint)) is not None}
+        moved = [(motion, joint) for joint in self.chain if (motion := self.motion(joint)) is not None]
+        last = {index: joint for motion, joint in moved for index, _ in motion.terms}
+        last |= {motion.index: joint for motion, joint in moved}
         return tuple(last[index] for index in range(len(self.coordinates)))
 
     def joint_frame(self, q: ca.SX, joint: int) -> tuple[ca.SX, ca.SX]:
@@ -196,8 +200,7 @@ class KinematicTree:
                 if joint.name in self._links:
                     pose = self._erred(pose, geometry, self._links[joint.name])
                 if motion is not None:
-                    value = q[motion.index] if geometry is None else q[motion.index] + geometry[motion.index]
-                    pose = pose @ _moved(joint, motion.multiplier * value + motion.offset)
+                    pose = pose @ _moved(joint, self._value(motion, q, geometry))
                 elif joint.moves:
                     pose = pose @ _moved(joint, ca.SX(self.place(joint)))
                 if joint.child == self.tip:
@@ -205,6 +208,14 @@ class KinematicTree:
                 poses[joint.child] = pose
                 queue.append(joint.child)
         return poses
+
+    def _value(self, motion: Motion, q: ca.SX, geometry: ca.SX | None) -> ca.SX:
+        value = ca.SX(motion.offset)
+        for index, multiplier in motion.terms:
+            value += multiplier * q[index]
+            if geometry is not None and index < len(self.coordinates):
+                value += multiplier * geometry[index]
+        return value
 
     def _erred(self, pose: ca.SX, geometry: ca.SX | None, link: int) -> ca.SX:
         if geometry is None:
@@ -221,10 +232,19 @@ class KinematicTree:
         while name != self.base:
             joint = above[name]
             motion = self.motion(joint)
-            if motion is not None:
+            if motion is not None and motion.index < len(self.coordinates):
                 return motion.index + 1
             name = joint.parent
         return 0
+
+    def moves(self, name: str) -> bool:
+        """Whether any coordinate, of the chain or of a branch, moves a link of the URDF."""
+        above = {joint.child: joint for joint in self.urdf.joints.values()}
+        while name != self.base:
+            if self.motion(above[name]) is not None:
+                return True
+            name = above[name].parent
+        return False
 
     def weight(self, q: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None) -> ca.SX:
         """Σ m·p (kg·m, in the base link's axes), shape (3,): with gravity g the potential energy is −gᵀ·Σ m·p.
@@ -232,14 +252,14 @@ class KinematicTree:
         Args:
             q: coordinates (n,).
             geometry: geometric errors, or None.
-            factors: true over nominal mass of link 1, ..., n, or None.
+            factors: true over nominal mass of link 1, ..., n, or None; with them, branches of the base do not count.
         """
         poses = self.forward(q, geometry)
         total = ca.SX.zeros(3)
         for name, pose in poses.items():
             link = self.urdf.links[name]
             number = self.link_of(name)
-            if link.mass == 0.0 or number == 0:
+            if link.mass == 0.0 or not self.moves(name) or (number == 0 and factors is not None):
                 continue
             factor = ca.SX(1.0) if factors is None else factors[number - 1]
             total += factor * link.mass * (pose[:3, :3] @ ca.SX(link.centre) + pose[:3, 3])
@@ -248,12 +268,21 @@ class KinematicTree:
     def masses(self) -> FloatArray:
         """Mass of link 1, ..., n with what hangs on it (kg), shape (n,)."""
         masses = np.zeros(len(self.coordinates))
-        symbols = ca.SX.sym("q", len(self.coordinates))
-        for name in self.forward(symbols):
+        for name in self._carried:
             number = self.link_of(name)
             if number:
                 masses[number - 1] += self.urdf.links[name].mass
         return masses
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all that any coordinate moves (kg)."""
+        return float(sum(self.urdf.links[name].mass for name in self._carried if self.moves(name)))
+
+    @cached_property
+    def _carried(self) -> list[str]:
+        """Links that the base carries."""
+        return list(self.forward(ca.SX.sym("q", len(self._index))))
 
 
 def _constant(matrix: FloatArray) -> ca.SX:

@@ -12,6 +12,7 @@ characteristic a non-linear joint works, and which makes the sag that absolute p
 """
 
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Self
 
 import casadi as ca
@@ -24,6 +25,7 @@ from expdesign.errors import InputError
 from expdesign.files.schema import Number, Positive, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing, Part
+from expdesign.robots.joint_rules import CouplingSection, coupled, leading, require_joint
 from expdesign.robots.kinematic_tree import KinematicTree
 from expdesign.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
 from expdesign.robots.urdf import read_urdf
@@ -47,6 +49,17 @@ class SerialSection(RobotSection):
         default_factory=dict,
         description="Limits `[low, high]` by joint coordinate (`q1_rad`, `q2_m`, ...; rad or m). Default: those of the "
         "URDF.",
+    )
+
+    branch_joints: list[str] = Field(
+        default_factory=list,
+        description="Joints of the URDF off the chain that are columns of recordings, `NAME_rad` or `NAME_m`: their "
+        "branches weigh where they stand. The others stand at zero, or at the limit nearest to it.",
+    )
+    couplings: dict[str, CouplingSection] = Field(
+        default_factory=dict,
+        description="Joints that follow others linearly, by name: `elbow: {follows: {shoulder: -1.0, motor: 1.0}}`. "
+        "In the place of the URDF's `<mimic>`.",
     )
 
     @model_validator(mode="after")
@@ -86,8 +99,9 @@ class SerialRobot(Robot):
         self.stiffness = np.asarray(stiffness, dtype=float)
         self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
         self.configuration = configuration_names(tree)
-        self.low = np.array([coordinate.low for coordinate in tree.coordinates])
-        self.high = np.array([coordinate.high for coordinate in tree.coordinates])
+        whole = (*tree.coordinates, *tree.branch_coordinates)
+        self.low = np.array([coordinate.low for coordinate in whole])
+        self.high = np.array([coordinate.high for coordinate in whole])
         for column, (low, high) in (limits or {}).items():
             index = self.configuration.index(column)
             self.low[index], self.high[index] = max(low, self.low[index]), min(high, self.high[index])
@@ -103,11 +117,11 @@ class SerialRobot(Robot):
         if not known:
             remedy = "Paths are relative to the robot file."
             raise InputError(f"there is no file {path}", where=document.where(("urdf",)), remedy=remedy)
-        tree = KinematicTree(read_urdf(path), section.base_link, section.tip_link)
+        tree = _tree(section, path, document)
         names = configuration_names(tree)
-        if len(section.actuator_stiffness) != len(names):
-            joints = ", ".join(f"{n}: {c.joint}" for n, c in zip(names, tree.coordinates, strict=True))
-            what = f"{len(names)} values are needed here, not {len(section.actuator_stiffness)}"
+        if len(section.actuator_stiffness) != len(tree.coordinates):
+            joints = ", ".join(f"{n}: {c.joint}" for n, c in zip(names, tree.coordinates, strict=False))
+            what = f"{len(tree.coordinates)} values are needed here, not {len(section.actuator_stiffness)}"
             raise InputError(what, where=document.where(("actuator_stiffness",)), remedy=f"Order: {joints}.")
         for column, (low, high) in section.limits.items():
             where = document.where(("limits", column))
@@ -147,7 +161,7 @@ class SerialRobot(Robot):
         return self
 
     def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
-        return configurations
+        return configurations[..., : len(self.stiffness)]
 
     def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
         """To second order in the rotation of the deflection, which is a twist."""
@@ -169,10 +183,11 @@ class SerialRobot(Robot):
         """J, J̌ = J and R; the angular rows from [ω]ₓ = Ṙ·Rᵀ."""
         position, rotation = self.tip(configuration, geometry)
         angular = []
-        for k in range(configuration.shape[0]):
+        joints = len(self.tree.coordinates)
+        for k in range(joints):
             rate = ca.reshape(ca.jacobian(ca.vec(rotation), configuration[k]), 3, 3) @ rotation.T
             angular.append(ca.vertcat(rate[2, 1], rate[0, 2], rate[1, 0]))
-        forward = ca.vertcat(ca.jacobian(position, configuration), ca.horzcat(*angular))
+        forward = ca.vertcat(ca.jacobian(position, configuration)[:, :joints], ca.horzcat(*angular))
         return forward, forward, rotation
 
     def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
@@ -191,7 +206,7 @@ class SerialRobot(Robot):
             geometry: geometric errors, or None.
             factors: true over nominal masses of link 1, ..., n_q, or None.
         """
-        return ca.gradient(ca.dot(gravity, self.tree.weight(q, geometry, factors)), q)
+        return ca.gradient(ca.dot(gravity, self.tree.weight(q, geometry, factors)), q)[: len(self.tree.coordinates)]
 
     @cached_property
     def _kinematics(self) -> BatchFunction:
@@ -219,18 +234,18 @@ class SerialRobot(Robot):
     def _moments(self) -> BatchFunction:
         q = ca.SX.sym("q", len(self.configuration))
         position, _ = self.tip(q)
-        return BatchFunction("serial_moments", [q], [self.tree.weight(q) - float(self.tree.masses().sum()) * position])
+        return BatchFunction("serial_moments", [q], [self.tree.weight(q) - self.tree.moving_mass * position])
 
     def weight_wrench(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
         (lever,) = self._moments(configurations)
-        force = np.broadcast_to(float(self.tree.masses().sum()) * gravity, lever.shape)
+        force = np.broadcast_to(self.tree.moving_mass * gravity, lever.shape)
         moment: FloatArray = np.cross(lever, np.broadcast_to(gravity, lever.shape))
         return np.concatenate([force, moment], axis=-1)
 
     def jacobians(self, configurations: FloatArray) -> Jacobians:
         forward, rotation = self._kinematics(configurations)
         # The column of a single joint comes back as a vector.
-        forward = forward.reshape(*configurations.shape[:-1], 6, len(self.configuration))
+        forward = forward.reshape(*configurations.shape[:-1], 6, len(self.stiffness))
         finite = np.isfinite(forward).all(axis=(-2, -1))
         return Jacobians(forward, forward, rotation, np.where(finite, 1.0, np.inf))
 
@@ -254,10 +269,10 @@ class SerialRobot(Robot):
         joint = int(np.argmax(excess))
         if not np.isfinite(excess[joint]):
             return "the robot has no limits"
-        unit = self.tree.coordinates[joint].unit
+        coordinate = (*self.tree.coordinates, *self.tree.branch_coordinates)[joint]
         return (
-            f"joint {joint + 1} (`{self.tree.coordinates[joint].joint}`) would stand at {configuration[joint]:.6g} "
-            f"{unit} (limits {self.low[joint]:.6g} to {self.high[joint]:.6g} {unit})"
+            f"joint {joint + 1} (`{coordinate.joint}`) would stand at {configuration[joint]:.6g} {coordinate.unit} "
+            f"(limits {self.low[joint]:.6g} to {self.high[joint]:.6g} {coordinate.unit})"
         )
 
     def drawing(self, configurations: FloatArray) -> Drawing:
@@ -273,5 +288,24 @@ class SerialRobot(Robot):
 
 
 def configuration_names(tree: KinematicTree) -> tuple[str, ...]:
-    """Columns of the joint coordinates, `q1_rad` or `q1_m`, ..."""
-    return tuple(f"q{k + 1}_{coordinate.unit}" for k, coordinate in enumerate(tree.coordinates))
+    """Columns of the joint coordinates: `q1_rad` or `q1_m`, ... of the chain, then those of branches by their names."""
+    chain = tuple(f"q{k + 1}_{coordinate.unit}" for k, coordinate in enumerate(tree.coordinates))
+    return chain + tuple(f"{coordinate.joint}_{coordinate.unit}" for coordinate in tree.branch_coordinates)
+
+
+def _tree(section: SerialSection, path: Path, document: YamlDocument) -> KinematicTree:
+    """The kinematics that a robot file describes."""
+    urdf = coupled(read_urdf(path), section.couplings, document)
+    for index, name in enumerate(section.branch_joints):
+        where = document.where(("branch_joints", index))
+        joint = require_joint(urdf, name, where)
+        if joint.mimics:
+            leaders = " and ".join(f"`{leader}`" for leader in leading(urdf, joint).multipliers)
+            raise InputError(f"joint `{name}` follows {leaders}", where=where, remedy=f"Name {leaders} instead.")
+    tree = KinematicTree(urdf, section.base_link, section.tip_link, section.branch_joints)
+    chain = {coordinate.joint for coordinate in tree.coordinates}
+    for index, name in enumerate(section.branch_joints):
+        if name in chain or name in section.branch_joints[:index]:
+            what = f"joint `{name}` is " + ("on the chain from base to tip" if name in chain else "named twice")
+            raise InputError(what, where=document.where(("branch_joints", index)), remedy="Take it out.")
+    return tree

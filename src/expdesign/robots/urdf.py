@@ -18,6 +18,12 @@ from expdesign.errors import InputError
 from expdesign.files.yaml_reader import read_text
 
 _MOVING = ("revolute", "continuous", "prismatic")
+_FARTHEST = 2.0
+"""Times the span of all joints; no link reaches farther."""
+_SLACK = 2.0
+"""m; by so much more a link without joints beyond it may reach."""
+_DENSEST = 2e4
+"""kg/m³; no link is denser, all of its surroundings counted in."""
 _KINDS = (*_MOVING, "fixed", "floating", "planar")
 
 
@@ -41,6 +47,7 @@ class UrdfJoint:
         low, high: limits (m or rad); infinite where there are none.
         mimic: what it follows, or None.
         effort: largest force or moment (N or N·m); infinite where the file states none.
+        mimics: what it follows: its coordinate is the sum over them; none for a joint that follows nothing.
     """
 
     name: str
@@ -51,7 +58,7 @@ class UrdfJoint:
     axis: FloatArray
     low: float
     high: float
-    mimic: Mimic | None
+    mimics: tuple[Mimic, ...] = ()
     effort: float = float("inf")
 
     @property
@@ -128,7 +135,23 @@ def read_urdf(path: Path) -> Urdf:
             raise _fault(str(path), f"there are two {what}s `{repeated}`", "Rename one of them.")
     urdf = Urdf(str(path), {link.name: link for link in links}, {joint.name: joint for joint in joints})
     _require_tree(urdf)
+    _require_sensible_masses(urdf)
     return urdf
+
+
+def _require_sensible_masses(urdf: Urdf) -> None:
+    """Raise where a centre of mass lies far outside any robot of that size, or a mass would not fit into it."""
+    travel = (joint.high - joint.low for joint in urdf.joints.values() if joint.kind == "prismatic")
+    size = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in urdf.joints.values())
+    size += sum(way for way in travel if np.isfinite(way))
+    for link in urdf.links.values():
+        where, distance = f"{urdf.source}, link {link.name}", float(np.linalg.norm(link.centre))
+        if distance > _FARTHEST * size + _SLACK:
+            what = f"the centre of mass lies {distance:.4g} m from the link's frame, but all joints span {size:.3g} m"
+            raise _fault(where, what, "Check the unit of <origin xyz=...> in <inertial> (m).")
+        if link.mass > _DENSEST * (_FARTHEST * size + _SLACK) ** 3:
+            what = f"a mass of {link.mass:.4g} kg does not fit into a robot whose joints span {size:.3g} m"
+            raise _fault(where, what, "Check the unit of <mass value=...> (kg).")
 
 
 def _require_tree(urdf: Urdf) -> None:
@@ -141,9 +164,10 @@ def _require_tree(urdf: Urdf) -> None:
         if joint.child in parents:
             raise _fault(urdf.source, f"link `{joint.child}` hangs on two joints", "A URDF describes a tree.")
         parents[joint.child] = joint.parent
-        if joint.mimic is not None and joint.mimic.joint not in urdf.joints:
-            what = f"joint `{joint.name}` mimics `{joint.mimic.joint}`, which is not there"
-            raise _fault(urdf.source, what, _nearest(joint.mimic.joint, list(urdf.joints)))
+        for mimic in joint.mimics:
+            if mimic.joint not in urdf.joints:
+                what = f"joint `{joint.name}` mimics `{mimic.joint}`, which is not there"
+                raise _fault(urdf.source, what, _nearest(mimic.joint, list(urdf.joints)))
     for link in urdf.links:
         above, steps = link, 0
         while above in parents:
@@ -187,7 +211,7 @@ def _joint(element: ElementTree.Element, source: str) -> UrdfJoint:
         length = 1.0
     low, high = _limits(element, kind, where)
     return UrdfJoint(name, kind, ends[0], ends[1], _origin(element, where), axis / length, low, high,
-                     _mimic(element, where), _effort(element, where))  # fmt: skip
+                     _mimics(element, where), _effort(element, where))  # fmt: skip
 
 
 def _limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float]:
@@ -210,15 +234,18 @@ def _effort(element: ElementTree.Element, where: str) -> float:
     return effort if effort > 0.0 else float("inf")
 
 
-def _mimic(element: ElementTree.Element, where: str) -> Mimic | None:
-    mimic = element.find("mimic")
-    if mimic is None:
-        return None
-    joint = mimic.get("joint")
-    if not joint:
-        raise _fault(where, "<mimic> names no joint", "Add `joint=...`.")
-    multiplier = float(_numbers(mimic.get("multiplier", "1"), 1, where, "the multiplier")[0])
-    return Mimic(joint, multiplier, float(_numbers(mimic.get("offset", "0"), 1, where, "the offset")[0]))
+def _mimics(element: ElementTree.Element, where: str) -> tuple[Mimic, ...]:
+    """What every <mimic> tag says; a joint with several follows their sum."""
+    mimics: list[Mimic] = []
+    for mimic in element.findall("mimic"):
+        joint = mimic.get("joint")
+        if not joint:
+            raise _fault(where, "<mimic> names no joint", "Add `joint=...`.")
+        if joint in [other.joint for other in mimics]:
+            raise _fault(where, f"two <mimic> tags name the joint `{joint}`", "Take one of them out.")
+        multiplier = float(_numbers(mimic.get("multiplier", "1"), 1, where, "the multiplier")[0])
+        mimics.append(Mimic(joint, multiplier, float(_numbers(mimic.get("offset", "0"), 1, where, "the offset")[0])))
+    return tuple(mimics)
 
 
 def _origin(element: ElementTree.Element, where: str) -> FloatArray:

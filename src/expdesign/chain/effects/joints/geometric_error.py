@@ -37,7 +37,7 @@ class GeometricError(Effect):
     def _indices(self) -> list[int]:
         """Geometric errors that the component has."""
         robot = links_of(self.robot)
-        count = len(self.robot.configuration)
+        count = len(self.robot.stiffness)
         if self.component == ALL_JOINTS:
             return list(range(count))
         if self.component == GEOMETRY:
@@ -52,7 +52,7 @@ class GeometricError(Effect):
 
     def _parameter(self, index: int) -> Parameter:
         robot = links_of(self.robot)
-        count = len(self.robot.configuration)
+        count = len(self.robot.stiffness)
         angle = self.robot.units[index] == "rad" if index < count else (index - count) % len(FRAME_AXES) >= 3
         name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"
         spread = _ANGLE if angle else _LENGTH

@@ -49,7 +49,10 @@ class ArmGeometricStiffness(Effect):
         torque = robot.own_weight_expression(q, row.gravity) + forward.T @ turned
         at = row.pose
         for _ in range(_PASSES):
-            at = row.pose + compliance * ca.substitute(torque, q, at)
+            turned_joints = compliance * ca.substitute(torque, q, at)
+            at = row.pose + ca.vertcat(
+                turned_joints, ca.SX.zeros(len(self.robot.configuration) - len(self.robot.stiffness))
+            )
         return robot.tip(at)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

@@ -1,0 +1,52 @@
+"""Positions were read before the arm had settled: its joints had not yet come where they were sent.
+
+The joints stand at 1 − ρ of the way from where they stood in the row before to the command, so that the logged minus
+the commanded joints are a common fraction of each row's step. To first order in ρ·step; a series starts settled.
+"""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from expdesign.chain.component import ALL_JOINTS, Component
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effects.joints.unsettled_reading import Cause
+from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
+from expdesign.recordings.measurand import POSITIONS
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class ReadBeforeSettled(Effect):
+    """q = q_C − ρ·(q_C − q of the row before); ρ is `unsettled_step_fraction`, the same for all joints."""
+
+    physics = "creep"
+    measurands = (POSITIONS,)
+    forms = tuple(Cause)
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [ALL_JOINTS] if robot.links is not None else []
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        several = len(np.unique(points.series)) < len(points)
+        return super().shown(robot, points) if several else []
+
+    def describe(self) -> tuple[Parameter, ...]:
+        self.states = len(self.robot.stiffness)
+        return (Parameter("unsettled_step_fraction", 1e-3, low=-0.5, high=0.95),)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        step = (1.0 - row.first) * (row.lengths - state)
+        missing = theta[0] * step
+        return elongation - missing, row.lengths - missing
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        v = values["unsettled_step_fraction"]
+        size = f"{100 * v[0]:.3g} % ({100 * v[1]:.3g} to {100 * v[2]:.3g} %)"
+        return f"Positions were read before the arm had settled: {size} of every joint's step was still missing."

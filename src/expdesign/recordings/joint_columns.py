@@ -1,0 +1,71 @@
+"""Columns of joints: by number in the chain (`q3_rad`) or by the URDF's name (`elbow_rad`), commanded or measured.
+
+A column that looks like a joint's and is none of the robot's is an error: what it says would be lost, and with it the
+weight that the joint moves.
+"""
+
+import difflib
+import re
+from dataclasses import replace
+
+from expdesign.errors import InputError
+from expdesign.files.table import Table
+from expdesign.robots.robot import Robot
+
+_NUMBERED = re.compile(r"q\d+_(rad|m)")
+_UNIT = re.compile(r"(.+)_(rad|m)")
+_LIKE = 0.85
+"""Similarity (0 to 1) above which a name is a slip of the pen for a joint's."""
+
+
+def with_joint_columns(table: Table, robot: Robot) -> Table:
+    """The table with the joints of the chain under their numbered names.
+
+    Raises:
+        InputError: a joint has two columns, or a column is of a joint that the robot does not have.
+    """
+    if robot.links is None:
+        return table
+    tree = robot.links.tree
+    numbered = {
+        f"{coordinate.joint}_{coordinate.unit}": name
+        for coordinate, name in zip(tree.coordinates, robot.configuration, strict=False)
+    }
+    twice = next((own for own, name in numbered.items() if own != name and table.has(own, name)), None)
+    if twice is not None:
+        what = f"the joint has the column {numbered[twice]} as well"
+        raise InputError(what, where=table.where(column=twice), remedy="Leave one of them out.")
+    for column in table.columns:
+        if column not in numbered and column not in robot.configuration:
+            _require_no_joint(column, table, robot)
+    renamed = {own: name for own, name in numbered.items() if own != name and table.has(own)}
+    written = table.written | {name: table.written.get(own, own) for own, name in renamed.items()}
+    return replace(table, frame=table.frame.rename(columns=renamed), written=written) if renamed else table
+
+
+def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
+    assert robot.links is not None
+    tree = robot.links.tree
+    coordinates = (*tree.coordinates, *tree.branch_coordinates)
+    known = f"The robot's columns are {', '.join(robot.configuration)}."
+    if _NUMBERED.fullmatch(column):
+        what = f"the robot has no such joint between `{tree.base}` and `{tree.tip}`"
+        raise InputError(what, where=table.where(column=column), remedy=known)
+    match = _UNIT.fullmatch(column)
+    if match is None:
+        return
+    name = match.group(1)
+    moving = [joint.name for joint in tree.urdf.joints.values() if joint.moves]
+    if name in (coordinate.joint for coordinate in coordinates):
+        remedy = "Angles are columns `NAME_rad`, travels `NAME_m`."
+        raise InputError(f"joint `{name}` has the other unit", where=table.where(column=column), remedy=remedy)
+    if name in moving:
+        joint = tree.urdf.joints[name]
+        led = " and ".join(f"`{mimic.joint}`" for mimic in joint.mimics)
+        what = f"joint `{name}` is no column of this robot" + (f": it follows {led}" if led else "")
+        remedy = f"Leave the column out; {known}" if led else f"Add `branch_joints: [{name}]` to the robot file."
+        raise InputError(what, where=table.where(column=column), remedy=remedy)
+    near = difflib.get_close_matches(name, moving, n=1, cutoff=_LIKE)
+    if near:
+        what = f"the URDF has no joint `{name}`"
+        raise InputError(what, where=table.where(column=column), remedy=f"Is `{near[0]}` meant?")

@@ -1,0 +1,165 @@
+"""Physics of arms with a telescope, a tool nobody weighed, steps that are not finished and warming without a clock."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.identification.experiments import table_of
+from tests.oracle import Array
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.joints.extension_compliance import ExtensionCompliance
+from expdesign.chain.effects.joints.extension_play import ExtensionPlay
+from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
+from expdesign.chain.effects.joints.unsettled_position import ReadBeforeSettled
+from expdesign.chain.effects.joints.warm_up_by_rows import WarmUpByRows
+from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.row import row_data
+from expdesign.compensation.prediction import require_history
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.model_file import Model
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.serial import SerialRobot
+
+READING = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
+    return read_arm(tmp_path_factory.mktemp("arm"))
+
+
+def untimed(robot: SerialRobot, q: Array, wrenches: Array | None = None) -> Recordings:
+    """Rows without time, at the loads of free wrenches if given."""
+    rows = replace(recordings_of(robot, q, np.zeros((len(q), 3))), time=None)
+    return rows if wrenches is None else replace(rows, wrenches=wrenches, absolute=wrenches)
+
+
+def positions(robot: SerialRobot, effects: tuple[Effect, ...], parameters: list[float], rows: Recordings) -> Array:
+    chain = Chain(robot, effects, reading=READING)
+    return chain.predict(row_data(rows, robot), np.concatenate([chain.start()[: chain.base], parameters]))
+
+
+def deflections(robot: SerialRobot, effect: Effect, parameters: list[float], rows: Recordings) -> Array:
+    chain = Chain(robot, (effect,))
+    values = np.concatenate([np.ones(7), parameters])
+    return chain.predict(row_data(replace(rows, marker=None, markers=()), robot), values)
+
+
+def found(robot: SerialRobot, effect: Effect, read: Array, rows: Recordings) -> Fit:
+    data = replace(rows, deflections=read + DEVIATION * np.random.default_rng(4).standard_normal(read.shape))
+    chain = Chain(robot, (effect,), reading=reading_of(robot, data))
+    assert data.deviations is not None
+    return fit(chain, Data(data, row_data(data, robot), Whitening(data.deviations, data.series)))
+
+
+def require_recovered(result: Fit, truth: list[float]) -> None:
+    error = (result.values - [*np.zeros(result.chain.base), *truth])[result.chain.base :]
+    deviation = np.sqrt(np.diag(result.covariance))[result.chain.base :]
+    assert np.isfinite(deviation).all()
+    assert np.abs(error / deviation).max() < 4.0
+
+
+def test_steps_that_are_not_finished(arm: SerialRobot) -> None:
+    """Oracle: the settled arm at the joints that it reached; what is left is of second order in ρ·step."""
+    q = configurations(60, 3)
+    effect = ReadBeforeSettled.from_text(arm, "all joints", "logged before settled")
+    rows, rho = untimed(arm, q), 2e-4
+    reached = q.copy()
+    for row in range(1, len(q)):
+        reached[row] = q[row] - rho * (q[row] - reached[row - 1])
+    read = positions(arm, (effect,), [rho], rows)
+    settled = positions(arm, (), [], untimed(arm, reached))
+    np.testing.assert_allclose(read, settled, atol=2e-6)
+    assert np.abs(read - positions(arm, (), [], rows)).max() > 1e-4
+    require_recovered(found(arm, effect, settled, rows), [rho])
+    assert not ReadBeforeSettled.places(arm, replace(rows, series=np.arange(60)))
+
+
+def test_warming_along_the_sequence(arm: SerialRobot) -> None:
+    q = configurations(80, 5)
+    effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
+    rows = untimed(arm, q)
+    drift, constant = 1e-3, 20.0
+    read = positions(arm, (effect,), [drift, constant], rows)
+    turned = q + np.outer(drift * (1.0 - np.exp(-np.arange(80) / constant)), np.eye(7)[1])
+    np.testing.assert_allclose(read, positions(arm, (), [], untimed(arm, turned)), atol=2e-6)
+    assert WarmUpByRows.places(arm, rows)
+    assert not WarmUpByRows.places(arm, replace(rows, time=10.0 * np.arange(80)))
+
+
+def test_deflections_are_relative_to_the_first_row_of_their_series(arm: SerialRobot) -> None:
+    effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
+    rows = replace(untimed(arm, configurations(4, 5)[[0, 0, 1, 1]]), series=np.array([1, 1, 2, 2]))
+    moved = deflections(arm, effect, [1e-3, 3.0], rows)
+    expected = 1e-3 * (np.exp(-np.array([0, 0, 2, 2]) / 3.0) - np.exp(-np.arange(4) / 3.0))
+    columns = arm.jacobians(rows.configurations).forward[:, :, 1]
+    np.testing.assert_allclose(moved, columns * expected[:, None], atol=1e-15)
+
+
+def test_a_model_that_counts_rows_asks_for_their_order_and_not_for_time(arm: SerialRobot) -> None:
+    effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
+    chain = Chain(arm, (effect,))
+    values = chain.start()
+    model = Model(chain, values, np.eye(len(values)), {}, YamlDocument("", None, {}).folder, "")  # type: ignore[arg-type]
+    frame = pd.DataFrame({"sequence": [1, 2], "series": [1, 1]})
+    require_history(model, table_of(frame))
+    with pytest.raises(InputError, match="depend on history"):
+        require_history(model, table_of(frame[["series"]]))
+
+
+def test_a_guide_that_yields_as_it_is_extended(arm: SerialRobot) -> None:
+    """At every extension it is the bearing of `joint_compliance` with the compliance there."""
+    q = configurations(6, 7)
+    wrenches = np.random.default_rng(0).uniform(-50.0, 50.0, (6, 6))
+    rows = untimed(arm, q, wrenches)
+    growing = ExtensionCompliance.from_text(arm, "joint 1", "with extension")
+    constant = JointCompliance.from_text(arm, "joint 1", "")
+    for reading in (deflections, lambda a, e, p, r: positions(a, (e,), p, r)):
+        whole = reading(arm, growing, [1e-6, 3e-6], rows)
+        for row in range(6):
+            there = reading(arm, constant, [1e-6 + 3e-6 * float(q[row, 0])], rows)
+            np.testing.assert_allclose(whole[row], there[row], rtol=1e-12, atol=1e-16)
+    assert [str(c) for c in ExtensionCompliance.components(arm)] == ["joint 1"]
+
+
+def test_play_that_grows_with_the_extension(arm: SerialRobot) -> None:
+    """A lift that its own weight pushes down comes up by the gap at its extension when the load pushes harder."""
+    q = np.zeros((3, 7))
+    q[:, 0] = [0.0, 0.5, 1.0]
+    weight = 9.80665 * arm.tree.masses().sum()
+    rows = untimed(arm, q, np.tile([0.0, 0.0, 2.0 * weight, 0.0, 0.0, 0.0], (3, 1)))
+    effect = ExtensionPlay.from_text(arm, "joint 1", "with extension")
+    gained = deflections(arm, effect, [2e-5, 4e-5], rows) - deflections(arm, effect, [0.0, 0.0], rows)
+    np.testing.assert_allclose(gained[:, 2], [2e-5, 4e-5, 6e-5], rtol=1e-9)
+    shrinking = deflections(arm, effect, [2e-5, -4e-5], rows) - deflections(arm, effect, [0.0, 0.0], rows)
+    np.testing.assert_allclose(shrinking[:, 2], [2e-5, 0.0, 0.0], atol=1e-18)
+
+
+def test_a_tool_is_a_payload_that_nobody_entered(arm: SerialRobot) -> None:
+    """Oracle: the wrench m·g at R·c as the load of the rows; mass and centre are found from positions."""
+    q = configurations(150, 9)
+    mass, centre = 2.5, np.array([0.04, -0.02, 0.15])
+    effect = UnknownTool.from_text(arm, "platform")
+    lever = arm.jacobians(q).rotation @ centre
+    force = np.tile(mass * arm.gravity, (len(q), 1))
+    loaded = untimed(arm, q, np.hstack([force, np.cross(lever, force)]))
+    rows, truth = untimed(arm, q), [mass, *(mass * centre)]
+    read = positions(arm, (), [], loaded)
+    np.testing.assert_allclose(positions(arm, (effect,), truth, rows), read, atol=1e-15)
+    stiff = replace(rows, deflections=read + 1e-6 * np.random.default_rng(2).standard_normal(read.shape))
+    stiff = replace(stiff, deviations=np.full(read.shape, 1e-6))
+    chain = Chain(arm, (effect,), reading=reading_of(arm, stiff))
+    assert stiff.deviations is not None
+    result = fit(chain, Data(stiff, row_data(stiff, arm), Whitening(stiff.deviations, stiff.series)))
+    deviation = np.sqrt(np.diag(result.covariance))[chain.base :]
+    assert np.abs((result.values[chain.base :] - truth) / deviation).max() < 4.0
+    assert deviation[0] < 1.0
