@@ -26,16 +26,16 @@ ORDER = (
         "loads",
         "elastostatics",
         "instrument",
-        "criteria",
-        "design",
         "recordings",
         "chain",
+        "criteria",
+        "design",
     ),
     *("identification", "compensation", "validation", "diagnosis", "comparison", "report", "templates", "sweeps"),
     *("api", "commands"),
 )
 """The data flow: a package may import those before it. Others stand where their imports put them."""
-_GENERAL = ("arrays", "errors", "coordinates", "symbolic", "plugins")
+_GENERAL = ("arrays", "errors", "coordinates", "differentiation", "moments", "symbolic", "plugins")
 """Modules without a package that say how things are written down; they are drawn as one, `plugins`."""
 _CELL, _LEFT, _TOP = 22, 118, 118
 

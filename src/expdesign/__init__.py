@@ -44,16 +44,20 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.plan_next import plan_next as plan_next
     from expdesign.api.predict import Predicted as Predicted
     from expdesign.api.predict import predict as predict
+    from expdesign.api.register import Registered as Registered
     from expdesign.api.register import register as register
     from expdesign.api.run import Run as Run
     from expdesign.api.run import run as run
     from expdesign.api.schema import schema as schema
+    from expdesign.api.sheet import LaboratorySheet as LaboratorySheet
     from expdesign.api.sheet import sheet as sheet
     from expdesign.api.simulate import Simulated as Simulated
     from expdesign.api.simulate import simulate as simulate
     from expdesign.api.sweep import Sweep as Sweep
     from expdesign.api.sweep import sweep as sweep
+    from expdesign.api.table import Corrections as Corrections
     from expdesign.api.table import table as table
+    from expdesign.api.verify import Verified as Verified
     from expdesign.api.verify import verify as verify
     from expdesign.design.problem import DesignProblem as DesignProblem
     from expdesign.errors import ExpdesignError as ExpdesignError
@@ -72,6 +76,7 @@ _TYPES = {
     "CheckedSweep": "api.check",
     "Commands": "api.compensate",
     "Comparison": "api.compare",
+    "Corrections": "api.table",
     "Corrected": "api.correct",
     "DesignProblem": "design.problem",
     "Diagnosed": "api.diagnose",
@@ -79,15 +84,18 @@ _TYPES = {
     "ExpdesignError": "errors",
     "Identified": "api.identify",
     "InputError": "errors",
+    "LaboratorySheet": "api.sheet",
     "Model": "identification.model_file",
     "MonteCarlo": "api.montecarlo",
     "PlannedNext": "api.plan_next",
     "Predicted": "api.predict",
     "Recordings": "recordings.recordings",
+    "Registered": "api.register",
     "RobotFile": "api.inputs",
     "Run": "api.run",
     "Simulated": "api.simulate",
     "Sweep": "api.sweep",
+    "Verified": "api.verify",
 }
 
 

@@ -10,6 +10,8 @@ import yaml
 from tests.commands.calls import ROOT, call
 from tests.robots.arms import ARMS
 
+from expdesign.report.page import content_of
+
 SEARCH = {"population": 12, "generations": 4, "seed": 3}
 
 
@@ -75,7 +77,7 @@ def test_from_the_configuration_to_commands(arm: object, tmp_path: Path, capsys:
     for path in (robot, config):
         assert call("check", path) == 0
     assert call("run", config, "--out", tmp_path / "run") == 0
-    assert '"name":"links"' in (tmp_path / "run/report.html").read_text().replace(" ", "")
+    assert '"name": "links"' in json.dumps(content_of((tmp_path / "run/report.html").read_text()))
     assert set(names) <= set(pd.read_csv(plan).columns)
     capsys.readouterr()
     assert call("evaluate", config, plan, "--json") == 0

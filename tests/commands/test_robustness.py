@@ -288,7 +288,7 @@ def test_too_little_memory_is_a_message(capsys: pytest.CaptureFixture[str], monk
         (("evaluate", "plan", "config"), "this is a table, not a run configuration"),
         (("identify", "config", "plan", "--out", "out"), "this is a run configuration, not a robot"),
         (("compensate", "robot", "plan", "--out", "out"), "this is a robot, not an identified model"),
-        (("predict", "config", "plan", "--out", "out"), "this is a run configuration, not an identified model"),
+        (("predict", "config", "plan", "--out", "out"), "this is a run configuration, not a robot"),
     ],
 )
 def test_a_file_in_the_place_of_another_is_called_by_its_name(

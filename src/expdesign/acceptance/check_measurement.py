@@ -1,4 +1,4 @@
-"""A check measurement: poses attained at compensated commands, as they stand in a table (file-formats.md, `verify`).
+"""A check measurement: poses attained at compensated commands, in a table (file-formats.md, Check measurements).
 
 The columns are those that `compensate` wrote, the command in the pose columns and the target in `target_x_m …`, with
 what was measured filled in: deflections `dx_m …`, or measured poses `measured_x_m …`, and their standard deviations in

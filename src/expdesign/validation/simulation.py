@@ -90,11 +90,13 @@ def simulate(
     robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
+    own_physics = any(one is not None and one.under_load is not None for one in (problem.loaded, truth))
+    at_targets = problem.target_loads if own_physics else ((problem.loaded, None),) * len(pairs)
     compensations = [
         ExactCompensation(
             loaded, target, wrench, robot.true, parameters, None if truth is None else truth.under(loaded.load)
         )
-        for (target, wrench), (loaded, parameters) in zip(pairs, problem.target_loads, strict=True)
+        for (target, wrench), (loaded, parameters) in zip(pairs, at_targets, strict=True)
     ]
     # Estimates are corrections of the known compliances; where the model is linear in them their value cancels.
     model = robot if truth is None else plant(problem.loaded, plan)
