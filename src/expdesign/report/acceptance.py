@@ -1,10 +1,12 @@
 """The section of a report that says what is accepted: uncertainty budgets, tolerances, pass or fail."""
 
 import numpy as np
+import pandas as pd
 
-from expdesign.acceptance.decision import DECISION_RULE, Decision, sentences
+from expdesign.acceptance.decision import DECISION_RULE, Decision, acceptance_record, sentences
+from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Paragraph, Section, Sentences
+from expdesign.report.blocks import DataTable, Download, Paragraph, Section, Sentences
 
 
 def acceptance_section(decision: Decision, of: str) -> Section:
@@ -19,11 +21,23 @@ def acceptance_section(decision: Decision, of: str) -> Section:
     columns = ["Target, axis", "Unit", *(f"u: {_named(one.name)}" for one in budget.contributions)]
     columns += ["u, combined", "k", "U", "Tolerance", "U / tolerance", "Result", "Repetitions needed"]
     rows = [_row(decision, int(t), int(n)) for t, n in np.argwhere(budget.matters)]
+    frame = pd.json_normalize(
+        [
+            {"target": number} | axis
+            for number, target in enumerate(acceptance_record(decision)["targets"], start=1)
+            for axis in target["axes"]
+        ]
+    )
+    csv = Download("acceptance.csv", csv_text(frame))
     caption = f"Uncertainty budget and acceptance of {of}; u are standard uncertainties (JCGM 100:2008)."
     return Section(
         "acceptance",
         "Acceptance",
-        (Sentences(sentences(decision)), DataTable("acceptance-table", caption, columns, rows), Paragraph(explained)),
+        (
+            Sentences(sentences(decision)),
+            DataTable("acceptance-table", caption, columns, rows, csv),
+            Paragraph(explained),
+        ),
     )
 
 

@@ -1,14 +1,26 @@
 """The certificate of `expdesign verify`: what was attained, against prediction and tolerance, and who signs for it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
 
 from expdesign.acceptance.about import About
 from expdesign.acceptance.check_measurement import CheckMeasurement
 from expdesign.acceptance.record import RULE
 from expdesign.acceptance.verification import AxisResult, Verification
+from expdesign.files.csv_writer import csv_text
 from expdesign.identification.model_file import Model
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Definitions, KeyFigure, KeyFigures, Paragraph, Section, Sentences
+from expdesign.report.blocks import (
+    DataTable,
+    Definitions,
+    Download,
+    KeyFigure,
+    KeyFigures,
+    Paragraph,
+    Section,
+    Sentences,
+)
 from expdesign.report.page import Page
 
 _BLANK = "_" * 40
@@ -137,7 +149,7 @@ def _table(result: Verification, model: Model) -> DataTable:
         if len(result.targets) <= 6
         else ("Errors of the attained pose (attained minus wanted).")
     )
-    return DataTable("results-table", caption, columns, rows)
+    return DataTable("results-table", caption, columns, rows, _shown("results.csv", columns, rows))
 
 
 def _row(number: int, axis: AxisResult) -> list[str]:
@@ -169,4 +181,11 @@ def _rule(result: Verification) -> str:
 
 def _files(files: Mapping[str, str]) -> DataTable:
     rows = [[name, digest] for name, digest in files.items()] or [["none", "–"]]
-    return DataTable("files-table", "The files that this certificate rests on.", ["File", "SHA-256"], rows)
+    columns = ["File", "SHA-256"]
+    csv = _shown("files.csv", columns, rows)
+    return DataTable("files-table", "The files that this certificate rests on.", columns, rows, csv)
+
+
+def _shown(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Download:
+    """A table as it is shown; `verification.json` has the figures unrounded."""
+    return Download(name, csv_text(pd.DataFrame(list(rows), columns=list(columns))))
