@@ -13,12 +13,14 @@ from expdesign.files.output import write_file
 
 COMMANDS = (__doc__ or "").split("\n\n")[1]
 EXPLANATION = (
-    "Every row is the best plan by one criterion alone, of all that the searches by all criteria found. Attained: RMS "
-    "error at the targets after experiment, identification and exact compensation in 10 000 repetitions with noise and "
-    "load errors drawn anew, in tolerances; ± is one standard error. Attained / best: how far from the best accuracy, "
-    "with the standard error of the ratio (all designs meet the same draws). Rank correlation: Spearman's, of the "
-    "criterion with the attained accuracy, over random designs, with its 95 % interval. The lower bound is on the "
-    "criterion `total` of every plan with as many measurements (docs/theory.md, 10)."
+    "Every row is the best plan by one criterion alone, of all that was found: a search by every criterion, then a "
+    "refinement along the gradient of each to a local optimum of it. In brackets: the criterion whose plan it is to "
+    "the last measurement. Attained: RMS error at the targets after experiment, identification and exact compensation "
+    "in 10 000 repetitions with noise and load errors drawn anew, in tolerances; ± is one standard error. Attained / "
+    "best: how far from the best accuracy, with the standard error of the ratio (all designs meet the same draws). "
+    "Rank correlation: Spearman's, of the criterion with the attained accuracy, over random designs, with its 95 % "
+    "interval. The lower bound is on the criterion `total` of every plan with as many measurements (docs/theory.md, "
+    "10)."
 )
 HEAD = ("plan by", "total (predicted)", "attained", "attained / best", "rank correlation")
 
@@ -49,7 +51,11 @@ def table(designs: list[dict[str, str]], over: dict[str, dict[str, str]]) -> str
     by_accuracy = sorted(designs, key=lambda row: float(row["attained"]))
     drawn = [row for row in by_accuracy if row["origin"] == "random"]
     labels = ((drawn[0], "best"), (drawn[len(drawn) // 2], "median"), (drawn[-1], "worst"))
-    shown = [(row, f"`{row['design']}`") for row in by_accuracy if row["origin"] != "random"]
+    shown = [
+        (row, f"`{row['design']}`" + (f" (plan of `{row['same_plan_as']}`)" if row["same_plan_as"] else ""))
+        for row in by_accuracy
+        if row["origin"] != "random"
+    ]
     shown += [(row, f"{label} of {len(drawn)} random plans") for row, label in labels]
     lines = [f"| {' | '.join(HEAD)} |", "| --- | ---: | ---: | ---: | ---: |"]
     for row, label in shown:

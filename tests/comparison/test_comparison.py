@@ -1,5 +1,6 @@
 """Comparison of criteria: what is attained is what theory predicts, and only what means the same is overlaid."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,15 @@ from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 import expdesign as xd
 from expdesign.api.compare import Comparison
 from expdesign.comparison.comparable import differences, require_comparable
-from expdesign.comparison.contenders import drawn
+from expdesign.comparison.contenders import Contender, drawn
 from expdesign.comparison.correlation import spearman
 from expdesign.comparison.judgement import Judgement, judge
+from expdesign.comparison.refinement import refined
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.plan import Plan
+from expdesign.design.single import search_single
 from expdesign.errors import InputError
+from expdesign.report.comparison_report import agreement
 
 SAMPLES = 3000
 
@@ -144,3 +149,42 @@ def test_the_command_writes_what_the_interfaces_say(tmp_path: Path, capsys: pyte
         assert capsys.readouterr().err.startswith(f"expdesign: {wrong[0]}: ")
     assert call("compare", config, config, "--out", tmp_path / "no") == 2
     assert "given twice" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["o1", "o3", "feir"])
+def test_the_design_of_a_criterion_is_a_local_optimum_of_it(name: str) -> None:
+    """No small move within the limits improves the refined design, which a short search alone does not reach."""
+    few = problem(HEXAPOD)
+    criterion = known_criteria()[name]
+    sign = -1.0 if criterion.maximise else 1.0
+    start = search_single(few, criterion, seed=1, generations=3, refinements=5)
+    found = refined(few, criterion, start.genes[None], 1)
+    scores = sign * criterion.values(few.assess(*few.space.decode(found)))
+    best = found[int(np.argmin(scores))]
+    assert scores.min() < sign * start.value - 1e-3 * abs(start.value)
+    generator = np.random.default_rng(2)
+    span = few.space.upper - few.space.lower
+    moves = 0.01 * generator.standard_normal((400, *best.shape)) * span * ~few.space.discrete
+    near = np.clip(best + moves, few.space.lower, few.space.upper)
+    poses, loads = few.space.decode(near)
+    values = sign * criterion.values(few.assess(poses, loads))[few.loaded.robot.usable(poses).all(axis=1)]
+    assert len(values) > 0
+    assert values.min() > scores.min() - 1e-3 * abs(scores.min())
+
+
+def test_the_same_plan_is_recognised_in_any_order() -> None:
+    mean = problem(HEXAPOD)
+    first, other = drawn(mean, 2, 3)
+    order = np.arange(len(first.plan))[::-1]
+    turned = Plan(first.plan.configurations[order], first.plan.loads[order], first.plan.series[order])
+    contenders = [Contender("o1", "optimised", first.plan), Contender("o3", "optimised", other.plan)]
+    contenders.append(Contender("o5", "optimised", turned))
+    found = judge(mean, contenders, 100, 1)
+    assert found.same_plan.tolist() == [0, 1, 0]
+    assert found.frame()["same_plan_as"].tolist() == ["", "", "o1"]
+    again = judge(mean, [contenders[0], contenders[1], replace(contenders[0], name="o5")], 100, 1)
+    assert sorted(map(sorted, again.agreeing())) == [[0, 2], [1]]
+    assert sorted(*again.agreeing(100.0)) == [0, 1, 2]
+    (text,) = agreement("here", found)
+    assert "lead to two different plans" in text
+    assert "O1 and O5" in text

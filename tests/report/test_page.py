@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plotly.offline import get_plotlyjs
 
 from expdesign.report.blocks import (
     DataTable,
@@ -113,6 +114,17 @@ def test_nothing_is_fetched_from_anywhere(html: str) -> None:
 def test_plotly_is_there_once_and_only_with_figures(html: str) -> None:
     assert html.count('id="plotly"') == 1
     assert 'id="plotly"' not in render(Page("t", "s", [Section("a", "A", [Paragraph("p")])]))
+
+
+def test_the_pages_are_below_two_megabytes(html: str) -> None:
+    assert len(html.encode()) < 2_000_000
+
+
+def test_without_tile_maps_plotly_is_a_third_smaller() -> None:
+    """The parts that are left out are found in the version of plotly.js that is installed."""
+    whole, kept = packed(get_plotlyjs()), re.search(r'id="plotly">(.*?)</script>', page_of_everything("x"), re.DOTALL)
+    assert kept is not None
+    assert len(kept[1]) < 0.82 * len(whole)
 
 
 def test_user_text_never_becomes_markup() -> None:

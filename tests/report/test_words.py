@@ -28,6 +28,23 @@ def test_number(value: float, text: str) -> None:
     assert words.number(value) == text
 
 
+def test_beside_what_is_large_rounding_is_zero() -> None:
+    """A million-millionth of a micrometre beside a tenth of one is what the computation rounds, and nothing else."""
+    assert words.number(1e-12, scale=0.1) == "0"
+    assert words.number(-3e-13, scale=0.1) == "0"
+    assert words.number(2e-7, scale=0.1) == "2.00\u202f·\u202f10⁻⁷"
+    assert words.number(1e-12) == "1.00\u202f·\u202f10⁻¹²"
+    assert words.number(0.0, scale=0.1) == "0"
+
+
+def test_angles_of_joints_are_in_degrees() -> None:
+    column = words.plan_column("q3_rad")
+    assert (column.title, column.unit) == ("q3", "°")
+    assert column.factor * math.pi == pytest.approx(180.0)
+    assert words.plan_column("q2_m").unit == "mm"
+    assert words.plan_column("rx_rad").unit == "mrad"
+
+
 def test_a_value_with_its_error() -> None:
     assert words.with_error(0.52205, 0.00058) == "0.52205 ± 0.00058"
     assert words.with_error(-12.345, 2.0) == "−12.3 ± 2.0"

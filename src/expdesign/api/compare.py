@@ -144,7 +144,7 @@ def compare(
         require_comparable(problems)
     settings = Settings(samples, random, generations, seed)
     given = [_given(problem, plans or {}) for problem in problems]
-    total = len(problems) * (2 * len(known_criteria()) + random + len(plans or {}) + 1)
+    total = len(problems) * (2 * len(known_criteria()) + random + len(plans or {}) + 2)
     done = 0
 
     def step(text: str) -> None:

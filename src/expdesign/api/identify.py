@@ -37,12 +37,14 @@ class Identified:
         result: everything that the identification found.
         model: what prediction and compensation need.
         acceptance: of the targets of a configuration, where one was given.
+        configuration: its path; empty where none was given.
     """
 
     robot: RobotFile
     result: Identification
     model: Model
     acceptance: Decision | None = None
+    configuration: str = ""
 
     @property
     def stiffness(self) -> pd.DataFrame:
@@ -63,7 +65,7 @@ class Identified:
         """The report."""
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
-        page = identification_report(self.result)
+        page = identification_report(self.result, self.robot.document.source, self.configuration)
         if self.acceptance is None:
             return page
         from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
@@ -133,4 +135,4 @@ def identify(
     result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
     accepted = None if problem is None else Decision(identified_budget(problem, result))
     model = Model.from_fit(result.fit, machine.document, measured.source, birge_ratio=result.goodness.birge_ratio)
-    return Identified(machine, result, model, accepted)
+    return Identified(machine, result, model, accepted, "" if problem is None else problem.source)

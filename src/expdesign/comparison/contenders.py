@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.comparison.refinement import refined
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
@@ -41,22 +42,27 @@ def optimised(
 ) -> list[Contender]:
     """The best design by each known criterion alone, as its own author would have chosen it.
 
-    Every criterion is searched by itself. A search can end at a local optimum, and what another one found can be better
-    by its own criterion: of all designs that were found, each criterion has the best.
+    Every criterion is searched by itself, and what all searches found is refined by its gradient (`refinement.py`). A
+    search can end at a local optimum, and what another one found can be better by its own criterion: of all designs
+    that were found, each criterion has the best.
 
     Raises:
         InfeasibleError: no design within the limits was found.
         NotIdentifiableError: no design identifies what the targets need.
     """
-    genes = []
-    for name, criterion in known_criteria().items():
-        found = search_single(problem, criterion, seed=seed, generations=generations)
-        genes.append(found.genes)
+    criteria = known_criteria()
+    found = [search_single(problem, one, seed=seed, generations=generations).genes for one in criteria.values()]
+    report("searched")
+    genes = np.unique(problem.settable(np.array(found)), axis=0)
+    every = [genes]
+    for name, criterion in criteria.items():
+        every.append(refined(problem, criterion, genes, seed))
         report(name)
-    plans = [plan_of_genes(problem, one) for one in genes]
-    assessment = problem.assess(*problem.space.decode(np.array(genes)), np.array([plan.series for plan in plans]))
+    designs = np.concatenate(every)
+    plans = [plan_of_genes(problem, one) for one in designs]
+    assessment = problem.assess(*problem.space.decode(designs), np.array([plan.series for plan in plans]))
     best = []
-    for name, criterion in known_criteria().items():
+    for name, criterion in criteria.items():
         values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
         best.append(Contender(name, "optimised", plans[int(np.nanargmin(values))]))
     return best

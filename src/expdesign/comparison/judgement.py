@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.comparison.contenders import Contender
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.problem import DesignProblem
@@ -19,6 +19,8 @@ from expdesign.errors import NotIdentifiableError
 from expdesign.validation.simulation import simulate
 
 ATTAINED = "attained"
+AGREEMENT = 1e-3
+"""Part of the attained error below which designs are said to be equally accurate."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,33 @@ class Judgement:
         relative = self.squares / self.squares.mean(axis=1, keepdims=True)
         return self.attained_ratio / 2.0 * self._error_of_mean(relative - relative[self.best])
 
+    @property
+    def same_plan(self) -> IntArray:
+        """Index of the first design with the same measurements, whatever their order, shape (d,)."""
+        firsts: dict[tuple[tuple[float, ...], ...], int] = {}
+        found = []
+        for index, contender in enumerate(self.contenders):
+            rows = np.round(np.concatenate([contender.plan.configurations, contender.plan.loads], axis=1), 9) + 0.0
+            found.append(firsts.setdefault(tuple(sorted(tuple(row) for row in rows.tolist())), index))
+        return np.array(found)
+
+    def agreeing(self, part: float = AGREEMENT) -> list[list[int]]:
+        """Designs of criteria whose attained errors differ by at most `part`, the most accurate group first.
+
+        All designs meet the same random numbers, so that differences as small as that are seen.
+        """
+        order = sorted(
+            (i for i, one in enumerate(self.contenders) if one.origin == "optimised" and np.isfinite(self.attained[i])),
+            key=lambda i: float(self.attained[i]),
+        )
+        groups: list[list[int]] = []
+        for index in order:
+            if groups and self.attained[index] <= (1.0 + part) * self.attained[groups[-1][0]]:
+                groups[-1].append(index)
+            else:
+                groups.append([index])
+        return groups
+
     def ratio(self, name: str) -> FloatArray:
         """How many times worse than the best design by this criterion, shape (d,): 1 is the best."""
         values = self.values[name]
@@ -88,6 +117,10 @@ class Judgement:
             f"{ATTAINED}_ratio": self.attained_ratio,
             f"{ATTAINED}_ratio_standard_error": self.attained_ratio_standard_error,
         }
+        first = self.same_plan
+        columns["same_plan_as"] = [
+            "" if first[i] == i else self.contenders[first[i]].name for i in range(len(self.contenders))
+        ]
         return pd.DataFrame(columns)
 
     @staticmethod

@@ -50,6 +50,7 @@ class DesignProblem:
         found: the model that the robot was found to be; None where the configuration names a robot file.
         coverage: of the expanded uncertainty by which a target is accepted.
         constraints: on designs beside the robot's limits, or None.
+        robot_file: path of the robot's file; empty where the configuration holds the robot itself.
     """
 
     loaded: LoadedRobot
@@ -65,6 +66,7 @@ class DesignProblem:
     found: FoundRobot | None = None
     coverage: Coverage = STANDARD
     constraints: Constraints | None = None
+    robot_file: str = ""
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""

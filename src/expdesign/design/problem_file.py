@@ -83,6 +83,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         found=found,
         constraints=read_constraints(experiment, robot, load, document),
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
+        robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
     )
 
 

@@ -44,12 +44,12 @@ def acceptance_section(decision: Decision, of: str) -> Section:
 def _row(decision: Decision, target: int, axis: int) -> list[str]:
     budget = decision.budget
     name, place = budget.axes[axis], (target, axis)
-    repetitions = decision.repetitions[place]
+    repetitions, combined = decision.repetitions[place], 1e6 * float(budget.standard[place])
     return [
         f"target {target + 1}, {words.axis(name)}",
         words.micro_unit(name),
-        *(words.number(1e6 * float(one.deviation[place])) for one in budget.contributions),
-        words.number(1e6 * float(budget.standard[place])),
+        *(words.number(1e6 * float(one.deviation[place]), scale=combined) for one in budget.contributions),
+        words.number(combined),
         words.number(float(budget.factor[place])),
         words.number(1e6 * float(budget.expanded[place])),
         words.number(1e6 * float(budget.tolerance[place])),

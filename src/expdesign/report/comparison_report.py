@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.comparison.correlation import RankCorrelation
-from expdesign.comparison.judgement import Judgement
+from expdesign.comparison.judgement import AGREEMENT, Judgement
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.refinement import LowerBound
 from expdesign.files.csv_writer import csv_text
@@ -78,6 +78,33 @@ def title(name: str, origin: str) -> str:
     return words.criterion(name) if origin == "optimised" else name
 
 
+def agreement(name: str, judgement: Judgement) -> list[str]:
+    """Which criteria lead to the very same plan, and which to plans of the same accuracy."""
+    first, texts = judgement.same_plan, []
+    optimised = [i for i, one in enumerate(judgement.contenders) if one.origin == "optimised"]
+    alike = [[i for i in optimised if first[i] == leader] for leader in dict.fromkeys(int(first[i]) for i in optimised)]
+    named = [_listed([_title(judgement, i) for i in group]) for group in alike if len(group) > 1]
+    if named:
+        count = words.count(len(alike), "different plan")
+        texts.append(
+            f"{name}: the {len(optimised)} criteria lead to {count}. The same plan to the last measurement: "
+            f"{'; '.join(named)}."
+        )
+    percent = words.given(100.0 * AGREEMENT)
+    near = [group for group in judgement.agreeing() if len({int(first[i]) for i in group}) > 1]
+    equal = [_listed([_title(judgement, i) for i in group]) for group in near]
+    if equal:
+        texts.append(
+            f"{name}: plans that differ, but attain the same accuracy to within {percent}\u00a0%: {'; '.join(equal)}. "
+            "Which of these criteria plans does not matter here."
+        )
+    return texts
+
+
+def _title(judgement: Judgement, index: int) -> str:
+    return title(judgement.contenders[index].name, judgement.contenders[index].origin)
+
+
 def _summary(
     names: Sequence[str], judgements: Sequence[Judgement], correlations: Correlations, bounds: Sequence[LowerBound]
 ) -> Section:
@@ -104,6 +131,7 @@ def _summary(
             middle = float(factor[drawn[len(drawn) // 2]])
             text += f", and the median of {len(drawn)} random designs {words.number(middle)} times"
         sentences.append(text + ".")
+        sentences += agreement(name, judgement)
         if bound.value is not None:
             gap = 100.0 * (float(np.nanmin(judgement.values["total"])) / bound.value - 1.0)
             sentences.append(
@@ -143,7 +171,7 @@ def _several(
                 "marker": {"color": colours[index % len(colours)]},
             }
         )
-    unit = "attained error, tolerances" if together else "attained error / best of the same configuration"
+    unit = "attained error, tolerances" if together else "attained error / own best"
     what = (
         "Targets, tolerances and noise are the same in all configurations, so that the errors can be compared."
         if together
@@ -196,9 +224,26 @@ def _configuration(index: int, name: str, judgement: Judgement, found: list[Rank
     return Section(f"configuration-{index + 1}", name, blocks)
 
 
+def _together(judgement: Judgement, index: int) -> str:
+    """What a design is called, with the others of the same plan."""
+    first = judgement.same_plan
+    alike = [i for i in range(len(first)) if first[i] == first[index] and judgement.contenders[i].origin != "random"]
+    return ", ".join(_title(judgement, i) for i in alike)
+
+
+def _different(judgement: Judgement) -> list[int]:
+    """Designs that are shown, each plan once."""
+    first = judgement.same_plan
+    rows: list[int] = []
+    for i in shown(judgement):
+        if all(first[i] != first[other] for other in rows):
+            rows.append(i)
+    return rows
+
+
 def _accuracy_figure(index: int, judgement: Judgement) -> Figure:
-    rows = shown(judgement)
-    labels = [plot_text(title(judgement.contenders[i].name, judgement.contenders[i].origin)) for i in rows]
+    rows = _different(judgement)
+    labels = [plot_text(_together(judgement, i)) for i in rows]
     data: list[dict[str, Any]] = [
         {
             "type": "bar", "name": "designs", "x": labels, "y": judgement.attained[rows],
@@ -214,7 +259,8 @@ def _accuracy_figure(index: int, judgement: Judgement) -> Figure:
     return Figure(
         f"accuracy-{index}", "Accuracy attained with each design", {"data": data, "layout": layout},
         "RMS error at the targets after experiment, identification and compensation. The design of each criterion is "
-        "the best that a search by this criterion alone finds. Whiskers are standard errors; the box is of random "
+        "the best by this criterion alone that searches and gradients find; criteria with the same plan share a bar. "
+        "Whiskers are standard errors; the box is of random "
         "designs.",
         "Bars of the attained error per design, best first; the cross table holds the numbers.",
         filename="accuracy",
@@ -260,12 +306,11 @@ def _cross_table(index: int, name: str, judgement: Judgement) -> DataTable:
     rows = []
     drawn = random_ones(judgement)
     picked = [(drawn[0], "best random"), (drawn[len(drawn) // 2], "median random"), (drawn[-1], "worst random")]
-    for i, label in [(i, "") for i in shown(judgement)] + (picked if drawn else []):
-        contender = judgement.contenders[i]
+    for i, label in [(i, "") for i in _different(judgement)] + (picked if drawn else []):
         error = judgement.attained_ratio_standard_error[i]
         rows.append(
             [
-                label or title(contender.name, contender.origin),
+                label or _together(judgement, i),
                 f"{words.number(float(judgement.attained[i]))} ± "
                 f"{words.number(float(judgement.attained_standard_error[i]), 1)}",
                 f"{words.number(float(judgement.attained_ratio[i]))} ± {_small(float(error))}",
@@ -274,7 +319,8 @@ def _cross_table(index: int, name: str, judgement: Judgement) -> DataTable:
         )
     caption = (
         "Cross table. A row is a design, a column a criterion by which it is judged, as a ratio to the best of all "
-        "designs by that criterion: 1 is the best, 2 is twice as bad. ± is one standard error."
+        "designs by that criterion: 1 is the best, 2 is twice as bad. ± is one standard error. Criteria that lead to "
+        "the same plan share a row."
     )
     columns = ["Design by", "Attained (tolerances)", "Attained / best", *(words.criterion(one) for one in criteria)]
     download = Download(f"comparison-{index + 1}.csv", csv_text(judgement.frame()))
@@ -343,7 +389,8 @@ def _signed(value: float) -> str:
 _WORDS = [
     (
         "Design by X",
-        "The plan that is best by criterion X alone, as its own author would choose it, of all that were found.",
+        "The plan that is best by criterion X alone, as its own author would choose it, of all that were found: "
+        "searched for every criterion, then refined along its gradient to a local optimum.",
     ),
     (
         "Attained",

@@ -13,7 +13,7 @@ from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import plan_of
 from expdesign.files.csv_writer import csv_text
-from expdesign.report import accuracy_map, error_ellipses, words
+from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, cells, sentences
@@ -26,7 +26,7 @@ def plan_headings(plan: pd.DataFrame) -> list[tuple[str, str]]:
 
 
 def plan_cells(plan: pd.DataFrame) -> list[list[str]]:
-    """Rows of a plan as they are shown: lengths and angles to 0.001 mm and 0.001 mrad."""
+    """Rows of a plan as they are shown: lengths and angles to 0.001 mm and 0.001 mrad (joints: 0.001°)."""
     shown = []
     for name in plan.columns:
         factor = words.plan_column(str(name)).factor
@@ -82,6 +82,7 @@ def design_data(
                 "ellipseTable": error_ellipses.cells(problem, covariances, budget, design),
                 "deviations": deviations.cells(design),
                 "deviationsText": deviations.sentences(design),
+                "criteria": criteria_table.cells(front, design),
                 "derivatives": deviations.derivatives(design),
                 "compliance": compliances[design],
             }

@@ -99,7 +99,7 @@
     report.setText("accuracy-title", `Accuracy to expect with design ${design.number}`);
     report.setSentences("accuracy", design.sentences);
     report.setSentences("deviations-text", design.deviationsText);
-    const tables = { plan: design.plan, "budget-table": design.budget, deviations: design.deviations };
+    const tables = { plan: design.plan, "budget-table": design.budget, deviations: design.deviations, "criteria-table": design.criteria };
     if (showEllipses) tables["ellipse-table"] = design.ellipseTable;
     for (const [id, rows] of Object.entries(tables)) {
       report.setTable(id, rows, captions[id].replace("{design}", design.number));
@@ -121,6 +121,7 @@
     return { filename: `deviations-design-${designs[current].number}.csv`, text: `${[head, ...rows].join("\n")}\n` };
   };
   if (showEllipses) report.csv["ellipse-table"] = () => ({ filename: `ellipses-design-${designs[current].number}.csv`, text: report.tableText("ellipse-table") });
+  report.csv["criteria-table"] = () => ({ filename: `criteria-design-${designs[current].number}.csv`, text: report.tableText("criteria-table") });
   report.csv.front = report.csv.designs;
   report.csv.parallel = report.csv.designs;
 

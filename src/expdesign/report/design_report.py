@@ -10,7 +10,7 @@ from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import pareto_frame
 from expdesign.files.csv_writer import csv_text
-from expdesign.report import accuracy_map, error_ellipses, words
+from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report import deviations as deviations_report
 from expdesign.report.acceptance import acceptance_section
 from expdesign.report.blocks import (
@@ -41,8 +41,8 @@ _BARS_BESIDE = 12
 """So many axes of the error budget, at most, are drawn beside the robot; more take the full width."""
 
 _PLAN_CAPTION = (
-    "Plan of design {design}: one row per measurement. Shown in mm and mrad, rounded; the CSV has the exact values in "
-    "m and rad, ready to be filled in with what was measured."
+    "Plan of design {design}: one row per measurement. Shown in mm, mrad and, of joints, degrees, rounded; the CSV "
+    "has the exact values in m and rad, ready to be filled in with what was measured."
 )
 _BUDGET_CAPTION = (
     "Error budget of design {design}: standard deviations (σ, µm and µrad) of the pose attained after compensation. "
@@ -69,6 +69,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         "budget-table": _BUDGET_CAPTION,
         "ellipse-table": error_ellipses.CAPTION,
         "deviations": deviations_report.CAPTION,
+        "criteria-table": criteria_table.CAPTION,
     }
     robot = problem.loaded.robot
     sections = (
@@ -191,7 +192,8 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
         blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *accuracy]
     else:
         blocks.append(SideBySide(_robot_blocks(problem, data), accuracy))
-    return Section("design", "The chosen design", (*blocks, *wide))
+    table = criteria_table.criteria_table(front, front.recommended)
+    return Section("design", "The chosen design", (*blocks, *wide, table))
 
 
 def _errors(

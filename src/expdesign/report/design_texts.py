@@ -11,7 +11,8 @@ from expdesign.report.blocks import Definitions, Paragraph, Section, Steps
 
 def next_steps(problem: DesignProblem, front: Front) -> Section:
     """The way from the plan to a compensated robot, with the commands."""
-    config = shlex.quote(problem.source)
+    config, robot = shlex.quote(problem.source), shlex.quote(problem.robot_file or "ROBOT.yaml")
+    which = "" if problem.robot_file else " (ROBOT.yaml is the robot's file)"
     columns = ", ".join(problem.loaded.robot.coordinates.deflection)
     steps: tuple[tuple[str, str], ...] = (
         (
@@ -29,12 +30,13 @@ def next_steps(problem: DesignProblem, front: Front) -> Section:
             "expdesign check recordings.csv",
         ),
         (
-            "Identify the stiffness of the actuators, with confidence intervals (ROBOT.yaml is the robot's file).",
-            "expdesign identify ROBOT.yaml recordings.csv --out identified",
+            f"Identify the stiffness of the actuators, with confidence intervals{which}, and see whether the targets "
+            "are within their tolerances.",
+            f"expdesign identify {robot} recordings.csv --targets {config} --out identified",
         ),
         (
             "Find out whether the recordings hold anything that the model leaves out.",
-            "expdesign diagnose ROBOT.yaml recordings.csv --out diagnosed",
+            f"expdesign diagnose {robot} recordings.csv --out diagnosed",
         ),
         (
             "Compute the commands that bring the loaded platform where it shall be.",

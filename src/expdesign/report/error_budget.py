@@ -98,11 +98,11 @@ def cells(budget: ErrorBudget, design: int) -> list[list[str]]:
             [
                 f"target {target + 1}, {words.axis(budget.axes[axis])}",
                 words.micro_unit(budget.axes[axis]),
-                *(words.number(1e6 * sigma) for sigma in (noise, load, total)),
+                *(words.number(1e6 * sigma, scale=1e6 * total) for sigma in (noise, load, total)),
                 words.given(1e6 * tolerance) if matters else "–",
                 words.number(total / tolerance) if matters else "–",
                 f"{words.number(100.0 * share, 2)} %" if np.isfinite(share) else "–",
-                *(words.number(1e6 * sigma) for sigma in budget.sources[design, target, axis]),
+                *(words.number(1e6 * sigma, scale=1e6 * total) for sigma in budget.sources[design, target, axis]),
             ]
         )
     return rows

@@ -64,12 +64,13 @@ def cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorB
                 for part in (covariances.noise, covariances.load, covariances.total)
             )
             names = [_name(budget.axes[axis]) for axis in block]
+            largest = 1e6 * float(total[0][0])
             rows.append(
                 [
                     f"target {target + 1}, {' '.join(names)}",
                     words.micro_unit(budget.axes[block[0]]),
-                    *(words.number(1e6 * float(part[0][0])) for part in (noise, load, total)),
-                    words.number(1e6 * float(total[0][-1])),
+                    *(words.number(1e6 * float(part[0][0]), scale=largest) for part in (noise, load, total)),
+                    words.number(1e6 * float(total[0][-1]), scale=largest),
                     _direction(total[1][:, 0]),
                 ]
             )

@@ -24,26 +24,31 @@ from expdesign.report.blocks import (
     Steps,
 )
 from expdesign.report.page import Page
+from expdesign.report.residual_figure import SCRIPT, residual_blocks, residual_data
 
 DOUBTFUL = REFUTED
 """Probability below which a test speaks against the model."""
-MOST_POINTS = 3000
-_SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
 MOST_ROWS = 200
 MOST_DOWNLOADED = 10000
 """Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
 
 
-def identification_report(result: Identification) -> Page:
-    """The report of an identification."""
+def identification_report(result: Identification, robot_file: str = "", configuration: str = "") -> Page:
+    """The report of an identification.
+
+    Args:
+        result: what was found.
+        robot_file: path of the robot's file, for the commands; empty where it is not known.
+        configuration: path of the run configuration whose targets count; empty where it is not known.
+    """
     train = result.recordings.rows(result.fitted)
     robot = result.robot
     sections = (
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
         *([_stiffness_section(result)] if robot.actuators else []),
-        Section("fit", "How well the model fits", [Definitions(_tests(result)), _residual_figure(result, train)]),
+        Section("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
         *([_measurement_section(result, train)] if robot.actuators else []),
-        Section("next", "Next steps", [_next_steps(result)]),
+        Section("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
         Section("words", "Words", [Definitions(_WORDS)]),
     )
     page = Page(
@@ -53,6 +58,8 @@ def identification_report(result: Identification) -> Page:
             f"{words.count(len(result.recordings), 'row')}; recordings {result.recordings.source}"
         ),
         sections=sections,
+        data=residual_data(result, train),
+        scripts=(SCRIPT,),
     )
     return page
 
@@ -239,47 +246,6 @@ def _tests(result: Identification) -> list[tuple[str, str]]:
     return items
 
 
-def _residual_figure(result: Identification, train: Recordings) -> Figure:
-    step = max(1, len(train) // MOST_POINTS)
-    names = result.recordings.components(result.robot.coordinates)
-    data = [
-        {
-            "type": "scattergl" if len(train) > 500 else "scatter",
-            "mode": "markers",
-            "name": words.axis(names[axis]),
-            "x": train.sequence[::step],
-            "y": np.round(result.fit.residuals[::step, column], 4),
-            "marker": {"size": 8, "color": f"var(--series-{column + 1})", "symbol": _SYMBOLS[column]},
-        }
-        for column, axis in enumerate(train.axes)
-    ]
-    layout = {
-        "xaxis": {"title": {"text": "sequence"}},
-        "yaxis": {"title": {"text": "residual, standard deviations"}},
-        "showlegend": True,
-    }
-    return Figure(
-        "residuals",
-        "Residuals in the order of recording",
-        {"data": data, "layout": layout},
-        "Measured minus fitted, divided by the standard deviation. Noise alone scatters about zero, mostly within ±2, "
-        "without a pattern.",
-        "Scatter of whitened residuals against sequence, one series of points per measured axis.",
-        Download("residuals.csv", csv_text(_residual_frame(result, train))),
-        filename="residuals",
-    )
-
-
-def _residual_frame(result: Identification, train: Recordings) -> pd.DataFrame:
-    """Whitened residuals of the rows that are drawn."""
-    step = max(1, len(train) // MOST_POINTS)
-    frame = pd.DataFrame({"sequence": train.sequence[::step], "row": train.lines[::step]})
-    for column, axis in enumerate(train.axes):
-        name = words.axis(result.recordings.components(result.robot.coordinates)[axis])
-        frame[f"{name}_in_std"] = np.round(result.fit.residuals[::step, column], 4)
-    return frame
-
-
 def _measurement_table(result: Identification, train: Recordings) -> DataTable:
     effect = result.influence
     best = effect.share.argmax(axis=1)
@@ -330,14 +296,31 @@ def _most_influential(result: Identification) -> IntArray:
     return np.sort(ranked[:MOST_ROWS])
 
 
-def _next_steps(result: Identification) -> Steps:
+def _next_steps(result: Identification, robot_file: str, configuration: str) -> Steps:
     recordings = shlex.quote(result.recordings.source)
+    robot, config = shlex.quote(robot_file or "ROBOT.yaml"), shlex.quote(configuration or "CONFIG.yaml")
     return Steps(
         [
-            ("Predict deflections anywhere.", "expdesign predict model.yaml points.csv --out predicted.csv"),
-            ("Find commands that reach targets under load.", "expdesign compensate model.yaml targets.csv --out FILE"),
-            ("If the model does not fit, find out why.", f"expdesign diagnose ROBOT.yaml {recordings} --out DIR"),
-            ("If the accuracy is not enough, measure on.", f"expdesign next CONFIG.yaml {recordings} --out plan.csv"),
+            (
+                "Predict deflections anywhere (model.yaml lies beside this page).",
+                "expdesign predict model.yaml points.csv --out predicted.csv",
+            ),
+            (
+                "Find commands that reach targets under load.",
+                "expdesign compensate model.yaml targets.csv --out commands.csv",
+            ),
+            (
+                "Measure compensated poses, and certify what is attained.",
+                f"expdesign verify model.yaml check.csv --config {config} --out verified",
+            ),
+            (
+                "If the model does not fit, find out why.",
+                f"expdesign diagnose {robot} {recordings} --out diagnosed",
+            ),
+            (
+                "If the accuracy is not enough, measure on.",
+                f"expdesign next {config} {recordings} --out plan-next.csv",
+            ),
         ]
     )
 

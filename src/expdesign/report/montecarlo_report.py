@@ -1,5 +1,7 @@
 """The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
 
+import shlex
+
 import numpy as np
 import pandas as pd
 
@@ -34,7 +36,7 @@ def montecarlo_report(result: Repeated) -> Page:
         Section("densities", "Densities", densities),
         Section("run", "How it was done", [Definitions(_settings(result))]),
         Section("words", "Words", [Definitions(_WORDS)]),
-        Section("next", "Next steps", [Steps(_NEXT)]),
+        Section("next", "Next steps", [_next_steps(result.problem.source)]),
     )
     return Page(
         title=f"Monte-Carlo of a calibration plan for {robot.name}",
@@ -171,6 +173,17 @@ def _score(value: float) -> str:
     return words.UNDETERMINED if np.isnan(value) else f"{value:+.2f}".replace("-", "−")
 
 
+def _next_steps(source: str) -> Steps:
+    config = shlex.quote(source)
+    look = f"expdesign montecarlo {config} plan.csv --plant equilibrium --out repeated"
+    return Steps(
+        [
+            ("Look for a better plan.", f"expdesign run {config} --out results/mine"),
+            ("Look at the neglected geometry under load (plan.csv is the plan that was judged here).", look),
+        ]
+    )
+
+
 _PLANT_WORDS = {
     "explicit": "explicit: the platform moves by A·c of the commanded pose, the mapping that identification uses",
     "equilibrium": "equilibrium: the platform rests where its legs' forces balance the load, with no linearisation",
@@ -180,8 +193,4 @@ _WORDS = [
     ("z", "how many standard errors of the simulation lie between simulation and prediction; mostly within ±2"),
     ("Tolerance", "the error that the configuration accepts on an axis"),
     ("Mean error", "average of attained minus wanted pose; noise and load errors average out, neglected physics not"),
-]
-_NEXT = [
-    ("Look for a better plan.", "expdesign run CONFIG.yaml --out results/mine"),
-    ("Look at the neglected geometry under load.", "expdesign montecarlo ... --plant equilibrium"),
 ]

@@ -30,7 +30,19 @@ from plotly.offline import get_plotlyjs
 from expdesign.report.blocks import Block, DataTable, Figure, Section, SideBySide
 
 _FOLDER = Path(__file__).parent
-_WORKER_SOURCE = re.compile(r"exports='(?:[^\\']|\\.){100000,}+'", flags=re.DOTALL)
+# Tile maps, which no page has, are a third of plotly.js: the source of their web worker, one text of half a megabyte;
+# the body of their library, a module that is run when the first map is drawn; and its style.
+_TILE_MAPS = (
+    (re.compile(r"exports='(?:[^\\']|\\.){100000,}+'", flags=re.DOTALL), "exports=''"),
+    (
+        re.compile(
+            r"(=\w+\(\(\)=>\{)[\w$]+\(\);[\w$]+=\{\};(?:(?!\}\);var [\w$]+=W\().){100000,}+(\}\);var [\w$]+=W\()",
+            flags=re.DOTALL,
+        ),
+        r"\1\2",
+    ),
+    (re.compile(r"textContent='\.maplibregl-map(?:[^\\']|\\.)*+'", flags=re.DOTALL), "textContent=''"),
+)
 
 
 @dataclass(frozen=True)
@@ -95,8 +107,11 @@ def content_of(page: str) -> Any:
 
 @lru_cache(maxsize=1)
 def _packed_plotly() -> Markup:
-    """plotly.js without the source of the web worker of its tile maps, one text of half a megabyte: no page has one."""
-    return packed(_WORKER_SOURCE.sub("exports=''", get_plotlyjs()))
+    """plotly.js without what it draws tile maps with."""
+    library = get_plotlyjs()
+    for part, rest in _TILE_MAPS:
+        library = part.sub(rest, library)
+    return packed(library)
 
 
 def known_scripts() -> set[str]:

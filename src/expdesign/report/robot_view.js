@@ -16,6 +16,20 @@ function robotView(id, view) {
     return [c * at[0] + s * at[1], 0.9 * at[2] + 0.4 * (c * at[1] - s * at[0])];
   }
 
+  /** Least and largest coordinates of all states in the plane of projection, with room around. */
+  const frame = (() => {
+    if (!projected) return null;
+    const limits = [[Infinity, -Infinity], [Infinity, -Infinity]];
+    view.states.forEach((coordinates, state) => {
+      for (let index = 0; index < coordinates.length / view.dimension; index++) {
+        point(state, index).forEach((value, axis) => {
+          limits[axis] = [Math.min(limits[axis][0], value), Math.max(limits[axis][1], value)];
+        });
+      }
+    });
+    return limits.map(([low, high]) => [low - 0.05 * view.size, high + 0.05 * view.size]);
+  })();
+
   /** Coordinates of paths of point indices, with gaps between the paths. */
   function lines(state, paths) {
     const columns = inSpace && !projected ? [[], [], []] : [[], []];
@@ -81,9 +95,13 @@ function robotView(id, view) {
         const [x, y, z] = view.aspect;
         figure.layout.scene.aspectratio = { x, y, z };
       } else if (projected) {
+        // The same frame for every state, wide enough for markers, arrows and the buttons above the figure.
         delete figure.layout.scene;
+        const [across, up] = frame;
         Object.assign(figure.layout, {
-          xaxis: { visible: false, scaleanchor: "y" }, yaxis: { visible: false },
+          xaxis: { visible: false, range: across, constrain: "domain" },
+          yaxis: { visible: false, range: up, scaleanchor: "x", constrain: "domain" },
+          margin: { l: 8, r: 8, t: 44, b: 70 },
         });
       } else {
         figure.layout.xaxis.range = view.bounds[0];

@@ -103,7 +103,7 @@ def view_figure(id: str, dimension: int, title: str, caption: str, height: int) 
                 "xaxis": {"title": {"text": "x (m)"}},
                 "yaxis": {"title": {"text": "y (m)"}},
                 "zaxis": {"title": {"text": "z (m)"}},
-                "camera": {"eye": {"x": 1.2, "y": -1.55, "z": 0.6}, "center": {"x": 0, "y": 0, "z": -0.08}},
+                "camera": {"eye": {"x": 1.38, "y": -1.78, "z": 0.69}, "center": {"x": 0, "y": 0, "z": -0.12}},
             },
             "margin": {"l": 0, "r": 0, "t": 8, "b": 60},
             "dragmode": "orbit",

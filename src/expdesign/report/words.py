@@ -1,6 +1,7 @@
 """How numbers, units and names are written in reports."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,12 +19,15 @@ _SUFFIXES = {
     "_N": ("N", 1.0),
     "_m": ("mm", 1e3),
 }
+_JOINT_ANGLE = re.compile(r"q\d+_rad")
 _NAMES = {"com": "centre of mass", "sequence": "no."}
 
 #: What a source of load error is called.
 SOURCES = {"com": "centre of mass", "mass": "mass", "direction": "direction", "wrench": "wrench"}
 
 UNDETERMINED = "not determined"
+NEGLIGIBLE = 1e-6
+"""Part of the scale of a column below which a number is shown as 0: rounding of the computation, not a finding."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +39,14 @@ class Column:
     factor: float
 
 
-def number(value: float, digits: int = 3) -> str:
-    """`value` with `digits` significant digits; powers of ten only below 0.001 and from 100 000 on."""
+def number(value: float, digits: int = 3, scale: float = 0.0) -> str:
+    """`value` with `digits` significant digits; powers of ten only below 0.001 and from 100 000 on.
+
+    Beside numbers as large as `scale`, one below a millionth of it is 0.
+    """
     if not math.isfinite(value):
         return UNDETERMINED if math.isnan(value) else ("∞" if value > 0 else "−∞")
-    if value == 0.0:
+    if value == 0.0 or abs(value) < NEGLIGIBLE * scale:
         return "0"
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     power = int(exponent)
@@ -85,7 +92,9 @@ def stiffness(unit: str) -> tuple[str, str, float]:
 
 
 def plan_column(name: str) -> Column:
-    """How the column `name` of a plan is shown (lengths in mm, angles in mrad)."""
+    """How the column `name` of a plan is shown (lengths in mm, angles in mrad, those of joints in degrees)."""
+    if _JOINT_ANGLE.fullmatch(name):
+        return Column(name.removesuffix("_rad"), "°", 180.0 / math.pi)
     for suffix, (unit, factor) in _SUFFIXES.items():
         if name.endswith(suffix):
             return Column(_spoken(name.removesuffix(suffix)), unit, factor)

@@ -1,0 +1,60 @@
+"""Designs refined by the gradient of one criterion, so that the best design by it is a local optimum and not the place
+where a search was stopped.
+
+What all searches found is joined, because a design that was sought by one criterion often lies in a better valley of
+another. Gradient rounds along the criterion (theory.md 6) exchange measurements between these designs; sequential
+quadratic programming then takes the best of them to their local optima.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.criterion import Criterion
+from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.polish import polish
+from expdesign.design.optimality.sqp import MinimaxSearch
+from expdesign.design.problem import DesignProblem
+
+STARTS, ITERATIONS, RADIUS = 8, 100, 0.1
+
+
+def refined(problem: DesignProblem, criterion: Criterion, genes: FloatArray, seed: int) -> FloatArray:
+    """Designs better by `criterion` than those given, as they can be set.
+
+    Args:
+        problem: what can be measured; its own objectives do not count.
+        criterion: the only objective.
+        genes: feasible designs (d, m, g), not all with the same value of the criterion as a rule.
+        seed: of the exchanges.
+
+    Returns:
+        Genes (d', m, g); none where nothing is continuous, or where the estimator has redundant parameters, whose
+        gradients are not known.
+    """
+    if not (~problem.space.discrete).any() or problem.loaded.regressor.redundant:
+        return genes[:0]
+    alone = replace(problem, objectives=(criterion,), optimiser=replace(problem.optimiser, seed=seed))
+    objectives = Objectives(alone)
+    pool = np.concatenate([genes, polish(alone, genes, points=1)])
+    values = objectives.values(pool)
+    order = [int(index) for index in np.argsort(values[:, 0], kind="stable") if np.isfinite(values[index, 0])]
+    if not order:
+        return genes[:0]
+    starts = pool[order[:STARTS]]
+    least = values[order[0]]
+    centres = np.tile(least, (len(starts), 1))
+    weights = np.tile(1.0 / np.maximum(np.abs(least), 1e-300), (len(starts), 1))
+    search = MinimaxSearch(alone, objectives.scalarised(centres, weights), objectives.tie(starts))
+    found = search.minimise(starts, iterations=ITERATIONS, radius=RADIUS)
+    return _feasible(alone, np.concatenate([pool, problem.settable(found)]))
+
+
+def _feasible(problem: DesignProblem, genes: FloatArray) -> FloatArray:
+    """Those of the designs that are within the robot's limits and the constraints of the laboratory."""
+    poses, loads = problem.space.decode(genes)
+    usable = problem.loaded.robot.usable(poses).all(axis=1)
+    if problem.constraints is not None:
+        usable &= (problem.constraints.violations(problem.loaded, poses, loads) <= 0.0).all(axis=1)
+    return genes[usable]

@@ -1,0 +1,59 @@
+"""Pages name the files that they are about, show all criteria of a design, and residuals over what varied."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tests.commands.calls import call
+
+import expdesign as xd
+from expdesign.api.load import load
+from expdesign.design.problem import DesignProblem
+from expdesign.report.residual_figure import varied
+
+CONFIG, ROBOT = Path("configs/bipod.yaml"), Path("configs/robots/bipod.yaml")
+
+
+def page(folder: Path) -> Any:
+    return json.loads((folder / "report.json").read_text(encoding="utf-8"))
+
+
+def commands(content: Any) -> list[str]:
+    (section,) = (one for one in content["sections"] if one["id"] == "next")
+    return [command for block in section["blocks"] if "items" in block for _, command in block["items"]]
+
+
+def test_commands_name_robot_and_configuration(tmp_path: Path) -> None:
+    problem = load(CONFIG)
+    assert isinstance(problem, DesignProblem)
+    assert Path(problem.robot_file).resolve() == ROBOT.resolve()
+    config = {**problem.config, "optimiser": {"population": 8, "generations": 2, "polish": False}}
+    run = xd.run(config)
+    run.plan.to_csv(tmp_path / "plan.csv", index=False)
+    assert call("simulate", CONFIG, tmp_path / "plan.csv", "--out", tmp_path / "r.csv") == 0
+    assert call("identify", ROBOT, tmp_path / "r.csv", "--targets", CONFIG, "--out", tmp_path / "i") == 0
+    found = commands(page(tmp_path / "i"))
+    assert f"expdesign diagnose {ROBOT} {tmp_path / 'r.csv'} --out diagnosed" in found
+    assert f"expdesign next {CONFIG} {tmp_path / 'r.csv'} --out plan-next.csv" in found
+    assert not any("ROBOT.yaml" in command or "CONFIG.yaml" in command for command in found)
+    # A configuration given as a mapping has no robot file, and the page says what to put there.
+    run.save(tmp_path / "run")
+    content = page(tmp_path / "run")
+    assert any("ROBOT.yaml" in command for command in commands(content))
+    rows = {row[0]: row for row in content["data"]["designs"][0]["criteria"]}
+    assert {f"O{number}" for number in range(1, 6)} <= {title[:2] for title in rows}
+    assert float(rows["O2 (inverse condition)"][4]) >= float(rows["O2 (inverse condition)"][3])
+
+
+def test_residuals_are_drawn_over_what_varies_most(tmp_path: Path) -> None:
+    """Of five rows at two poses with five forces, the force has the most levels; what is constant is not offered."""
+    rows = [f"{k},{1 + k % 2},{0.1 * (k % 2)},0.6,0,{-200.0 * k}" for k in range(1, 6)]
+    (tmp_path / "p.csv").write_text("\n".join(["sequence,series,x_m,y_m,fx_N,fy_N", *rows]) + "\n", encoding="utf-8")
+    assert call("simulate", CONFIG, tmp_path / "p.csv", "--out", tmp_path / "r.csv") == 0
+    result = xd.identify(ROBOT, tmp_path / "r.csv").result
+    found = varied(result, result.recordings.rows(result.fitted))
+    assert list(found) == ["fy_N", "x_m"]
+    content = xd.identify(ROBOT, tmp_path / "r.csv").page()
+    assert [one["title"] for one in content.data["residuals"]] == ["fy, N", "x, mm", "order of recording (sequence)"]
+    assert np.ptp(content.data["residuals"][1]["values"]) == 100.0
