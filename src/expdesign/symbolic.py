@@ -1,6 +1,6 @@
 """Evaluate CasADi expressions on whole NumPy batches without copying."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import casadi as ca
@@ -29,11 +29,12 @@ class BatchFunction:
         self._function = ca.Function(name, list(inputs), dense)
         self._widths = [symbol.shape[0] for symbol in inputs]
         self._shapes = [output.shape for output in dense]
-        self._mapped: dict[int, ca.Function] = {}
+        self._mapped: dict[int, tuple[ca.FunctionBuffer, Callable[[], None]]] = {}
 
-    def _map(self, count: int) -> ca.Function:
+    def _map(self, count: int) -> tuple[ca.FunctionBuffer, Callable[[], None]]:
+        """The buffers of `count` samples at once, and what evaluates them."""
         if count not in self._mapped:
-            self._mapped[count] = self._function.map(count)
+            self._mapped[count] = self._function.map(count).buffer()
         return self._mapped[count]
 
     @property
@@ -89,7 +90,7 @@ class BatchFunction:
             size = min(_LARGEST_MAP, 1 << ((count - start).bit_length() - 1))
             part = slice(start, start + size)
             start += size
-            buffer, evaluate = self._map(part.stop - part.start).buffer()
+            buffer, evaluate = self._map(size)
             for index, array in enumerate(flat):
                 buffer.set_arg(index, memoryview(array[part]))  # type: ignore[call-arg, arg-type]
             for index, result in enumerate(results):

@@ -63,7 +63,7 @@ class Assessment(TargetVariances):
     def _whitener(self) -> FloatArray:
         """G of each measurement on the axes measured, 0 on others, shape (k, n) or (b, m, k, n)."""
         axes = np.eye(self.measurements.observation.shape[-2])[self.noise.axes]
-        return self.noise.whitener_at(self.measurements.pose_map) @ axes
+        return self.noise.whitener_at(self.measurements.jacobians.pose) @ axes
 
     @cached_property
     def _exists(self) -> BoolArray:
@@ -209,8 +209,9 @@ class Assessment(TargetVariances):
     def _parameter_error(self) -> FloatArray:
         """Errors of the compliances per standard deviation of every load error, shape (b, n_p, total)."""
         columns = []
-        for error, shared in zip(self.measurements.load_errors, self.shared, strict=True):
-            per_measurement = self.gain @ (self.measurements.compliance @ error)
+        all_errors = self.gain @ (self.measurements.compliance @ self.measurements.load_errors)
+        for source, shared in zip(self.measurements.sources, self.shared, strict=True):
+            per_measurement = all_errors[..., source] if len(self.shared) > 1 else all_errors
             if shared:
                 columns.append(per_measurement.sum(axis=1))
             else:
