@@ -120,7 +120,8 @@ class LoadedRobot:
         own = {} if self.physics is not None else self.regressor.expressions(self.robot, configuration)
         _, rotation = self.robot.frame(configuration, ca.SX.zeros(self.robot.coordinates.n))
         outputs = [*kinematics, *self._load_expressions(parameters, rotation), *own.values()]
-        return BatchFunction("measured", [configuration, parameters], outputs), len(kinematics), tuple(own)
+        function = BatchFunction("measured", [configuration, parameters], ca.cse(outputs))
+        return function, len(kinematics), tuple(own)
 
     @cached_property
     def _wrenches(self) -> BatchFunction:
@@ -144,7 +145,9 @@ class LoadedRobot:
     def _matrix(self, wrench: FloatArray, errors: Sequence[FloatArray]) -> FloatArray:
         """L·diag(σ) of all load errors (..., n, d); a single column comes as a vector, and none not at all."""
         shape = (*wrench.shape, sum(len(source.deviation) for source in self.sources))
-        return errors[0].reshape(shape) if errors else np.zeros(shape)
+        if not errors:
+            return np.zeros(shape)
+        return errors[0] if errors[0].shape == shape else errors[0].reshape(shape)
 
     def measure(self, configurations: FloatArray, loads: FloatArray) -> Measurements:
         """The linear model at configurations (..., n_q) under loads (..., k), `load.columns` naming the latter."""

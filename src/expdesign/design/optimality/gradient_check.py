@@ -15,7 +15,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.gradients import criterion_gradients
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InputError
+from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.instrument.deflection_noise import series_by_pose
 
 STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -52,15 +52,23 @@ def gradient_check(
         steps: in parts of each gene's range.
 
     Returns:
-        One row per criterion and continuous gene: the gradient, the finite difference at the step that agrees best,
+        One row per criterion and continuous variable: the gradient, the finite difference at the step that agrees best,
         that step, and the relative error.
+
+    Raises:
+        NotIdentifiableError: a criterion has no gradient at the design.
     """
     span = problem.space.upper - problem.space.lower
     labels = variable_names(problem)
     rows = []
     for name, found in _compared(problem, genes, list(known_criteria()) if names is None else names, steps).items():
         for measurement, gene in np.argwhere(np.broadcast_to(~problem.space.discrete, genes.shape)):
-            best = int(np.nanargmin(found.errors[:, measurement, gene]))
+            errors = found.errors[:, measurement, gene]
+            if np.isnan(errors).all():
+                what = f"`{name}` has no gradient at this design, whose measurements do not identify every parameter"
+                remedy = "Take a design that does, or look at `gradient_table`, which leaves such criteria out."
+                raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
+            best = int(np.nanargmin(errors))
             rows.append(
                 {
                     "criterion": name,

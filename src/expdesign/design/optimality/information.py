@@ -20,7 +20,7 @@ from expdesign.design.optimality.differentiated import to_variables
 from expdesign.design.optimality.weights import Dual, Relaxation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
-from expdesign.differentiation import gradient, independent, inverse_root, plain
+from expdesign.differentiation import gradient, independent, inverse_root, one_and_gram, plain, sum_of_squares
 
 CHUNK = 20000
 """Number of measurements that are evaluated at a time, so that memory is that of the results."""
@@ -91,24 +91,24 @@ class MeasurementInformation:
         regular = (size < _OVERFLOW)[:, None, None]
         if not regular.all():
             observation, errors = np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
-        stacked = observation * self._scale
+        stacked = observation * (self._sharpness * self._scale)
         if self.common.any():
-            stacked = np.concatenate(
-                [stacked, self.load_errors * (errors @ np.eye(len(self.common))[:, self.common])], 2
-            )
-        stacked = self._sharpness * stacked
+            stacked = np.concatenate([stacked, errors @ self._chosen(self.common)], 2)
         if self.own.any():
-            own = self._sharpness * self.load_errors * (errors @ np.eye(len(self.own))[:, self.own])
-            root = inverse_root(np.eye(own.shape[1]) + own @ own.swapaxes(1, 2))
-            stacked = root @ stacked
+            stacked = inverse_root(one_and_gram(errors @ self._chosen(self.own))) @ stacked
         return stacked
+
+    def _chosen(self, flags: BoolArray) -> FloatArray:
+        """What takes the load errors of some sources from those of all, weighted as they count, shape (d, d')."""
+        chosen: FloatArray = self._sharpness * self.load_errors * np.eye(len(flags))[:, flags]
+        return chosen
 
     def sensitivity(self, dual: Dual, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with design variables (b, g)."""
         quantities = self.problem.space.quantities(genes)
         with np.errstate(all="ignore"):
             rows = self._assembled(*self.problem.whitened(*self.problem.space.split(independent(quantities))))
-            found = ((rows @ dual.matrix) ** 2).sum(axis=(1, 2))
+            found = sum_of_squares(rows @ dual.matrix, (1, 2))
         by_quantities = gradient(found, np.ones(len(genes)), quantities)
         return plain(found), to_variables(self.problem, by_quantities)
 
