@@ -27,11 +27,11 @@ CHUNK = 20000
 
 
 @dataclass(frozen=True)
-class LoadGenes:
-    """Genes that set the load itself.
+class LoadVariables:
+    """Variables that set the load itself.
 
     Attributes:
-        index: of the genes.
+        index: of the variables.
         vertices: every combination of their extreme values, shape (v, len(index)).
     """
 
@@ -72,12 +72,12 @@ class MeasurementInformation:
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
         return Relaxation(padded, prior, self.problem.space.measurements if count is None else count)
 
-    def rows(self, genes: FloatArray) -> FloatArray:
-        """R (j, k, q) of measurements with genes (j, g)."""
+    def rows(self, variables: FloatArray) -> FloatArray:
+        """R (j, k, q) of measurements with variables (j, g)."""
         count = len(self.problem.noise.axes)
-        rows = np.empty((len(genes), count, len(self._scale) + int(self.common.sum())))
-        for start in range(0, len(genes), CHUNK):
-            part = genes[start : start + CHUNK]
+        rows = np.empty((len(variables), count, len(self._scale) + int(self.common.sum())))
+        for start in range(0, len(variables), CHUNK):
+            part = variables[start : start + CHUNK]
             rows[start : start + CHUNK] = self._assembled(*self.problem.whitened(*self.problem.space.decode(part)))
         return rows
 
@@ -103,13 +103,13 @@ class MeasurementInformation:
         chosen: FloatArray = self._sharpness * self.load_errors * np.eye(len(flags))[:, flags]
         return chosen
 
-    def sensitivity(self, dual: Dual, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def sensitivity(self, dual: Dual, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
         """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with design variables (b, g)."""
-        quantities = self.problem.space.quantities(genes)
+        quantities = self.problem.space.quantities(variables)
         with np.errstate(all="ignore"):
             rows = self._assembled(*self.problem.whitened(*self.problem.space.split(independent(quantities))))
             found = sum_of_squares(rows @ dual.matrix, (1, 2))
-        by_quantities = gradient(found, np.ones(len(genes)), quantities)
+        by_quantities = gradient(found, np.ones(len(variables)), quantities)
         return plain(found), to_variables(self.problem, by_quantities)
 
     @property
@@ -124,17 +124,17 @@ class MeasurementInformation:
         own = [source.source for source in loaded.sources if not source.shared and self.load_errors > 0.0]
         return loaded.linear_in_load and all(name == "wrench" for name in own)
 
-    def load_genes(self) -> LoadGenes:
-        """The genes that set the load (not the tilt of the base), and their extreme combinations."""
+    def load_variables(self) -> LoadVariables:
+        """The variables that set the load (not the tilt of the base), and their extreme combinations."""
         space = self.problem.space
         index, ends = [], []
-        for gene, variable in enumerate(space.variables):
+        for place, variable in enumerate(space.variables):
             if space.n_pose <= variable.columns[0] < space.n_pose + space.n_load:
-                index.append(gene)
+                index.append(place)
                 if isinstance(variable.domain, Rows):
                     values = variable.domain.table[:, 0]
                     ends.append((float(values.argmin()), float(values.argmax())))
                 else:
                     ends.append(variable.bounds)
         corners = list(product(*ends))
-        return LoadGenes(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))
+        return LoadVariables(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))
