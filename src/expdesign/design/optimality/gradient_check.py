@@ -31,8 +31,8 @@ class _Comparison:
     Attributes:
         gradient: exact, shape (m, g).
         differences: central differences at the steps, shape (s, m, g); NaN for discrete variables.
-        errors: |difference − gradient|, each in the criterion's change over the variable's range, relative to the largest
-            of these changes, so that metres and radians can be compared; shape (s, m, g).
+        errors: |difference − gradient|, each in the criterion's change over the variable's range, relative to the
+            largest of these changes, so that metres and radians can be compared; shape (s, m, g).
     """
 
     gradient: FloatArray
