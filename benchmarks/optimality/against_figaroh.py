@@ -105,7 +105,7 @@ def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
         table.append(row(problem, size, "this program, O1", genes, rows, list(plan.chosen), seconds))
         bound = plan.bound
         selection, seconds = timed(lambda g=genes: choose_measurements(problem, g))
-        index = [int(np.flatnonzero((genes == one).all(axis=1))[0]) for one in selection.genes]
+        index = [int(np.flatnonzero((genes == one).all(axis=1))[0]) for one in selection.variables]
         table.append(row(problem, size, "this program, DUIR", genes, rows, index, seconds))
         socp, detmax, ours, best = ({key: float(entry[key]) for key in NUMBERS} for entry in table[-4:])
         criterion = "det(M/m)^(1/p)"

@@ -12,13 +12,16 @@ only decides (ranks, masks, orders).
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
+from heapq import heappop, heappush
+from itertools import count
 from typing import Any, cast
 
 import autograd.numpy as library
 import numpy as np
-from autograd.core import SparseObject, VJPNode
+from autograd.core import VJPNode
 from autograd.numpy.numpy_boxes import ArrayBox
-from autograd.tracer import getval, isbox, toposort, trace_primitives_map
+from autograd.tracer import notrace_primitives, trace_primitives_map
 
 from expdesign.arrays import FloatArray
 
@@ -27,10 +30,32 @@ Adjoint = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 _TRACE = 0
 
 
+_following = count(1).__next__
+
+
+class _Node(VJPNode):  # type: ignore[misc]
+    """One recorded operation.
+
+    Attributes:
+        parents: where its arguments came from.
+        vjp: its adjoint, from partial derivatives with respect to the result to those with respect to the arguments.
+        number: of the operation in the order in which they were recorded; every parent's is smaller.
+        seed: partial derivatives with respect to the result, as far as a backward pass has summed them up.
+    """
+
+    __slots__ = ("number", "seed")
+
+    def __init__(self, value: Any, fun: Any, args: Any, kwargs: Any, argnums: Any, parents: Any) -> None:
+        super().__init__(value, fun, args, kwargs, argnums, parents)
+        self.number, self.seed = _following(), None
+
+
+notrace_primitives[_Node] = notrace_primitives[VJPNode]
+
+
 def _node(parents: Sequence[Any], vjp: Callable[[Any], Sequence[Any]]) -> Any:
-    """One recorded operation: where its arguments came from, and its adjoint, one gradient per parent."""
-    node = VJPNode.__new__(VJPNode)
-    node.parents, node.vjp = parents, vjp
+    node = _Node.__new__(_Node)
+    node.parents, node.vjp, node.number, node.seed = parents, vjp, _following(), None
     return node
 
 
@@ -71,10 +96,10 @@ class _Recorded(ArrayBox):  # type: ignore[misc]
         return _add(self, -other)
 
     def __truediv__(self, other: Any) -> Any:
-        return library.true_divide(self, other) if isbox(other) else _multiply(self, 1.0 / other)
+        return library.true_divide(self, other) if type(other) is _Recorded else _multiply(self, 1.0 / other)
 
     def __pow__(self, other: Any) -> Any:
-        return _multiply(self, self) if np.isscalar(other) and other == 2 else library.power(self, other)
+        return _square(self) if np.isscalar(other) and other == 2 else library.power(self, other)
 
     def __matmul__(self, other: Any) -> Any:
         return _matmul(self, other)
@@ -83,20 +108,21 @@ class _Recorded(ArrayBox):  # type: ignore[misc]
         return _matmul(other, self)
 
     def __getitem__(self, index: Any) -> Any:
+        value = self._value[index]
         shape = self._value.shape
+        view = np.may_share_memory(value, self._value)
+        if view and value.size == self._value.size and value.flags.c_contiguous and self._value.flags.c_contiguous:
+            return _box(value, (self._node,), lambda seed: (seed.reshape(shape),))
 
         def pull(seed: FloatArray) -> tuple[FloatArray]:
             result = np.zeros(shape)
-            if isinstance(index, (int, slice)) or (
-                isinstance(index, tuple)
-                and all(i is None or i is Ellipsis or isinstance(i, (int, slice)) for i in index)
-            ):
+            if view:
                 result[index] = seed
             else:
                 np.add.at(result, index, seed)
             return (result,)
 
-        return _box(self._value[index], (self._node,), pull)
+        return _box(value, (self._node,), pull)
 
     def reshape(self, *shape: Any) -> Any:
         before = self._value.shape
@@ -120,7 +146,12 @@ for _kind in (np.ndarray, np.float64):
 
 
 def _box(value: Any, parents: Sequence[Any], vjp: Callable[[Any], Sequence[Any]]) -> Any:
-    return _Recorded(value, _TRACE, _node(parents, vjp))
+    # As the constructors of both would, in half the time.
+    node = _Node.__new__(_Node)
+    node.parents, node.vjp, node.number, node.seed = parents, vjp, _following(), None
+    box = _Recorded.__new__(_Recorded)
+    box._value, box._trace, box._node = value, _TRACE, node
+    return box
 
 
 def independent(values: FloatArray) -> FloatArray:
@@ -130,12 +161,18 @@ def independent(values: FloatArray) -> FloatArray:
 
 def plain(values: FloatArray) -> FloatArray:
     """The numbers of an array, recorded or not."""
-    return cast(FloatArray, getval(values))
+    return cast(FloatArray, values._value) if type(values) is _Recorded else values
 
 
 def is_recorded(values: object) -> bool:
     """Whether a result depends on an independent array."""
-    return isbox(values)
+    return type(values) is _Recorded
+
+
+def _numbers(values: Any) -> Any:
+    if type(values) is _Recorded:
+        return values._value
+    return values if type(values) is np.ndarray else np.asarray(values)
 
 
 def gradient(result: FloatArray, weights: FloatArray, like: FloatArray) -> FloatArray:
@@ -146,24 +183,28 @@ def gradient(result: FloatArray, weights: FloatArray, like: FloatArray) -> Float
         weights: of the same shape.
         like: values of the independent array.
     """
-    if not isbox(result):
+    if type(result) is not _Recorded:
         return np.zeros(like.shape)
-    last = result._node  # type: ignore[attr-defined]
-    seeds: dict[Any, Any] = {last: weights}
-    with np.errstate(all="ignore"):
-        for node in toposort(last):
-            seed = seeds.pop(node)
-            for parent, part in zip(node.parents, node.vjp(seed)):
-                known = seeds.get(parent)
-                dense = part.mut_add(part.vs.zeros()) if isinstance(part, SparseObject) else part
-                seeds[parent] = dense if known is None else _joined(known, dense)
+    last = result._node
+    last.seed = weights
+    # Later operations first: then all that depends on an operation has been seen before it.
+    waiting = [(-last.number, last)]
+    try:
+        with np.errstate(all="ignore"):
+            while waiting:
+                node = heappop(waiting)[1]
+                seed, node.seed = node.seed, None
+                for parent, part in zip(node.parents, node.vjp(seed)):
+                    known = parent.seed
+                    if known is None:
+                        heappush(waiting, (-parent.number, parent))
+                        parent.seed = part
+                    else:
+                        parent.seed = known | part if type(known) is dict else known + part
+    finally:
+        for _, node in waiting:
+            node.seed = None
     return np.asarray(seed)
-
-
-def _joined(first: Any, second: Any) -> Any:
-    if isinstance(first, (list, tuple)):
-        return [b if a is None else a if b is None else _joined(a, b) for a, b in zip(first, second)]
-    return first + second
 
 
 def unbroadcast(seed: FloatArray, shape: tuple[int, ...]) -> FloatArray:
@@ -178,30 +219,49 @@ def unbroadcast(seed: FloatArray, shape: tuple[int, ...]) -> FloatArray:
 
 def recorded(value: FloatArray, arguments: Sequence[Any], pulls: Sequence[Callable[[FloatArray], FloatArray]]) -> Any:
     """A result whose partial derivatives with respect to each argument are given, as a record where one is recorded."""
-    kept = [(argument._node, pull) for argument, pull in zip(arguments, pulls, strict=True) if isbox(argument)]
+    kept = [
+        (argument._node, pull) for argument, pull in zip(arguments, pulls, strict=True) if type(argument) is _Recorded
+    ]
     if not kept:
         return value
     return _box(value, [node for node, _ in kept], lambda seed: [pull(seed) for _, pull in kept])
 
 
-def recorded_parts(
-    values: Sequence[FloatArray], arguments: Sequence[Any], pull: Callable[[list[FloatArray]], Sequence[FloatArray]]
-) -> tuple[Any, ...]:
-    """Several results at once; `pull` gives the derivatives for all arguments from those for all results."""
-    places = [place for place, argument in enumerate(arguments) if isbox(argument)]
+def _of_two(
+    value: FloatArray,
+    first: Any,
+    second: Any,
+    to_first: Callable[[FloatArray], FloatArray],
+    to_second: Callable[[FloatArray], FloatArray],
+) -> Any:
+    """`recorded` for two arguments, one of which at least is recorded."""
+    if type(first) is not _Recorded:
+        return _box(value, (second._node,), lambda seed: (to_second(seed),))
+    if type(second) is not _Recorded:
+        return _box(value, (first._node,), lambda seed: (to_first(seed),))
+    return _box(value, (first._node, second._node), lambda seed: (to_first(seed), to_second(seed)))
 
-    def together(seeds: list[Any]) -> list[FloatArray]:
-        filled = [np.zeros(value.shape) if seed is None else seed for seed, value in zip(seeds, values, strict=True)]
-        found = pull(filled)
+
+def recorded_parts(
+    values: Sequence[FloatArray],
+    arguments: Sequence[Any],
+    pull: Callable[[dict[int, FloatArray]], Sequence[FloatArray]],
+) -> tuple[Any, ...]:
+    """Several results at once; `pull` gives the derivatives for all arguments from those for the results that matter,
+    by their index.
+    """
+    places = [place for place, argument in enumerate(arguments) if type(argument) is _Recorded]
+
+    def together(seeds: dict[int, FloatArray]) -> list[FloatArray]:
+        found = pull(seeds)
         return [found[place] for place in places]
 
-    common = _node([arguments[place]._node for place in places], together)
-    count = len(values)
+    common = (_node([arguments[place]._node for place in places], together),)
 
-    def part(index: int) -> Callable[[FloatArray], tuple[list[Any]]]:
-        return lambda seed: ([seed if place == index else None for place in range(count)],)
+    def part(index: int) -> Callable[[FloatArray], tuple[dict[int, FloatArray]]]:
+        return lambda seed: ({index: seed},)
 
-    return tuple(_box(value, (common,), part(index)) for index, value in enumerate(values))
+    return tuple(_box(value, common, part(index)) for index, value in enumerate(values))
 
 
 def with_adjoint(
@@ -211,7 +271,7 @@ def with_adjoint(
 
     def decorated(function: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
         def recording(argument: FloatArray) -> FloatArray:
-            if not isbox(argument):
+            if type(argument) is not _Recorded:
                 return function(argument)
             numbers = plain(argument)
             result = function(numbers)
@@ -229,8 +289,8 @@ def transposed(matrices: FloatArray) -> FloatArray:
 
 
 def _add(first: Any, second: Any) -> Any:
-    a, b = np.asarray(getval(first)), np.asarray(getval(second))
-    return recorded(a + b, (first, second), (lambda s: unbroadcast(s, a.shape), lambda s: unbroadcast(s, b.shape)))
+    a, b = _numbers(first), _numbers(second)
+    return _of_two(a + b, first, second, lambda s: unbroadcast(s, a.shape), lambda s: unbroadcast(s, b.shape))
 
 
 def _subtract(first: Any, second: Any) -> Any:
@@ -238,37 +298,48 @@ def _subtract(first: Any, second: Any) -> Any:
 
 
 def _multiply(first: Any, second: Any) -> Any:
-    a, b = np.asarray(getval(first)), np.asarray(getval(second))
-    pulls = (lambda s: unbroadcast(s * b, a.shape), lambda s: unbroadcast(s * a, b.shape))
-    return recorded(a * b, (first, second), pulls)
+    a, b = _numbers(first), _numbers(second)
+    return _of_two(a * b, first, second, lambda s: unbroadcast(s * b, a.shape), lambda s: unbroadcast(s * a, b.shape))
+
+
+def _square(values: Any) -> Any:
+    numbers = values._value
+    return _box(numbers * numbers, (values._node,), lambda seed: (2.0 * numbers * seed,))
 
 
 def _matmul(first: Any, second: Any) -> Any:
-    a, b = np.asarray(getval(first)), np.asarray(getval(second))
+    a, b = _numbers(first), _numbers(second)
     if min(a.ndim, b.ndim) < 2:
         return library.matmul(first, second)
-    pulls = (lambda s: unbroadcast(s @ transposed(b), a.shape), lambda s: unbroadcast(transposed(a) @ s, b.shape))
-    return recorded(a @ b, (first, second), pulls)
+    return _of_two(
+        a @ b,
+        first,
+        second,
+        lambda s: unbroadcast(s @ b.swapaxes(-1, -2), a.shape),
+        lambda s: unbroadcast(a.swapaxes(-1, -2) @ s, b.shape),
+    )
 
 
 def _where(condition: Any, first: Any, second: Any) -> Any:
-    a, b = np.asarray(getval(first)), np.asarray(getval(second))
-    pulls = (
+    a, b = _numbers(first), _numbers(second)
+    return _of_two(
+        np.where(condition, a, b),
+        first,
+        second,
         lambda s: unbroadcast(np.where(condition, s, 0.0), a.shape),
         lambda s: unbroadcast(np.where(condition, 0.0, s), b.shape),
     )
-    return recorded(np.where(condition, a, b), (first, second), pulls)
 
 
 def _concatenate(arrays: Sequence[Any], axis: int = 0) -> Any:
-    values = [np.asarray(getval(array)) for array in arrays]
-    ends = np.cumsum([value.shape[axis] for value in values])
+    values = [_numbers(array) for array in arrays]
+    ends = np.cumsum([value.shape[axis] for value in values]).tolist()
+    before = (slice(None),) * (axis % values[0].ndim)
 
-    def pull(place: int) -> Callable[[FloatArray], FloatArray]:
-        start = 0 if place == 0 else int(ends[place - 1])
-        return lambda seed: np.take(seed, np.arange(start, ends[place]), axis=axis)
+    def pull(start: int, end: int) -> Callable[[FloatArray], FloatArray]:
+        return lambda seed: seed[(*before, slice(start, end))]
 
-    return recorded(np.concatenate(values, axis=axis), arrays, [pull(place) for place in range(len(values))])
+    return recorded(np.concatenate(values, axis=axis), arrays, list(map(pull, [0, *ends[:-1]], ends)))
 
 
 def _inverse_adjoint(inverse: FloatArray, matrices: FloatArray, seed: FloatArray) -> FloatArray:
@@ -303,19 +374,47 @@ def inverse_root(covariance: FloatArray) -> FloatArray:
     return inverse
 
 
+def product_transposed(first: Any, second: Any) -> Any:
+    """A·Bᵀ of two batches of matrices of one batch shape."""
+    a, b = _numbers(first), _numbers(second)
+    value = a @ b.swapaxes(-1, -2)
+    if type(first) is not _Recorded and type(second) is not _Recorded:
+        return value
+    return _of_two(value, first, second, lambda s: s @ b, lambda s: s.swapaxes(-1, -2) @ a)
+
+
+@with_adjoint(lambda product, matrices, seed: (seed + transposed(seed)) @ matrices)
+def one_and_gram(matrices: FloatArray) -> FloatArray:
+    """I + X·Xᵀ of a batch of matrices."""
+    return np.eye(matrices.shape[-2]) + matrices @ transposed(matrices)
+
+
+def sum_of_squares(values: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
+    """Σ x² along axes."""
+    numbers = plain(values)
+    total: FloatArray = (numbers * numbers).sum(axis=axis)
+    return cast(FloatArray, recorded(total, [values], [lambda seed: 2.0 * np.expand_dims(seed, axis) * numbers]))
+
+
 def _qr(matrices: Any) -> tuple[Any, ...]:
     """Q and R; Ā = (Q̄ + Q·copyltu(M))·R⁻ᵀ, M = R·R̄ᵀ − Q̄ᵀ·Q (Walter & Lehmann 2018), for full column rank."""
     orthogonal, triangular = np.linalg.qr(plain(matrices))
+    lower = np.tri(triangular.shape[-1])
 
-    def pull(seeds: list[FloatArray]) -> tuple[FloatArray]:
-        by_orthogonal, by_triangular = seeds
-        product = triangular @ transposed(by_triangular) - transposed(by_orthogonal) @ orthogonal
-        symmetric = np.tril(product) + transposed(np.tril(product, -1))
+    @cache
+    def inverse_transposed() -> FloatArray:
         # What is not of full rank has no derivative; another factor there keeps it from stopping the batch.
         diagonal = np.abs(np.diagonal(triangular, axis1=-2, axis2=-1))
         regular = (diagonal.min(axis=-1) > 1e-14 * diagonal.max(axis=-1))[..., None, None]
-        inverse = np.linalg.inv(np.where(regular, triangular, np.eye(triangular.shape[-1])))
-        return ((by_orthogonal + orthogonal @ symmetric) @ transposed(inverse),)
+        return transposed(np.linalg.inv(np.where(regular, triangular, np.eye(triangular.shape[-1]))))
+
+    def pull(seeds: dict[int, FloatArray]) -> tuple[FloatArray]:
+        by_orthogonal = seeds.get(0, np.zeros(orthogonal.shape))
+        by_triangular = seeds.get(1, np.zeros(triangular.shape))
+        product = triangular @ transposed(by_triangular) - transposed(by_orthogonal) @ orthogonal
+        symmetric = product * lower
+        symmetric += transposed(product * (lower - np.eye(len(lower))))
+        return ((by_orthogonal + orthogonal @ symmetric) @ inverse_transposed(),)
 
     return recorded_parts((orthogonal, triangular), (matrices,), pull)
 

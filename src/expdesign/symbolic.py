@@ -1,7 +1,7 @@
 """Evaluate CasADi expressions on whole NumPy batches without copying."""
 
-from collections.abc import Sequence
-from functools import cached_property
+import math
+from collections.abc import Callable, Sequence
 
 import casadi as ca
 import numpy as np
@@ -29,11 +29,13 @@ class BatchFunction:
         self._function = ca.Function(name, list(inputs), dense)
         self._widths = [symbol.shape[0] for symbol in inputs]
         self._shapes = [output.shape for output in dense]
-        self._mapped: dict[int, ca.Function] = {}
+        self._adjoints: dict[tuple[int, ...], BatchFunction] = {}
+        self._mapped: dict[int, tuple[ca.FunctionBuffer, Callable[[], None]]] = {}
 
-    def _map(self, count: int) -> ca.Function:
+    def _map(self, count: int) -> tuple[ca.FunctionBuffer, Callable[[], None]]:
+        """The buffers of `count` samples at once, and what evaluates them."""
         if count not in self._mapped:
-            self._mapped[count] = self._function.map(count)
+            self._mapped[count] = self._function.map(count).buffer()
         return self._mapped[count]
 
     @property
@@ -60,24 +62,29 @@ class BatchFunction:
         values = self._evaluated(*numbers)
         batch = values[0].shape[: values[0].ndim - (1 if self._shapes[0][1] == 1 else 2)]
 
-        def pull(seeds: list[FloatArray]) -> list[FloatArray]:
-            found = self.adjoint(*numbers, *(seed.reshape(*batch, -1) for seed in seeds))
+        def pull(seeds: dict[int, FloatArray]) -> list[FloatArray]:
+            wanted = tuple(sorted(seeds))
+            found = self.adjoint(wanted)(*numbers, *(seeds[index].reshape(*batch, -1) for index in wanted))
             return [unbroadcast(part, number.shape) for part, number in zip(found, numbers, strict=True)]
 
         return recorded_parts(values, arrays, pull)
 
-    @cached_property
-    def adjoint(self) -> "BatchFunction":
-        """Vector-Jacobian products: of inputs and one seed per output (rows first) to one gradient per input."""
-        seeds = [ca.SX.sym(f"seed{index}", output.numel()) for index, output in enumerate(self._dense)]
-        stacked = ca.vertcat(*(ca.vec(output.T) for output in self._dense))
-        products = ca.jtimes(stacked, ca.vertcat(*self._symbols), ca.vertcat(*seeds), True)
-        parts = ca.vertsplit(products, np.cumsum([0, *self._widths]).tolist())
-        return BatchFunction(f"{self._function.name()}_adjoint", [*self._symbols, *seeds], parts)
+    def adjoint(self, wanted: tuple[int, ...]) -> "BatchFunction":
+        """Vector-Jacobian products: of inputs and one seed per wanted output (rows first) to one gradient per input."""
+        if wanted not in self._adjoints:
+            seeds = [ca.SX.sym(f"seed{index}", self._dense[index].numel()) for index in wanted]
+            stacked = ca.vertcat(*(ca.vec(self._dense[index].T) for index in wanted))
+            products = ca.jtimes(stacked, ca.vertcat(*self._symbols), ca.vertcat(*seeds), True)
+            parts = ca.vertsplit(ca.cse(products), np.cumsum([0, *self._widths]).tolist())
+            name = f"{self._function.name()}_adjoint"
+            self._adjoints[wanted] = BatchFunction(name, [*self._symbols, *seeds], parts)
+        return self._adjoints[wanted]
 
     def _evaluated(self, *arrays: FloatArray) -> tuple[FloatArray, ...]:
-        batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
-        count = int(np.prod(batch, dtype=np.int64))
+        batch = arrays[0].shape[:-1]
+        if any(array.shape[:-1] != batch for array in arrays):
+            batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        count = math.prod(batch)
         flat = [
             np.ascontiguousarray(_spread(array, (*batch, width)), dtype=np.float64).reshape(count, width)
             for array, width in zip(arrays, self._widths, strict=True)
@@ -89,7 +96,7 @@ class BatchFunction:
             size = min(_LARGEST_MAP, 1 << ((count - start).bit_length() - 1))
             part = slice(start, start + size)
             start += size
-            buffer, evaluate = self._map(part.stop - part.start).buffer()
+            buffer, evaluate = self._map(size)
             for index, array in enumerate(flat):
                 buffer.set_arg(index, memoryview(array[part]))  # type: ignore[call-arg, arg-type]
             for index, result in enumerate(results):

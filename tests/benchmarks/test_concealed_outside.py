@@ -7,6 +7,7 @@ import json
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
 from benchmarks.concealed.run import Outcome
-from benchmarks.concealed.unlisted.answers import Effect, answer_from
+from benchmarks.concealed.unlisted.answers import Answer, Effect, answer_from
 from benchmarks.concealed.unlisted.cases import LISTED, OTHER_FORMS, UNLISTED, Order, draw_case
 from benchmarks.concealed.unlisted.generate import counts_of, drawn, orders
 from benchmarks.concealed.unlisted.judgement import Judged, Predicted, covered, judge
@@ -26,7 +27,7 @@ from virtual_laboratory.elements.unlisted import UNLISTED as UNLISTED_ELEMENTS
 
 FOLDER = Path(__file__).parents[2] / "benchmarks" / "concealed" / "unlisted"
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
-NOTHING = {"verdict": "consistent", "location": None, "effects": []}
+NOTHING: dict[str, Any] = {"verdict": "consistent", "location": None, "effects": []}
 
 
 @pytest.fixture(scope="module")
@@ -34,24 +35,28 @@ def case():
     return draw_case(Order("alone", ("screw_wear",), "H1"), np.random.default_rng([3, 1]))
 
 
-def truth(*parts: str, family: str = "alone", names: tuple[str, ...] = (), curves: tuple = ()) -> dict:
-    effect = {"physics": "strange", "parts": list(parts), "names": list(names), "curves": list(curves)}
+def truth(
+    *parts: str, family: str = "alone", names: tuple[str, ...] = (), curves: tuple[Any, ...] = ()
+) -> dict[str, Any]:
+    effect: dict[str, Any] = {"physics": "strange", "parts": list(parts), "names": list(names), "curves": list(curves)}
     effect["mismatch_in_std"] = 4.0
     shared = {"family": family, "robot": "H1", "rows": 80, "mismatch_in_std": 4.0, "without": []}
     return {"case": "case-001", "effects": [effect] if parts else [], **shared}
 
 
-def answered(verdict: str, *effects: dict, component: object = None, candidates: tuple = ()) -> object:
+def answered(
+    verdict: str, *effects: dict[str, Any], component: object = None, candidates: tuple[Any, ...] = ()
+) -> Answer:
     location = None if component is None else {"component": component, "candidates": list(candidates)}
     return answer_from({"verdict": verdict, "effects": list(effects), "location": location}, 6, Path("nowhere"))
 
 
-def judged(truth: dict, answer: object, error: float = 0.3, worse: float = 0.9) -> Judged:
+def judged(truth: dict[str, Any], answer: Answer | None, error: float = 0.3, worse: float = 0.9) -> Judged:
     predicted = Predicted(4.0, error, 4.1, 4.1 * worse, np.array([0.5, -0.5, 3.0, 0.1]))
     return Judged(truth, Outcome(9.0, 8.0, "", 500.0), answer, predicted)
 
 
-def named(physics: str, component: object, probability: float = 0.9) -> dict:
+def named(physics: str, component: object, probability: float = 0.9) -> dict[str, Any]:
     return {"physics": physics, "component": component, "probability": probability}
 
 

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, plan_file
@@ -124,6 +125,7 @@ def test_columns_of_the_plan_may_name_the_sets(folder: Path, tmp_path: Path) -> 
         lists.append(tmp_path / f"{name}.txt")
         lists[-1].write_text(text.replace("unloaded-", "zero of ").replace("loaded-", "state "), encoding="utf-8")
     plan = xd.load(folder / "plan.csv")
+    assert isinstance(plan, pd.DataFrame)
     plan["points"] = [f"state {number}" for number in plan["sequence"]]
     plan["reference_points"] = [f"zero of {number}" for number in plan["series"]]
     named = xd.register(folder / "robot.yaml", plan, lists, deviation=NOISE).frame

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from openpyxl import load_workbook
@@ -42,6 +43,7 @@ def test_the_workbook_filled_in_identifies_what_deflections_do(
     config, plan = config_file(tmp_path, shared=shared), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet", "--units", "mm,mrad") == 0
     sheet = xd.load(tmp_path / "sheet" / "sheet.xlsx")
+    assert isinstance(sheet, pd.DataFrame)
     references = 3 if shared else 7
     assert len(sheet) == 7 + references
     recordings = xd.simulate(config, plan, seed=4).frame

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
 
@@ -26,6 +27,7 @@ def test_recordings_in_other_units_and_forms_identify_the_same(
     from expdesign.api.outputs import save_table  # noqa: PLC0415
 
     frame = xd.load(plain)
+    assert isinstance(frame, pd.DataFrame)
     forms = [
         save_table(tmp_path / "units.csv", frame, "mm,mrad,g"),
         save_table(tmp_path / "units.xlsx", frame, "um,deg"),

@@ -213,7 +213,7 @@ def test_squares_are_traces_of_covariances(seed: int, hexapod: bool, measurement
     """Appendices E and F: DUIR² = tr(W·U), FEIR² = tr(W·Z·Σ_F·Zᵀ) = tr(W·Z·L·Σ_δ·Lᵀ·Zᵀ), total² their sum."""
     here = make(seed, hexapod, "payload", measurements, (("wrench", True),))
     found = here.assess()
-    deviations = np.concatenate(list(found.measurements.load_errors[0][0]))
+    deviations = np.concatenate(list(found.measurements.load_errors[0]))
     duir = feir = 0.0
     for target in range(2):
         weight = np.diag(here.targets.importance[target]) * here.targets.weights[target] / here.targets.weights.sum()

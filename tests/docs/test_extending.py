@@ -5,6 +5,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from tests.commands.calls import CONFIG, ROBOT, call
 from tests.identification.experiments import read
 
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.gradient_check import gradient_check
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.design.search import search
@@ -95,12 +97,21 @@ def test_the_page_has_a_file_of_every_kind() -> None:
 
 
 def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None]) -> None:
-    place("expdesign/criteria/worst.py")
-    case = problem({"objectives": ["worst", "feir"]})
+    """The criterion has no derivative of its own: it spans a front, is polished and has a proximity to optimality."""
+    place("expdesign/criteria/ellipsoid.py")
+    case = problem({"objectives": ["ellipsoid", "feir"]})
     front = search(case)
-    variance = case.assess(*case.space.decode(front.genes)).noise_variance[:, 0]
-    np.testing.assert_allclose(front.criteria["worst"], np.sqrt(variance.max(axis=1)) / 1e-5, rtol=1e-9)
-    assert "worst axis" in render(design_report(case, front, {}))
+    assert len(front) > 3
+    root = case.assess(*case.space.decode(front.genes)).noise_root[:, 0] / 1e-5
+    axes = np.linalg.svd(root, compute_uv=False)
+    np.testing.assert_allclose(front.criteria["ellipsoid"], np.sqrt(axes.prod(axis=1)), rtol=1e-9)
+    assert np.nanmedian(front.kktpm) < 1e-3
+    rough = search(replace(case, optimiser=replace(case.optimiser, polish=False)))
+    assert np.isfinite(rough.kktpm).all()
+    assert np.median(rough.kktpm) > np.nanmedian(front.kktpm)
+    table = gradient_check(case, front.genes[0], ["ellipsoid"])
+    assert table["relative_error"].max() < 1e-6
+    assert "error ellipsoid" in render(design_report(case, front, {}))
 
 
 RRR = {

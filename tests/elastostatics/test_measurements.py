@@ -21,8 +21,9 @@ def test_measurements_are_those_of_the_hand_formulas(name: str, kind: str) -> No
     wrenches = oracle.load_wrench(kind, parameters, turned)
     expected = oracle.observation(robot(name), poses, wrenches)
     np.testing.assert_allclose(found.observation, expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max())
-    assert found.condition.shape == (2, 3)
-    for source, error in zip(loaded.sources, found.load_errors, strict=True):
+    assert found.jacobians.condition.shape == (2, 3)
+    for source, columns in zip(loaded.sources, found.sources, strict=True):
+        error = found.load_errors[..., columns]
         for index in np.ndindex(2, 3):
             by_hand = oracle.sensitivity(source.source, kind, parameters[index], turned[index]) * source.deviation
             np.testing.assert_allclose(error[index], by_hand, rtol=1e-10, atol=1e-11 * np.abs(by_hand).max())
@@ -51,7 +52,7 @@ def test_a_singular_measurement_is_infinite_and_not_a_number_and_spares_the_othe
     poses: Array = np.array([[0.1, 0.6], [0.1, 0.0], [-0.2, 0.5]])
     parameters = np.tile([100.0, -900.0], (3, 1))
     found = loaded.measure(poses, parameters)
-    assert found.condition[1] == np.inf
+    assert found.jacobians.condition[1] == np.inf
     assert np.isnan(found.observation[1]).all()
     assert np.isnan(found.compliance[1]).all()
     alone = loaded.measure(poses[[0, 2]], parameters[[0, 2]])

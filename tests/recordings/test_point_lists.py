@@ -46,7 +46,9 @@ def test_names_that_are_numbers_uncertainties_and_files_without_groups(tmp_path:
     (found,) = read_point_sets(path, UNITS["mm"])
     assert found.name == "loaded-4"
     assert list(found.points) == ["1", "2"]
-    np.testing.assert_allclose(found.points["2"].deviation, [1e-5, 2e-5, 3e-5], rtol=1e-12)
+    deviation = found.points["2"].deviation
+    assert deviation is not None
+    np.testing.assert_allclose(deviation, [1e-5, 2e-5, 3e-5], rtol=1e-12)
     path.write_text("100 -200 300\n1 2000 0\n", encoding="utf-8")
     (found,) = read_point_sets(path, UNITS["mm"])
     assert list(found.points) == ["1", "2"]

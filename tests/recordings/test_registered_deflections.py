@@ -1,5 +1,7 @@
 """Known rigid motions with known noise: unbiased deflections, and a covariance that is that of the errors."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -62,7 +64,7 @@ def found(
 
 
 @pytest.mark.parametrize("known", [{}, {"markers": {}, "instrument": INSTRUMENT}], ids=["markers", "instrument"])
-def test_a_motion_without_noise_is_recovered_to_second_order(known: dict[str, object]) -> None:
+def test_a_motion_without_noise_is_recovered_to_second_order(known: dict[str, Any]) -> None:
     """(60 µrad)² · 0.2 m is less than a nanometre, and half the square of the angle less than 2 nrad."""
     errors = np.abs(found(None, **known).deflection - DEFLECTION)
     assert np.all(errors < 4e-9)

@@ -87,7 +87,11 @@ def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any)
     for index, source in enumerate(loaded.sources):
         assessment = case.problem.assess(*case.problem.space.decode(case.front.genes))
         alone = type(assessment)(
-            replace(measured, load_errors=(measured.load_errors[index],)),
+            replace(
+                measured,
+                load_errors=measured.load_errors[..., measured.sources[index]],
+                sources=(slice(None),),
+            ),
             case.problem.noise,
             (source.shared,),
             case.problem.targets,

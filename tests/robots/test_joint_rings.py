@@ -9,6 +9,7 @@ import yaml
 
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import parse_yaml
+from expdesign.robots.hexapod import Hexapod
 from expdesign.robots.robot_file import read_robot, robot_from_document
 
 H1 = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
@@ -32,7 +33,11 @@ def content(**changes: Any) -> dict[str, Any]:
 
 def test_the_example_hexapod_by_its_angles() -> None:
     robot, expected = read(content()), read_robot(H1)
-    by_height = lambda rows: rows[np.lexsort(rows.T)]  # noqa: E731
+
+    def by_height(rows: Any) -> Any:
+        return rows[np.lexsort(rows.T)]
+
+    assert isinstance(expected, Hexapod)
     np.testing.assert_allclose(
         by_height(robot.platform_joints.round(8)), by_height(expected.platform_joints.round(8)), atol=1e-8
     )

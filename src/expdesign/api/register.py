@@ -158,11 +158,7 @@ def _frames(robot: Robot, configurations: FloatArray) -> list[Frame]:
         raise InputError(
             what, remedy="Take positions of markers instead (--positions), where the robot moves in space."
         )
-    if np.array_equal(jacobians.pose, jacobians.forward):  # an arm's deflection is a twist itself
-        rates = np.broadcast_to(np.eye(6), (len(configurations), 6, 6))
-    else:
-        rates = jacobians.pose @ np.linalg.inv(jacobians.forward)
-    origins = robot.position(configurations)
+    origins, rates = robot.position(configurations), robot.pose_rates(configurations)
     return [Frame(r, p, t) for r, p, t in zip(jacobians.rotation, origins, rates, strict=True)]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.target_variances import TargetVariances
 from expdesign.criteria.targets import Targets
-from expdesign.differentiation import plain
+from expdesign.differentiation import plain, product_transposed, sum_of_squares
 from expdesign.elastostatics.measurements import Measurements
 from expdesign.instrument.deflection_noise import DeflectionNoise, reference_whitener
 
@@ -63,7 +63,7 @@ class Assessment(TargetVariances):
     def _whitener(self) -> FloatArray:
         """G of each measurement on the axes measured, 0 on others, shape (k, n) or (b, m, k, n)."""
         axes = np.eye(self.measurements.observation.shape[-2])[self.noise.axes]
-        return self.noise.whitener_at(self.measurements.pose_map) @ axes
+        return self.noise.whitener_at(self.measurements.jacobians.pose) @ axes
 
     @cached_property
     def _exists(self) -> BoolArray:
@@ -140,7 +140,7 @@ class Assessment(TargetVariances):
         full = self.rank == self.parameters
         if full.all():
             root: FloatArray = np.linalg.inv(triangular)
-            gain: FloatArray = root @ orthogonal.swapaxes(-1, -2)
+            gain: FloatArray = product_transposed(root, orthogonal)
         else:
             root, gain = self._of_full_rank(full)
         rows: FloatArray = self.targets.observation
@@ -151,13 +151,14 @@ class Assessment(TargetVariances):
             outside: FloatArray = np.linalg.norm(scaled - scaled @ basis @ basis.T, axis=-1)
             estimable[index] = outside <= 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
         estimable &= self._exists[:, None, None]
-        return root, gain[:, :, : self.whitened.shape[1]], estimable
+        readings = self.whitened.shape[1]
+        return root, gain if gain.shape[2] == readings else gain[:, :, :readings], estimable
 
     def _of_full_rank(self, full: BoolArray) -> tuple[FloatArray, FloatArray]:
         """B and B·Qᵀ where some designs are not of full rank: theirs are truncated, and are held in differentiation."""
         orthogonal, triangular = self._factors
         root = np.linalg.inv(np.where(full[:, None, None], triangular, np.eye(self.parameters)))
-        gain = root @ orthogonal.swapaxes(-1, -2)
+        gain = product_transposed(root, orthogonal)
         truncated, of_truncated = np.zeros(root.shape), np.zeros(gain.shape)
         for index in np.flatnonzero(~full):
             left, values, right = np.linalg.svd(plain(triangular)[index] / self._scale[index])
@@ -202,20 +203,23 @@ class Assessment(TargetVariances):
     @cached_property
     def noise_variance(self) -> FloatArray:  # type: ignore[override]
         """U_ii (theory.md 4.2), variance of the attained pose due to measurement noise, shape (b, t, n); NaN rows."""
-        variance: FloatArray = (self.noise_root**2).sum(axis=-1)
+        variance: FloatArray = sum_of_squares(self.noise_root, -1)
         return variance
 
     @cached_property
     def _parameter_error(self) -> FloatArray:
         """Errors of the compliances per standard deviation of every load error, shape (b, n_p, total)."""
         columns = []
-        for error, shared in zip(self.measurements.load_errors, self.shared, strict=True):
-            per_measurement = self.gain @ (self.measurements.compliance @ error)
+        all_errors = self.gain @ (self.measurements.compliance @ self.measurements.load_errors)
+        for source, shared in zip(self.measurements.sources, self.shared, strict=True):
+            per_measurement = all_errors[..., source] if len(self.shared) > 1 else all_errors
             if shared:
                 columns.append(per_measurement.sum(axis=1))
             else:
                 columns.append(per_measurement.swapaxes(1, 2).reshape(self.batch, self.parameters, -1))
-        return np.concatenate(columns, axis=-1) if columns else np.zeros((self.batch, self.parameters, 1))
+        if not columns:
+            return np.zeros((self.batch, self.parameters, 1))
+        return columns[0] if len(columns) == 1 else np.concatenate(columns, axis=-1)
 
     @cached_property
     def force_root(self) -> FloatArray:
@@ -227,7 +231,7 @@ class Assessment(TargetVariances):
     @cached_property
     def force_variance(self) -> FloatArray:  # type: ignore[override]
         """(Z·Σ_F·Zᵀ)_ii, variance of the attained pose due to load errors, shape (b, t, n); NaN rows."""
-        variance: FloatArray = (self.force_root**2).sum(axis=-1)
+        variance: FloatArray = sum_of_squares(self.force_root, -1)
         return variance
 
     @cached_property

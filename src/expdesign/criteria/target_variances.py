@@ -30,8 +30,11 @@ class TargetVariances:
     def weighted(self, variance: FloatArray) -> FloatArray:
         """Σ_i variance_ii/tol_i² per target, shape (..., t), from (..., t, n); NaN where an axis that matters is."""
         importance = self.targets.importance
-        terms: FloatArray = np.where(importance > 0.0, variance * importance, 0.0).sum(axis=-1)
-        return terms
+        terms = variance * importance
+        if not (importance > 0.0).all():
+            terms = np.where(importance > 0.0, terms, 0.0)
+        weighted: FloatArray = terms.sum(axis=-1)
+        return weighted
 
     def aggregated(self, squares: FloatArray) -> FloatArray:
         """Root of the mean or maximum over targets of squares (..., t), shape (...)."""

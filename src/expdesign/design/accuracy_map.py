@@ -98,7 +98,7 @@ def _weights(problem: DesignProblem, target: int, grid: FloatArray) -> FloatArra
     robot = problem.loaded.robot
     loaded, parameters = problem.target_loads[target]
     measured = loaded.measure(grid, np.broadcast_to(parameters, (*grid.shape[:-1], len(parameters))))
-    usable = (measured.condition <= CONDITION_LIMIT) & (robot.limit_excess(grid) <= 1e-9)
+    usable = (measured.jacobians.condition <= CONDITION_LIMIT) & (robot.limit_excess(grid) <= 1e-9)
     observation = measured.observation
     if problem.config["targets"][target].get("tolerance_axes") == "body":
         observation = body_axes(robot, grid) @ observation

@@ -85,9 +85,8 @@ class DesignProblem:
         """
         measurements = self.loaded.measure(configurations, loads)
         axes = np.eye(measurements.observation.shape[-2])[self.noise.axes]
-        whitener = self.noise.whitener_at(measurements.pose_map) @ axes
-        errors = [measurements.compliance @ error for error in measurements.load_errors]
-        columns = np.concatenate(errors, axis=-1) if errors else np.zeros((*measurements.compliance.shape[:-1], 0))
+        whitener = self.noise.whitener_at(measurements.jacobians.pose) @ axes
+        columns = measurements.compliance @ measurements.load_errors
         return whitener @ measurements.observation, whitener @ columns
 
     @property

@@ -46,7 +46,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         robot = problem.loaded.robot
         configurations, loads = problem.space.decode(genes)
         assessment = problem.assess(configurations, loads)
-        condition = assessment.measurements.condition.max(axis=1)
+        condition = assessment.measurements.jacobians.condition.max(axis=1)
         singular = ~np.isfinite(condition)
         unidentified = ((~assessment.estimable) & (problem.targets.importance > 0.0)).sum(axis=(1, 2))
         values = (

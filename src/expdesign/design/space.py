@@ -90,6 +90,7 @@ class DesignSpace:
             self._fixed[:n_pose] = poses.candidates[0]
         self.lower = np.array([variable.bounds[0] for variable in variables])
         self.upper = np.array([variable.bounds[1] for variable in variables])
+        self.columns = np.array([variable.columns[0] for variable in variables], dtype=np.int64)
         self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
         self.of_pose: BoolArray = np.array([variable.columns[0] < n_pose for variable in variables], dtype=bool)
         gene_steps = np.zeros(len(variables))

@@ -5,6 +5,7 @@ compliances and the load, A(ΔF)·c = D(c)·ΔF.
 """
 
 from expdesign.arrays import FloatArray
+from expdesign.differentiation import product_transposed
 from expdesign.robots.robot import Jacobians, invert
 
 
@@ -22,7 +23,7 @@ def observation_matrix(jacobians: Jacobians, wrenches: FloatArray) -> FloatArray
 
 def cartesian_compliance(jacobians: Jacobians, compliance: FloatArray) -> FloatArray:
     """D = J̌·diag(c)·Jᵀ = K_C⁻¹, with ΔX = D·ΔF (thesis 1.14), shape (..., n, n)."""
-    matrix: FloatArray = (jacobians.pose * compliance) @ jacobians.forward.swapaxes(-1, -2)
+    matrix: FloatArray = product_transposed(jacobians.pose * compliance, jacobians.forward)
     return matrix
 
 

@@ -18,9 +18,7 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.row import Row
 from expdesign.loads.load import Load
 from expdesign.model_error.left_out import LeftOut
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
-from expdesign.robots.serial import SerialRobot
 from expdesign.symbolic import BatchFunction
 
 
@@ -36,15 +34,7 @@ def row_expression(robot: Robot, load: Load, configuration: ca.SX, parameters: c
     lever = ca.SX.zeros(dimension)
     if payload and robot.coordinates.centre_of_mass:
         lever = rotation @ parameters[1:4]
-    if isinstance(robot, ParallelRobot):
-        position = ca.SX(robot.home) + configuration[: robot.coordinates.translations]
-        rates = robot.pose_rate_map(configuration)
-        lengths = robot.actuator_lengths(configuration, ca.SX(robot.geometry))
-        own = ca.SX.zeros(n_p)
-    else:
-        assert isinstance(robot, SerialRobot)
-        position, rates, lengths = robot.tip(configuration)[0], ca.SX.eye(n), configuration[:n_p]
-        own = robot.own_weight_expression(configuration, gravity)
+    position, rates, lengths, own = robot.commanded_state(configuration, gravity)
     wrench = load.wrench(parameters, rotation)
     return Row(
         pose=configuration, wrench=wrench, absolute=wrench, own=own, carried=ca.SX.zeros(n_p), weight=ca.SX.zeros(n),

@@ -98,7 +98,7 @@ class ModelErrorImpact:
             series = series_by_pose(configurations)
         n_p = self.directions.base
         whole = np.concatenate([base, rows[..., n_p:]], axis=-1)
-        white = whiten(whole, noise, measured.pose_map, series)
+        white = whiten(whole, noise, measured.jacobians.pose, series)
         return white[..., :n_p], white[..., n_p:]
 
     def hidden(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Hidden:

@@ -5,7 +5,6 @@ It has no actuators, so that the base model does not deflect at all; whatever it
 may yield differently there.
 """
 
-from functools import cached_property
 from typing import Annotated, Self
 
 import casadi as ca
@@ -18,7 +17,6 @@ from expdesign.files.schema import Number, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.orientation import Orientation, angular_velocity_map, rotation_matrix
 from expdesign.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
-from expdesign.symbolic import BatchFunction
 
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -94,15 +92,13 @@ class Body(Robot):
     def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         return ca.SX.zeros(6, 0), ca.SX.zeros(6, 0), self.rotation(configuration)
 
-    @cached_property
-    def _kinematics(self) -> BatchFunction:
-        pose = ca.SX.sym("X", 6)
-        return BatchFunction("kinematics", [pose], [self.rotation(pose), self.pose_rate_map(pose)])
+    def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
+        return [self.rotation(configuration), self.pose_rate_map(configuration)]
 
-    def jacobians(self, configurations: FloatArray) -> Jacobians:
-        rotation, _ = self._kinematics(configurations)
-        batch = configurations.shape[:-1]
-        return Jacobians(np.zeros((*batch, 6, 0)), np.zeros((*batch, 6, 0)), rotation, np.ones(batch))
+    def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
+        batch = kinematics[0].shape[:-2]
+        nothing = np.zeros((*batch, 6, 0))
+        return Jacobians(nothing, nothing, kinematics[0], lambda: np.ones(batch))
 
     def pose_rates(self, configurations: FloatArray) -> FloatArray:
         return self._kinematics(configurations)[1]

@@ -66,12 +66,9 @@ class ParallelRobot(Robot):
         forward = ca.solve(self.pose_rate_map(configuration), pose_map)
         return forward, pose_map, self.rotation(configuration)
 
-    @cached_property
-    def _kinematics(self) -> BatchFunction:
-        pose = ca.SX.sym("X", self.coordinates.n)
-        lengths = self.actuator_lengths(pose, ca.SX(self.geometry))
-        outputs = [ca.jacobian(lengths, pose), self.pose_rate_map(pose), self.rotation(pose)]
-        return BatchFunction("kinematics", [pose], outputs)
+    def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        return [ca.jacobian(lengths, configuration), self.pose_rate_map(configuration), self.rotation(configuration)]
 
     @cached_property
     def _lengths(self) -> BatchFunction:
@@ -103,12 +100,16 @@ class ParallelRobot(Robot):
     def position(self, configurations: FloatArray) -> FloatArray:
         return self.home + configurations[..., : self.coordinates.translations]
 
-    def jacobians(self, configurations: FloatArray) -> Jacobians:
-        length_rates, pose_rates, rotation = self._kinematics(configurations)
+    def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
+        length_rates, pose_rates, rotation = kinematics
         inverse_forward = length_rates @ pose_rates
         forward = invert(inverse_forward)
-        condition = self._condition(plain(inverse_forward), plain(forward), plain(rotation))
-        return Jacobians(forward, pose_rates @ forward, rotation, condition)
+        return Jacobians(
+            forward,
+            pose_rates @ forward,
+            rotation,
+            lambda: self._condition(plain(inverse_forward), plain(forward), plain(rotation)),
+        )
 
     def _condition(self, inverse: FloatArray, forward: FloatArray, rotation: FloatArray) -> FloatArray:
         """Scaled condition number κ = ‖J⁻¹S‖_F ‖S⁻¹J‖_F / n.

@@ -9,7 +9,8 @@ Who adds a robot derives from `ParallelRobot` where the actuator coordinates are
 gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document`. Others derive from `Robot` and give
 
 - the attributes below that have no default, and `from_document`;
-- the maps: `jacobians` for numbers and `jacobian_expressions` for symbols;
+- the maps: `jacobian_expressions` for symbols, and for numbers what they are made of, `kinematics` and
+  `jacobians_of`;
 - where the platform is: `position` and `frame`;
 - the actuators: `actuator_coordinates`, and `units` unless all of them are lengths;
 - limits: `limit_excess` and `limit_message`;
@@ -18,8 +19,9 @@ gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
@@ -35,6 +37,7 @@ from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.capabilities import Links, StraightLegs
 from expdesign.robots.drawing import Drawing
 from expdesign.robots.orientation import Orientation
+from expdesign.symbolic import BatchFunction
 
 if TYPE_CHECKING:
     from expdesign.robots.parallel import ParallelRobot
@@ -71,13 +74,17 @@ class Jacobians:
         forward: J, twist of the platform per actuator speed (thesis 1.5), shape (..., n, n_p).
         pose: J̌, rate of the pose coordinates per actuator speed (thesis 1.13), shape (..., n, n_p).
         rotation: R, orientation of the platform in base axes, shape (..., d, d) with d = 2 or 3.
-        condition: scaled condition number ≥ 1, `inf` where singular, shape (...).
+        condition: scaled condition number ≥ 1, `inf` where singular, shape (...); computed where it is asked for.
     """
 
     forward: FloatArray
     pose: FloatArray
     rotation: FloatArray
-    condition: FloatArray
+    _condition: Callable[[], FloatArray]
+
+    @cached_property
+    def condition(self) -> FloatArray:
+        return self._condition()
 
 
 class RobotSection(Section):
@@ -136,8 +143,21 @@ class Robot(ABC):
         """The robot that a robot file describes; raises `InputError`."""
 
     @abstractmethod
+    def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
+        """Matrices at a symbolic configuration (n_q,) from which `jacobians_of` makes the Jacobians."""
+
+    @abstractmethod
+    def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
+        """J, J̌, R and the scaled condition number from values of `kinematics` with batch dimensions in front."""
+
+    @cached_property
+    def _kinematics(self) -> BatchFunction:
+        configuration = ca.SX.sym("q", len(self.configuration))
+        return BatchFunction("kinematics", [configuration], self.kinematics(configuration))
+
     def jacobians(self, configurations: FloatArray) -> Jacobians:
         """J, J̌, R and the scaled condition number at configurations of shape (..., n_q)."""
+        return self.jacobians_of(*self._kinematics(configurations))
 
     @abstractmethod
     def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:

@@ -21,6 +21,7 @@ from pydantic import Field, model_validator
 
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import SPATIAL
+from expdesign.differentiation import plain
 from expdesign.errors import InputError
 from expdesign.files.schema import Number, Positive, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
@@ -208,11 +209,9 @@ class SerialRobot(Robot):
         """
         return ca.gradient(ca.dot(gravity, self.tree.weight(q, geometry, factors)), q)[: len(self.tree.coordinates)]
 
-    @cached_property
-    def _kinematics(self) -> BatchFunction:
-        q = ca.SX.sym("q", len(self.configuration))
-        forward, _, rotation = self.jacobian_expressions(q)
-        return BatchFunction("serial_kinematics", [q], [forward, rotation])
+    def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
+        forward, _, rotation = self.jacobian_expressions(configuration)
+        return [forward, rotation]
 
     @cached_property
     def _drawn(self) -> BatchFunction:
@@ -242,12 +241,13 @@ class SerialRobot(Robot):
         moment: FloatArray = np.cross(lever, np.broadcast_to(gravity, lever.shape))
         return np.concatenate([force, moment], axis=-1)
 
-    def jacobians(self, configurations: FloatArray) -> Jacobians:
-        forward, rotation = self._kinematics(configurations)
+    def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
+        forward, rotation = kinematics
         # The column of a single joint comes back as a vector.
-        forward = forward.reshape(*configurations.shape[:-1], 6, len(self.stiffness))
-        finite = np.isfinite(forward).all(axis=(-2, -1))
-        return Jacobians(forward, forward, rotation, np.where(finite, 1.0, np.inf))
+        forward = forward.reshape(*rotation.shape[:-2], 6, len(self.stiffness))
+        return Jacobians(
+            forward, forward, rotation, lambda: np.where(np.isfinite(plain(forward)).all(axis=(-2, -1)), 1.0, np.inf)
+        )
 
     def position(self, configurations: FloatArray) -> FloatArray:
         (points,) = self._drawn(configurations)

@@ -11,7 +11,6 @@ from expdesign.design.plan import Plan
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.loads.wrench import Wrench
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.validation.compensation import Attained
 from expdesign.validation.equilibrium import Equilibrium
 
@@ -69,17 +68,18 @@ class EquilibriumPlant(Plant):
 
     def __init__(self, loaded: LoadedRobot, plan: Plan) -> None:
         super().__init__(loaded, plan)
-        if not isinstance(loaded.robot, ParallelRobot):
+        closed_form = loaded.robot.inverse_kinematics
+        if closed_form is None:
             what = f"the full equilibrium is for robots on legs, not for a {loaded.robot.kind}"
             raise InputError(what, where="--plant", remedy="Use `--plant explicit`.")
         if loaded.under_load is not None:
             what = "the full equilibrium is of legs that stretch alone, and this robot is a model with effects"
             raise InputError(what, where="--plant", remedy="Use `--plant explicit`, which has them.")
-        self._robot = loaded.robot
-        self._measured = Equilibrium(loaded.robot, loaded.load, self.true)
-        self._used = Equilibrium(loaded.robot, Wrench(loaded.robot.coordinates), self.true)
+        self._robot = closed_form
+        self._measured = Equilibrium(closed_form, loaded.load, self.true)
+        self._used = Equilibrium(closed_form, Wrench(closed_form.coordinates), self.true)
         self._explicit = ExplicitPlant(loaded, plan)
-        self._lengths = loaded.robot.lengths(plan.configurations)
+        self._lengths = closed_form.lengths(plan.configurations)
         nothing = np.zeros((1, *plan.configurations.shape))
         self._nominal = self._solved(self._explicit.deflections(nothing), nothing)
 

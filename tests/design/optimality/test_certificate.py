@@ -208,7 +208,7 @@ def test_extreme_loads_are_where_the_sensitivity_is_largest() -> None:
     assert information.convex_in_load
     genes = random_designs(here, 60, 4)[:, 0]
     dual = dual_of(information.relaxation(), information.rows(genes), np.full(60, 1.0 / 60.0), np.ones(1))
-    loads = information.load_genes()
+    loads = information.load_variables()
     corners = np.repeat(genes[:, None], len(loads.vertices), axis=1)
     corners[..., loads.index] = loads.vertices
     at_corners = dual.sensitivities(information.rows(corners.reshape(-1, genes.shape[1]))).reshape(60, -1)

@@ -50,7 +50,7 @@ def test_among_few_candidates_the_best_plan_is_found(measurements: int, with_loa
     assert selection.bound.value <= best * (1.0 + 1e-9)
     assert selection.value == pytest.approx(best, rel=1e-9)
     assert "all 14 measurements" in selection.bound.certified_on
-    assert selection.value == pytest.approx(criterion(here, selection.genes[None], name)[0])
+    assert selection.value == pytest.approx(criterion(here, selection.variables[None], name)[0])
 
 
 def test_many_measurements_come_close_to_the_bound() -> None:

@@ -15,7 +15,7 @@ from expdesign.design.optimality.gradient_check import gradient_check, gradient_
 from expdesign.design.optimality.gradients import criterion_gradients
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
-from expdesign.errors import InputError
+from expdesign.errors import InputError, NotIdentifiableError
 
 WRENCH = {
     "kind": "wrench",
@@ -134,6 +134,16 @@ def test_what_has_no_value_is_not_evaluated() -> None:
     mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
     genes[..., mass] = 0.0
     assert gradient_table(here, genes, ["duir"])["verdict"].tolist() == ["not evaluated"]
+
+
+def test_a_design_without_gradient_is_said_so() -> None:
+    """Without load nothing is identified, and no criterion has a derivative."""
+    here = problem(HEXAPOD, {"experiment.load": {"kind": "payload", "mass_kg": [0.0, 5.0]}})
+    genes = designs(here, 1)
+    mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
+    genes[..., mass] = 0.0
+    with pytest.raises(NotIdentifiableError, match="`duir` has no gradient at this design"):
+        gradient_check(here, genes[0], ["duir"])
 
 
 @pytest.mark.parametrize("name", ["bipod", "hexapod"])

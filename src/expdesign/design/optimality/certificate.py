@@ -57,7 +57,7 @@ def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -
 class _Search:
     """Outcome of a search for the largest d: where, how large, and in words."""
 
-    genes: FloatArray
+    variables: FloatArray
     largest: float
     words: str
 
@@ -73,7 +73,7 @@ class Certificate:
         steps: largest number of steps of an ascent.
         passes: largest number of ascents one after the other, each from the best load at the end of the one before.
         tolerance: of the relaxation over the present candidates, relative to the criterion squared.
-        candidates: the only measurements that may be chosen, genes (j, g); the whole design space where left out.
+        candidates: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Certificate:
         self._information = MeasurementInformation(problem, load_errors)
         self._relaxation: Relaxation = self._information.relaxation()
         self._generator = np.random.default_rng(problem.optimiser.seed)
-        self._loads = self._information.load_genes()
+        self._loads = self._information.load_variables()
         self._given = candidates is not None
         self._whole = self._enumerated() if candidates is None else self._usable(candidates)
 
@@ -144,7 +144,7 @@ class Certificate:
             sensitivities = dual.sensitivities(rows)
             sensitivities[support] = np.inf
             keep = np.argsort(-sensitivities, kind="stable")[:_SHORTLIST]
-            candidates = self._distinct(np.concatenate([candidates[keep], found.genes]))
+            candidates = self._distinct(np.concatenate([candidates[keep], found.variables]))
             rows = self._information.rows(candidates)
 
     def _text(self, words: str, gap: float, last: Refinement) -> str:
@@ -169,12 +169,12 @@ class Certificate:
             )
         return "; ".join(parts)
 
-    def _usable(self, genes: FloatArray) -> FloatArray:
-        usable = np.empty(len(genes), dtype=bool)
-        for start in range(0, len(genes), CHUNK):
+    def _usable(self, variables: FloatArray) -> FloatArray:
+        usable = np.empty(len(variables), dtype=bool)
+        for start in range(0, len(variables), CHUNK):
             part = slice(start, start + CHUNK)
-            usable[part] = self._problem.loaded.robot.usable(self._problem.space.decode(genes[part])[0])
-        return genes[usable]
+            usable[part] = self._problem.loaded.robot.usable(self._problem.space.decode(variables[part])[0])
+        return variables[usable]
 
     def _enumerated(self) -> FloatArray | None:
         """Every measurement that can be extreme (j, g), where the design space has finitely many; else None."""
@@ -186,7 +186,7 @@ class Certificate:
             return None
         extreme = self._information.convex_in_load
         others = np.setdiff1d(np.arange(space.genes), self._loads.index if extreme else [])
-        axes = [np.arange(space.upper[gene] + 1.0) for gene in others]
+        axes = [np.arange(space.upper[variable] + 1.0) for variable in others]
         vertices = self._loads.vertices if extreme else np.zeros((1, 0))
         if float(np.prod([len(axis) for axis in axes])) * len(vertices) > ENUMERABLE:
             return None
@@ -194,10 +194,10 @@ class Certificate:
         poses = np.zeros((len(grid), space.genes))
         poses[:, others] = grid
         # Whether a measurement can be taken does not depend on its load.
-        genes = np.repeat(self._usable(poses)[:, None], len(vertices), axis=1)
+        variables = np.repeat(self._usable(poses)[:, None], len(vertices), axis=1)
         if extreme:
-            genes[..., self._loads.index] = vertices
-        return genes.reshape(-1, space.genes)
+            variables[..., self._loads.index] = vertices
+        return variables.reshape(-1, space.genes)
 
     def _candidates(self, front: FloatArray | None) -> FloatArray:
         space = self._problem.space
@@ -220,12 +220,12 @@ class Certificate:
             return _Search(candidates[order[:20]], float(known[order[0]]), words)
         return self._ascend(dual, candidates[self._promising(order)], float(known[order[0]]))
 
-    def _distinct(self, genes: FloatArray) -> FloatArray:
+    def _distinct(self, variables: FloatArray) -> FloatArray:
         """Measurements (j, g) without those that repeat another to a millionth of the ranges."""
         space = self._problem.space
         span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-        _, first = np.unique(np.round((genes - space.lower) / span, 6), axis=0, return_index=True)
-        return genes[np.sort(first)]
+        _, first = np.unique(np.round((variables - space.lower) / span, 6), axis=0, return_index=True)
+        return variables[np.sort(first)]
 
     def _promising(self, order: IntArray) -> IntArray:
         """Starts of the ascents: the best candidates, and as many from the better half at random."""
@@ -238,18 +238,18 @@ class Certificate:
         information = self._information
         size = max(known, 1e-300)
 
-        def pieces(genes: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-            values, gradient = information.sensitivity(dual, genes[:, 0])
+        def pieces(variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
+            values, gradient = information.sensitivity(dual, variables[:, 0])
             return -values[:, None] / size, -gradient[:, None, None, :] / size
 
         search = MinimaxSearch(self._problem, pieces)
-        genes = self._at_best_load(dual, starts)
+        variables = self._at_best_load(dual, starts)
         for _ in range(self._passes):
-            ends = search.minimise(genes[:, None], iterations=self._steps, tolerance=1e-8)[:, 0]
-            genes = self._at_best_load(dual, ends)
-            if np.array_equal(genes[:, self._loads.index], ends[:, self._loads.index]):
+            ends = search.minimise(variables[:, None], iterations=self._steps, tolerance=1e-8)[:, 0]
+            variables = self._at_best_load(dual, ends)
+            if np.array_equal(variables[:, self._loads.index], ends[:, self._loads.index]):
                 break
-        ends = self._usable(genes)
+        ends = self._usable(variables)
         if len(ends) == 0:
             return _Search(starts, known, "no ascent of its sensitivity ended within the robot's limits")
         values = information.sensitivity(dual, ends)[0]
@@ -266,13 +266,13 @@ class Certificate:
         order = np.argsort(-values, kind="stable")
         return _Search(ends[order], largest, words)
 
-    def _at_best_load(self, dual: Dual, genes: FloatArray) -> FloatArray:
+    def _at_best_load(self, dual: Dual, variables: FloatArray) -> FloatArray:
         """The same measurements (b, g), each with the extreme load at which d is largest."""
         if not self._information.convex_in_load or self._loads.index.size == 0:
-            return genes
+            return variables
         vertices = self._loads.vertices
-        spread = np.repeat(genes[:, None], len(vertices), axis=1)
+        spread = np.repeat(variables[:, None], len(vertices), axis=1)
         spread[..., self._loads.index] = vertices
-        flat = spread.reshape(-1, genes.shape[1])
-        values = dual.sensitivities(self._information.rows(flat)).reshape(len(genes), -1)
-        return spread[np.arange(len(genes)), values.argmax(axis=1)]
+        flat = spread.reshape(-1, variables.shape[1])
+        values = dual.sensitivities(self._information.rows(flat)).reshape(len(variables), -1)
+        return spread[np.arange(len(variables)), values.argmax(axis=1)]

@@ -78,8 +78,8 @@ class Deviations:
         return mean, spread
 
 
-def plan_deviations(problem: DesignProblem, genes: FloatArray) -> Deviations:
-    """Derivatives of total of designs with genes (b, m, g).
+def plan_deviations(problem: DesignProblem, variables: FloatArray) -> Deviations:
+    """Derivatives of total of designs with variables (b, m, g).
 
     Where total is a maximum over targets they are those of the largest target. Measurements that share their unloaded
     measurement are taken to keep sharing it.
@@ -90,7 +90,7 @@ def plan_deviations(problem: DesignProblem, genes: FloatArray) -> Deviations:
         names += robot.coordinates.tilt
     kept = len(names)
     total = known_criteria()["total"]
-    quantities = space.quantities(genes)
+    quantities = space.quantities(variables)
     series = shared_series(problem, quantities)
     piece = Differentiated(problem, quantities, series).pieces(total)[0]
     values, gradient = piece.value, piece.quantity_gradient()[..., :kept]

@@ -37,7 +37,8 @@ class Piece:
     def quantity_gradient(self) -> FloatArray:
         """With respect to every quantity of the measurements, free or fixed, shape (b, m, z); 0 where it has none."""
         found = gradient(self._result, np.full(self.value.shape, self._sign), self._designs.quantities)
-        return np.where(self._designs.regular[:, None, None], found, 0.0)
+        regular = self._designs.regular
+        return found if regular.all() else np.where(regular[:, None, None], found, 0.0)
 
     def negated(self) -> "Piece":
         """The same with the other sign."""
@@ -101,8 +102,4 @@ def shared_series(problem: DesignProblem, quantities: FloatArray) -> IntArray | 
 def to_variables(problem: DesignProblem, by_quantities: FloatArray) -> FloatArray:
     """Gradients with respect to quantities (..., z) as those with respect to design variables (..., g)."""
     space = problem.space
-    continuous = ~space.discrete
-    columns = np.array([variable.columns[0] for variable in space.variables], dtype=np.int64)[continuous]
-    result = np.zeros((*by_quantities.shape[:-1], space.genes))
-    result[..., continuous] = by_quantities[..., columns]
-    return result
+    return np.where(space.discrete, 0.0, by_quantities[..., space.columns])

@@ -34,20 +34,20 @@ class Exchange:
 
     Args:
         problem: the design problem.
-        genes: candidates, shape (j, g).
+        variables: candidates, shape (j, g).
         factor: s, of the load errors.
     """
 
-    def __init__(self, problem: DesignProblem, genes: FloatArray, factor: float) -> None:
+    def __init__(self, problem: DesignProblem, variables: FloatArray, factor: float) -> None:
         information = MeasurementInformation(problem, 0.0)
-        observation, errors = problem.whitened(*problem.space.decode(genes))
+        observation, errors = problem.whitened(*problem.space.decode(variables))
         rows, shared = observation * problem.loaded.scale, problem.shared_errors
         transposed = rows.swapaxes(1, 2)
         common, own = factor * errors[..., shared], factor * errors[..., ~shared]
         reach = transposed @ own
         parts = [transposed @ rows, reach @ reach.swapaxes(1, 2), transposed @ common]
         self._shapes = [part.shape[1:] for part in parts]
-        self._parts: FloatArray = np.concatenate([part.reshape(len(genes), -1) for part in parts], axis=1)
+        self._parts: FloatArray = np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
         self._targets = information.relaxation().targets
 
     def sums(self, plans: IntArray) -> FloatArray:

@@ -15,7 +15,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.gradients import criterion_gradients
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InputError
+from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.instrument.deflection_noise import series_by_pose
 
 STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -30,9 +30,9 @@ class _Comparison:
 
     Attributes:
         gradient: exact, shape (m, g).
-        differences: central differences at the steps, shape (s, m, g); NaN for discrete genes.
-        errors: |difference − gradient|, each in the criterion's change over the gene's range, relative to the largest
-            of these changes, so that metres and radians can be compared; shape (s, m, g).
+        differences: central differences at the steps, shape (s, m, g); NaN for discrete variables.
+        errors: |difference − gradient|, each in the criterion's change over the variable's range, relative to the
+            largest of these changes, so that metres and radians can be compared; shape (s, m, g).
     """
 
     gradient: FloatArray
@@ -41,50 +41,58 @@ class _Comparison:
 
 
 def gradient_check(
-    problem: DesignProblem, genes: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
 ) -> pd.DataFrame:
     """Compare the exact gradients with central differences of the criteria's own code, variable by variable.
 
     Args:
         problem: of a configuration.
-        genes: one design, shape (m, g).
+        variables: one design, shape (m, g).
         names: of the criteria; all of them where left out.
-        steps: in parts of each gene's range.
+        steps: in parts of each variable's range.
 
     Returns:
-        One row per criterion and continuous gene: the gradient, the finite difference at the step that agrees best,
+        One row per criterion and continuous variable: the gradient, the finite difference at the step that agrees best,
         that step, and the relative error.
+
+    Raises:
+        NotIdentifiableError: a criterion has no gradient at the design.
     """
     span = problem.space.upper - problem.space.lower
     labels = variable_names(problem)
     rows = []
-    for name, found in _compared(problem, genes, list(known_criteria()) if names is None else names, steps).items():
-        for measurement, gene in np.argwhere(np.broadcast_to(~problem.space.discrete, genes.shape)):
-            best = int(np.nanargmin(found.errors[:, measurement, gene]))
+    for name, found in _compared(problem, variables, list(known_criteria()) if names is None else names, steps).items():
+        for measurement, variable in np.argwhere(np.broadcast_to(~problem.space.discrete, variables.shape)):
+            errors = found.errors[:, measurement, variable]
+            if np.isnan(errors).all():
+                what = f"`{name}` has no gradient at this design, whose measurements do not identify every parameter"
+                remedy = "Take a design that does, or look at `gradient_table`, which leaves such criteria out."
+                raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
+            best = int(np.nanargmin(errors))
             rows.append(
                 {
                     "criterion": name,
                     "measurement": int(measurement) + 1,
-                    "variable": labels[gene],
-                    "gradient": found.gradient[measurement, gene],
-                    "difference": found.differences[best, measurement, gene],
-                    "step": steps[best] * span[gene],
-                    "relative_error": found.errors[best, measurement, gene],
+                    "variable": labels[variable],
+                    "gradient": found.gradient[measurement, variable],
+                    "difference": found.differences[best, measurement, variable],
+                    "step": steps[best] * span[variable],
+                    "relative_error": found.errors[best, measurement, variable],
                 }
             )
     return pd.DataFrame(rows)
 
 
 def gradient_table(
-    problem: DesignProblem, genes: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
 ) -> pd.DataFrame:
     """One row per criterion: the largest relative difference over all variables at each step size, and the verdict.
 
     Args:
         problem: of a configuration.
-        genes: designs, shape (b, m, g).
+        variables: designs, shape (b, m, g).
         names: of the criteria; all of them where left out.
-        steps: in parts of each gene's range.
+        steps: in parts of each variable's range.
 
     Returns:
         Columns `quantity`, one per step, `at best steps` (each variable at its own best step, the largest of these),
@@ -96,7 +104,7 @@ def gradient_table(
     rows: list[dict[str, str | float]] = []
     for name in known_criteria() if names is None else names:
         try:
-            found = [_compared(problem, design, [name], steps)[name] for design in genes]
+            found = [_compared(problem, design, [name], steps)[name] for design in variables]
         except InputError:
             found = []
         errors = np.concatenate([one.errors for one in found], axis=1) if found else np.full((1, 1, 1), np.nan)
@@ -105,15 +113,15 @@ def gradient_table(
             continue
         errors = errors[..., ~problem.space.discrete]
         best = np.fmin.reduce(errors, axis=0)
-        row, gene = np.unravel_index(int(np.nanargmax(best)), best.shape)
-        label = np.array(labels)[~problem.space.discrete][gene]
+        row, variable = np.unravel_index(int(np.nanargmax(best)), best.shape)
+        label = np.array(labels)[~problem.space.discrete][variable]
         rows.append(
             {
                 "quantity": name,
                 **dict(zip(columns, np.fmax.reduce(errors, axis=(1, 2)).tolist(), strict=True)),
-                "at best steps": float(best[row, gene]),
-                "worst variable": f"{label} of measurement {int(row) % genes.shape[1] + 1}",
-                "verdict": "pass" if best[row, gene] <= ACCEPTED else "fail",
+                "at best steps": float(best[row, variable]),
+                "worst variable": f"{label} of measurement {int(row) % variables.shape[1] + 1}",
+                "verdict": "pass" if best[row, variable] <= ACCEPTED else "fail",
             }
         )
     return pd.DataFrame(rows, columns=["quantity", *columns, "at best steps", "worst variable", "verdict"])
@@ -128,21 +136,21 @@ def variable_names(problem: DesignProblem) -> list[str]:
 
 
 def _compared(
-    problem: DesignProblem, genes: FloatArray, names: Sequence[str], steps: Sequence[float]
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str], steps: Sequence[float]
 ) -> dict[str, _Comparison]:
     names, space = list(names), problem.space
     free = np.flatnonzero(~space.discrete)
     span = (space.upper - space.lower) * ~space.discrete
-    series = series_by_pose(space.decode(genes)[0])[None]
-    exact = criterion_gradients(problem, genes[None], names)
+    series = series_by_pose(space.decode(variables)[0])[None]
+    exact = criterion_gradients(problem, variables[None], names)
     widths = np.array(steps)[:, None] * span[free]
-    differences = {name: np.full((len(steps), *genes.shape), np.nan) for name in names}
-    for measurement in range(genes.shape[0]):
-        moved = np.tile(genes, (2, len(steps), len(free), 1, 1))
-        for place, gene in enumerate(free):
-            moved[0, :, place, measurement, gene] -= widths[:, place]
-            moved[1, :, place, measurement, gene] += widths[:, place]
-        flat = moved.reshape(-1, *genes.shape)
+    differences = {name: np.full((len(steps), *variables.shape), np.nan) for name in names}
+    for measurement in range(variables.shape[0]):
+        moved = np.tile(variables, (2, len(steps), len(free), 1, 1))
+        for place, variable in enumerate(free):
+            moved[0, :, place, measurement, variable] -= widths[:, place]
+            moved[1, :, place, measurement, variable] += widths[:, place]
+        flat = moved.reshape(-1, *variables.shape)
         assessment = problem.assess(*space.decode(flat), np.repeat(series, len(flat), axis=0))
         for name in names:
             low, high = known_criteria()[name].values(assessment).reshape(2, len(steps), len(free))

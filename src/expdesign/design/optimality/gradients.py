@@ -9,7 +9,7 @@ from expdesign.design.problem import DesignProblem
 
 
 def criterion_gradients(
-    problem: DesignProblem, genes: FloatArray, names: Sequence[str]
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str]
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Values (b,) and gradients (b, m, g) of criteria of designs with variables (b, m, g).
 
@@ -17,7 +17,7 @@ def criterion_gradients(
     NaN and the gradient 0. Where a criterion is a maximum, the gradient is that of its largest piece. Measurements that
     share their unloaded measurement are differentiated as if they kept sharing it.
     """
-    designs = Differentiated.of_designs(problem, genes)
+    designs = Differentiated.of_designs(problem, variables)
     found = {}
     for name in names:
         piece = designs.pieces(known_criteria()[name])[0]

@@ -20,18 +20,18 @@ from expdesign.design.optimality.differentiated import to_variables
 from expdesign.design.optimality.weights import Dual, Relaxation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.variables import Rows
-from expdesign.differentiation import gradient, independent, inverse_root, plain
+from expdesign.differentiation import gradient, independent, inverse_root, one_and_gram, plain, sum_of_squares
 
 CHUNK = 20000
 """Number of measurements that are evaluated at a time, so that memory is that of the results."""
 
 
 @dataclass(frozen=True)
-class LoadGenes:
-    """Genes that set the load itself.
+class LoadVariables:
+    """Variables that set the load itself.
 
     Attributes:
-        index: of the genes.
+        index: of the variables.
         vertices: every combination of their extreme values, shape (v, len(index)).
     """
 
@@ -72,12 +72,12 @@ class MeasurementInformation:
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
         return Relaxation(padded, prior, self.problem.space.measurements if count is None else count)
 
-    def rows(self, genes: FloatArray) -> FloatArray:
-        """R (j, k, q) of measurements with genes (j, g)."""
+    def rows(self, variables: FloatArray) -> FloatArray:
+        """R (j, k, q) of measurements with variables (j, g)."""
         count = len(self.problem.noise.axes)
-        rows = np.empty((len(genes), count, len(self._scale) + int(self.common.sum())))
-        for start in range(0, len(genes), CHUNK):
-            part = genes[start : start + CHUNK]
+        rows = np.empty((len(variables), count, len(self._scale) + int(self.common.sum())))
+        for start in range(0, len(variables), CHUNK):
+            part = variables[start : start + CHUNK]
             rows[start : start + CHUNK] = self._assembled(*self.problem.whitened(*self.problem.space.decode(part)))
         return rows
 
@@ -91,25 +91,25 @@ class MeasurementInformation:
         regular = (size < _OVERFLOW)[:, None, None]
         if not regular.all():
             observation, errors = np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
-        stacked = observation * self._scale
+        stacked = observation * (self._sharpness * self._scale)
         if self.common.any():
-            stacked = np.concatenate(
-                [stacked, self.load_errors * (errors @ np.eye(len(self.common))[:, self.common])], 2
-            )
-        stacked = self._sharpness * stacked
+            stacked = np.concatenate([stacked, errors @ self._chosen(self.common)], 2)
         if self.own.any():
-            own = self._sharpness * self.load_errors * (errors @ np.eye(len(self.own))[:, self.own])
-            root = inverse_root(np.eye(own.shape[1]) + own @ own.swapaxes(1, 2))
-            stacked = root @ stacked
+            stacked = inverse_root(one_and_gram(errors @ self._chosen(self.own))) @ stacked
         return stacked
 
-    def sensitivity(self, dual: Dual, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _chosen(self, flags: BoolArray) -> FloatArray:
+        """What takes the load errors of some sources from those of all, weighted as they count, shape (d, d')."""
+        chosen: FloatArray = self._sharpness * self.load_errors * np.eye(len(flags))[:, flags]
+        return chosen
+
+    def sensitivity(self, dual: Dual, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
         """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with design variables (b, g)."""
-        quantities = self.problem.space.quantities(genes)
+        quantities = self.problem.space.quantities(variables)
         with np.errstate(all="ignore"):
             rows = self._assembled(*self.problem.whitened(*self.problem.space.split(independent(quantities))))
-            found = ((rows @ dual.matrix) ** 2).sum(axis=(1, 2))
-        by_quantities = gradient(found, np.ones(len(genes)), quantities)
+            found = sum_of_squares(rows @ dual.matrix, (1, 2))
+        by_quantities = gradient(found, np.ones(len(variables)), quantities)
         return plain(found), to_variables(self.problem, by_quantities)
 
     @property
@@ -124,17 +124,17 @@ class MeasurementInformation:
         own = [source.source for source in loaded.sources if not source.shared and self.load_errors > 0.0]
         return loaded.linear_in_load and all(name == "wrench" for name in own)
 
-    def load_genes(self) -> LoadGenes:
-        """The genes that set the load (not the tilt of the base), and their extreme combinations."""
+    def load_variables(self) -> LoadVariables:
+        """The variables that set the load (not the tilt of the base), and their extreme combinations."""
         space = self.problem.space
         index, ends = [], []
-        for gene, variable in enumerate(space.variables):
+        for place, variable in enumerate(space.variables):
             if space.n_pose <= variable.columns[0] < space.n_pose + space.n_load:
-                index.append(gene)
+                index.append(place)
                 if isinstance(variable.domain, Rows):
                     values = variable.domain.table[:, 0]
                     ends.append((float(values.argmin()), float(values.argmax())))
                 else:
                     ends.append(variable.bounds)
         corners = list(product(*ends))
-        return LoadGenes(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))
+        return LoadVariables(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))

@@ -22,35 +22,35 @@ from expdesign.design.problem import DesignProblem
 _VANISHING = 1e-8
 
 
-def kktpm(problem: DesignProblem, genes: FloatArray) -> FloatArray:
-    """KKT proximity (d,) of the designs of a front, genes (d, m, g); NaN where a design has no gradient.
+def kktpm(problem: DesignProblem, variables: FloatArray) -> FloatArray:
+    """KKT proximity (d,) of the designs of a front, variables (d, m, g); NaN where a design has no gradient.
 
     The spans of the objectives are those of the designs given, so that a front should be given as a whole.
     """
     objectives = Objectives(problem)
     space = problem.space
-    designs = Differentiated.of_designs(problem, genes)
+    designs = Differentiated.of_designs(problem, variables)
     found = [objectives.pieces(k, designs) for k in range(objectives.count)]
     values = np.stack([pieces[0].value for pieces in found], axis=1)
     span = objectives.spans(values)
     free = (~space.discrete) & (space.upper > space.lower)
     width = np.where(free, space.upper - space.lower, 0.0)
-    tie = objectives.tie(genes)
+    tie = objectives.tie(variables)
     columns, slack = [], []
     for k, pieces in enumerate(found):
         for piece in pieces:
             gradient = piece.gradient() * width
             if tie is not None:
-                gradient = tie(gradient, np.arange(len(genes)))
+                gradient = tie(gradient, np.arange(len(variables)))
             # A root mean square that vanishes is as small as it can be: zero is among its subgradients.
             vanishing = problem.objectives[k].root_mean_square and np.abs(piece.value) <= _VANISHING * span[k]
             gradient = np.where(np.reshape(vanishing, (-1, 1, 1)), 0.0, gradient)
             columns.append(gradient[:, :, free] / span[k])
             slack.append((piece.value - values[:, k]) / span[k])
-    limits, limit_gradients = Limits(problem).rows(genes)
+    limits, limit_gradients = Limits(problem).rows(variables)
     scaled_limits = (limit_gradients * width)[..., free]
-    position = ((genes - space.lower) / np.where(free, space.upper - space.lower, 1.0))[..., free]
-    measure = np.full(len(genes), np.nan)
+    position = ((variables - space.lower) / np.where(free, space.upper - space.lower, 1.0))[..., free]
+    measure = np.full(len(variables), np.nan)
     # Where a criterion has a kink that it does not state, its gradient is not finite.
     smooth = np.logical_and.reduce([np.isfinite(column).all(axis=(1, 2)) for column in columns])
     for index in np.flatnonzero(designs.regular & smooth):
@@ -74,7 +74,7 @@ def _violation(
         slack: how far each piece is below its objective, ≤ 0, shape (j,).
         limits: rows g ≤ 0 of the measurements, shape (m, r).
         limit_gradients: shape (m, r, free).
-        position: free genes in parts of their range, shape (n,).
+        position: free variables in parts of their range, shape (n,).
     """
     n, j = gradients.shape
     m, r, width = limit_gradients.shape

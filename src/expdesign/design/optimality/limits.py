@@ -38,14 +38,14 @@ class Limits:
         lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
         return BatchFunction("leg_lengths", [pose], [lengths, ca.jacobian(lengths, pose)])
 
-    def rows(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values c (..., r) and their gradients (..., r, g) at measurements with genes (..., g)."""
-        poses = self._problem.space.decode(genes)[0]
+    def rows(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values c (..., r) and their gradients (..., r, g) at measurements with variables (..., g)."""
+        poses = self._problem.space.decode(variables)[0]
         values, by_pose = self._reach(poses)
         condition, by_condition = self._condition(poses)
         values = np.concatenate([values, condition[..., None]], axis=-1) + MARGIN
         by_pose = np.concatenate([by_pose, by_condition[..., None, :]], axis=-2)
-        gradient = np.zeros((*values.shape, genes.shape[-1]))
+        gradient = np.zeros((*values.shape, variables.shape[-1]))
         gradient[..., self._genes] = by_pose[..., self._coordinates]
         return values, gradient
 

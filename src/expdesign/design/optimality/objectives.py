@@ -24,9 +24,9 @@ class Objectives:
         found = designs.pieces(self._criteria[index])
         return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
 
-    def values(self, genes: FloatArray) -> FloatArray:
+    def values(self, variables: FloatArray) -> FloatArray:
         """All criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
-        assessment = self.problem.assess(*self.problem.space.decode(genes))
+        assessment = self.problem.assess(*self.problem.space.decode(variables))
         columns = [
             sign * criterion_values(criterion, assessment) for sign, criterion in zip(self._signs, self._criteria)
         ]
@@ -43,12 +43,12 @@ class Objectives:
         result: FloatArray = np.maximum(np.maximum(span, 1e-3 * size), 1e-300)
         return result
 
-    def tie(self, genes: FloatArray) -> Callable[[FloatArray, IntArray], FloatArray] | None:
-        """Projection that keeps poses equal where measurements of genes (b, m, g) share their unloaded reference.
+    def tie(self, variables: FloatArray) -> Callable[[FloatArray, IntArray], FloatArray] | None:
+        """Projection that keeps poses equal where measurements of variables (b, m, g) share their unloaded reference.
 
-        It takes changes of genes (c, m, g) and the indices (c,) of the designs that they belong to.
+        It takes changes of variables (c, m, g) and the indices (c,) of the designs that they belong to.
         """
-        series = shared_series(self.problem, self.problem.space.quantities(genes))
+        series = shared_series(self.problem, self.problem.space.quantities(variables))
         if series is None:
             return None
         space = self.problem.space
@@ -69,8 +69,8 @@ class Scalarised:
         self._objectives, self._centres, self._weights = objectives, centres, weights
         self._used = np.flatnonzero((weights > 0.0).any(axis=0))
 
-    def __call__(self, genes: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-        designs = Differentiated.of_designs(self._objectives.problem, genes)
+    def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
+        designs = Differentiated.of_designs(self._objectives.problem, variables)
         found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), designs)]
         weights = self._weights[index]
         columns = []

@@ -34,44 +34,44 @@ _CHILDREN, _RESTARTS, _CAPACITY = 24, 6, 400_000_000
 
 
 def polish(
-    problem: DesignProblem, genes: FloatArray, report: Report = lambda text: None, *, points: int | None = None
+    problem: DesignProblem, variables: FloatArray, report: Report = lambda text: None, *, points: int | None = None
 ) -> FloatArray:
     """Designs that improve a front, to be merged with it.
 
     Args:
         problem: the design problem.
-        genes: feasible designs, e.g. a front, shape (d, m, g).
+        variables: feasible designs, e.g. a front, shape (d, m, g).
         report: told in words about each round.
         points: how many designs along the front are wanted; as many as the search's population where left out.
 
     Returns:
-        Genes (d', m, g), within bounds and limits, among them the best found for each objective alone and for `total`.
-        Discrete genes are those of the designs that they came from. The same arguments give the same designs.
+        Designs (d', m, g), within bounds and limits, among them the best for each objective alone and for `total`.
+        Discrete variables are those of the designs that they came from. The same arguments give the same designs.
     """
-    last = genes
-    for number, last in enumerate(polish_rounds(problem, genes, points=points), start=1):
+    last = variables
+    for number, last in enumerate(polish_rounds(problem, variables, points=points), start=1):
         report(f"polish, round {number}: {len(last)} designs")
     return last
 
 
-def polish_rounds(problem: DesignProblem, genes: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
+def polish_rounds(problem: DesignProblem, variables: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
     """What `polish` has reached after each of its rounds; the arguments are the same."""
-    last = genes
-    for last in coarse_rounds(problem, genes, points=points):
+    last = variables
+    for last in coarse_rounds(problem, variables, points=points):
         yield last
     yield from fine_rounds(problem, last, points=points)
 
 
-def coarse_rounds(problem: DesignProblem, genes: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
+def coarse_rounds(problem: DesignProblem, variables: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
     """The rounds that find where the front lies, with the designs of the relaxation; see `polish`."""
-    designs = np.concatenate([genes, relaxed_designs(problem)])
+    designs = np.concatenate([variables, relaxed_designs(problem)])
     yield designs
     if (~problem.space.discrete).any():
         yield from _Polish(problem, points or problem.optimiser.population, 0).run(designs, _COARSE)
 
 
 def fine_rounds(
-    problem: DesignProblem, genes: FloatArray, others: FloatArray | None = None, *, points: int | None = None
+    problem: DesignProblem, variables: FloatArray, others: FloatArray | None = None, *, points: int | None = None
 ) -> Iterator[FloatArray]:
     """The rounds that make every point of the front satisfy the optimality conditions; see `polish`.
 
@@ -80,10 +80,10 @@ def fine_rounds(
     """
     if (~problem.space.discrete).any():
         polishing = _Polish(problem, points or problem.optimiser.population, 1)
-        pool = genes
+        pool = variables
         if others is not None:
             descended = list(polishing.run(others, _DESCENT))[-1]
-            pool = np.concatenate([genes, descended])
+            pool = np.concatenate([variables, descended])
             yield pool
         last = pool
         for last in polishing.run(pool, _FINE):
@@ -92,7 +92,7 @@ def fine_rounds(
 
 
 class _Polish:
-    """The rounds of one refinement; `stream` tells its random numbers from those of others."""
+    """The rounds of one refinement; `stream` separates its random numbers from those of other rounds."""
 
     def __init__(self, problem: DesignProblem, points: int, stream: int) -> None:
         known = known_criteria()
@@ -100,21 +100,21 @@ class _Polish:
         self._problem = problem
         # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued, and
         # not to the end.
-        variables = problem.space.measurements * int((~problem.space.discrete).sum())
-        affordable = max(1, _CAPACITY // variables**3)
+        unknowns = problem.space.measurements * int((~problem.space.discrete).sum())
+        affordable = max(1, _CAPACITY // unknowns**3)
         self._restarts = min(_RESTARTS, max(1, affordable // 20))
         self._points = min(points, affordable)
-        self._part = min(1.0, 0.25 * _CAPACITY / variables**3)
+        self._part = min(1.0, 0.25 * _CAPACITY / unknowns**3)
         self._objectives = Objectives(problem, further)
         self._count = self._objectives.count
         self._robot = problem.loaded.robot
         self._generator = np.random.default_rng([problem.optimiser.seed, stream])
 
-    def run(self, genes: FloatArray, rounds: tuple[Round, ...]) -> Iterator[FloatArray]:
+    def run(self, variables: FloatArray, rounds: tuple[Round, ...]) -> Iterator[FloatArray]:
         """The designs kept after each round."""
-        pool, values = self._usable(genes)
+        pool, values = self._usable(variables)
         if len(pool) == 0:
-            yield genes
+            yield variables
             return
         for mixed, iterations, part in rounds:
             centres, weights = self._aims(values, max(1, round(part * self._points)))
@@ -150,16 +150,16 @@ class _Polish:
         smooth[np.argmin(values, axis=0)] = True
         return pool[smooth]
 
-    def _usable(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _usable(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Designs that are within the limits and identify everything, and their criteria."""
-        genes = self._problem.settable(genes)
-        values = self._objectives.values(genes)
-        poses, loads = self._problem.space.decode(genes)
+        variables = self._problem.settable(variables)
+        values = self._objectives.values(variables)
+        poses, loads = self._problem.space.decode(variables)
         usable = self._robot.usable(poses).all(axis=1) & np.isfinite(values).all(axis=1)
         constraints = self._problem.constraints
         if constraints is not None:
             usable &= (constraints.violations(self._problem.loaded, poses, loads) <= 0.0).all(axis=1)
-        return genes[usable], values[usable]
+        return variables[usable], values[usable]
 
     def _kept(self, values: FloatArray) -> IntArray:
         """The non-dominated designs, with the best of each criterion even where that one is not an objective."""

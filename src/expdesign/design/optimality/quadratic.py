@@ -1,9 +1,9 @@
 """Many small convex quadratic programs at once, by a primal-dual interior-point method.
 
 Each is  min t + ½·dᵀHd + ν·Σs  subject to  φ + J·d ≤ t,  c_i + N_i·d_i ≤ s_i,  s ≥ 0,  low ≤ d ≤ high,  where the
-limit rows N_i concern the genes d_i of measurement i alone, which keeps the cost of a row independent of the number of
-measurements (Nocedal & Wright 2006, chapters 16 and 18.5, for the method and the exact penalty). The numbers should be
-scaled so that steps, and changes of φ, are of the order of 1.
+limit rows N_i concern the variables d_i of measurement i alone, which keeps the cost of a row independent of how many
+measurements there are (Nocedal & Wright 2006, chapters 16 and 18.5, for the method and the exact penalty). The numbers
+should be scaled so that steps, and changes of φ, are of the order of 1.
 """
 
 from dataclasses import dataclass, fields

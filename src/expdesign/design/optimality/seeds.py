@@ -20,7 +20,7 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
     space = problem.space
     found: list[FloatArray] = []
     known: FloatArray | None = None
-    # Where genes can be refined afterwards a short list will do.
+    # Where variables can be refined afterwards a short list will do.
     listed = 100 if (~space.discrete).any() else 2000
     for factor in LADDER if problem.loaded.sources else LADDER[:1]:
         certificate = Certificate(problem, factor, samples=1000, starts=16, steps=15, passes=1, tolerance=1e-3)

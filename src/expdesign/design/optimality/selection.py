@@ -20,12 +20,12 @@ class Selection:
     """A plan chosen from candidates.
 
     Attributes:
-        genes: shape (m, g).
+        variables: shape (m, g).
         value: DUIR, or `total` where load errors were counted.
         bound: what no plan from the candidates can beat.
     """
 
-    genes: FloatArray
+    variables: FloatArray
     value: float
     bound: LowerBound
 
@@ -37,7 +37,7 @@ def choose_measurements(
 
     Args:
         problem: the design problem.
-        candidates: genes (j, g); all measurements of a space with finitely many where left out.
+        candidates: variables (j, g); all measurements of a space with finitely many where left out.
         with_load_errors: whether `total` is to be made small, and not DUIR.
 
     Raises:

@@ -21,7 +21,7 @@ def split_duir(problem: DesignProblem, candidates: FloatArray, weights: FloatArr
 
     Args:
         problem: the design problem.
-        candidates: genes (j, g), the likeliest first.
+        candidates: variables (j, g), the likeliest first.
         weights: optimal ones of the relaxation, shape (j,).
     """
     count = PARTS * problem.space.measurements

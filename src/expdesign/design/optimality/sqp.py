@@ -17,10 +17,10 @@ from expdesign.design.optimality.quadratic import Programs, Solutions, solve
 from expdesign.design.problem import DesignProblem
 
 Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
-"""Functions to be made small: (genes (b, m, g), which problems they belong to (b,)) → values (b, j) and gradients
+"""Functions to be made small: (variables (b, m, g), which problems they belong to (b,)) → values (b, j) and gradients
 (b, j, m, g)."""
 Tie = Callable[[FloatArray, IntArray], FloatArray]
-"""Projection of changes of genes (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
+"""Projection of changes of variables (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
 
 PENALTY = 10.0
 _PAD = 16
@@ -32,17 +32,17 @@ _MEMORY = 20_000_000
 
 @dataclass
 class _Points:
-    """Where some designs stand: genes, functions and limits, with derivatives per part of a free gene's range.
+    """Where some designs stand: variables, functions and limits, with derivatives per part of a free variable's range.
 
     Attributes:
-        genes: shape (b, m, g).
+        variables: shape (b, m, g).
         values: φ, shape (b, j).
-        gradients: shape (b, j, m·f) for f free genes.
+        gradients: shape (b, j, m·f) for f free variables.
         limits: shape (b, m, r).
         limit_gradients: shape (b, m, r, f).
     """
 
-    genes: FloatArray
+    variables: FloatArray
     values: FloatArray
     gradients: FloatArray
     limits: FloatArray
@@ -65,7 +65,7 @@ class MinimaxSearch:
     """The minimax problems of some designs.
 
     Args:
-        problem: gives bounds, limits and which genes are continuous.
+        problem: gives bounds, limits and which variables are continuous.
         pieces: the functions.
         tie: keeps shared poses shared; None where nothing is shared.
     """
@@ -78,40 +78,40 @@ class MinimaxSearch:
         self._span = (self._space.upper - self._space.lower)[self._free]
 
     def minimise(
-        self, genes: FloatArray, *, iterations: int = 60, radius: float = 0.2, tolerance: float = 1e-9
+        self, variables: FloatArray, *, iterations: int = 60, radius: float = 0.2, tolerance: float = 1e-9
     ) -> FloatArray:
-        """Improved genes (b, m, g); discrete genes stay as they are.
+        """Improved variables (b, m, g); discrete variables stay as they are.
 
         Args:
-            genes: starts within the bounds, shape (b, m, g).
+            variables: starts within the bounds, shape (b, m, g).
             iterations: largest number of steps.
-            radius: first trust radius, in parts of a gene's range.
+            radius: first trust radius, in parts of a variable's range.
             tolerance: a design is finished when its largest function cannot be expected to fall by this part of its
                 size (at least of 1) in two steps running.
         """
-        if not self._free.any() or len(genes) == 0:
-            return genes.copy()
-        together = max(1, _MEMORY // (genes.shape[1] * len(self._span)) ** 2)
-        parts = np.split(np.arange(len(genes)), np.arange(together, len(genes), together))
-        return np.concatenate([self._minimise(genes[part], part, iterations, radius, tolerance) for part in parts])
+        if not self._free.any() or len(variables) == 0:
+            return variables.copy()
+        together = max(1, _MEMORY // (variables.shape[1] * len(self._span)) ** 2)
+        parts = np.split(np.arange(len(variables)), np.arange(together, len(variables), together))
+        return np.concatenate([self._minimise(variables[part], part, iterations, radius, tolerance) for part in parts])
 
     def _minimise(
-        self, genes: FloatArray, index: IntArray, iterations: int, radius: float, tolerance: float
+        self, variables: FloatArray, index: IntArray, iterations: int, radius: float, tolerance: float
     ) -> FloatArray:
-        n = genes.shape[1] * len(self._span)
-        hessian = np.tile(np.eye(n), (len(genes), 1, 1))
-        fresh = np.ones(len(genes), dtype=bool)
-        radii, quiet = np.full(len(genes), radius), np.zeros(len(genes), dtype=np.int64)
-        alive = np.arange(len(genes))
-        points = self._evaluate(genes, index)
+        n = variables.shape[1] * len(self._span)
+        hessian = np.tile(np.eye(n), (len(variables), 1, 1))
+        fresh = np.ones(len(variables), dtype=bool)
+        radii, quiet = np.full(len(variables), radius), np.zeros(len(variables), dtype=np.int64)
+        alive = np.arange(len(variables))
+        points = self._evaluate(variables, index)
         for _ in range(iterations):
             if alive.size == 0:
                 break
             here = points.take(alive)
             programs = self._programs(here, hessian[alive], radii[alive])
             solution = _solve_scaled(programs, radii[alive])
-            moved = self._moved(here.genes, solution.step, index[alive])
-            step = ((moved - here.genes)[..., self._free] / self._span).reshape(len(alive), n)
+            moved = self._moved(here.variables, solution.step, index[alive])
+            step = ((moved - here.variables)[..., self._free] / self._span).reshape(len(alive), n)
             predicted = here.merit - _model(programs, step)
             trial = self._evaluate(moved, index[alive])
             actual = here.merit - trial.merit
@@ -126,15 +126,15 @@ class MinimaxSearch:
             small = predicted < tolerance * np.maximum(1.0, np.abs(here.merit))
             quiet[alive] = np.where(small, quiet[alive] + 1, 0)
             alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
-        return points.genes
+        return points.variables
 
-    def _moved(self, genes: FloatArray, step: FloatArray, index: IntArray) -> FloatArray:
-        """Genes after a step in parts of the free genes' ranges, within the bounds."""
-        change = np.zeros_like(genes)
-        change[..., self._free] = step.reshape(*genes.shape[:2], -1) * self._span
+    def _moved(self, variables: FloatArray, step: FloatArray, index: IntArray) -> FloatArray:
+        """Variables after a step in parts of the free variables' ranges, within the bounds."""
+        change = np.zeros_like(variables)
+        change[..., self._free] = step.reshape(*variables.shape[:2], -1) * self._span
         if self._tie is not None:
             change = self._tie(change, index)
-        moved: FloatArray = np.clip(genes + change, self._space.lower, self._space.upper)
+        moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
         for _ in range(_CORRECTIONS):
             # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
             shift = self._back_within_limits(moved)
@@ -143,10 +143,10 @@ class MinimaxSearch:
             moved = np.clip(moved + shift, self._space.lower, self._space.upper)
         return moved
 
-    def _back_within_limits(self, genes: FloatArray) -> FloatArray:
+    def _back_within_limits(self, variables: FloatArray) -> FloatArray:
         """Shortest changes (b, m, g) that take violated limits, linearised, to zero."""
-        shift = np.zeros_like(genes)
-        values, gradients = self._limits.rows(genes)
+        shift = np.zeros_like(variables)
+        values, gradients = self._limits.rows(variables)
         beyond = (values > 0.0).any(axis=-1)
         if beyond.any():
             excess = np.maximum(values[beyond], 0.0)
@@ -157,33 +157,33 @@ class MinimaxSearch:
                 np.eye(values.shape[-1]) * (excess == 0.0)[:, None] + 1e-12 * np.eye(values.shape[-1])
             )
             back = -(rows.swapaxes(-1, -2) @ np.linalg.solve(gram, excess[..., None]))[..., 0] * self._span
-            part = np.zeros((len(back), genes.shape[-1]))
+            part = np.zeros((len(back), variables.shape[-1]))
             part[:, self._free] = back
             shift[beyond] = part
         return shift
 
-    def _evaluate(self, genes: FloatArray, index: IntArray) -> _Points:
+    def _evaluate(self, variables: FloatArray, index: IntArray) -> _Points:
         # Batches of few different sizes, because the engine keeps a function for every size.
-        missing = -len(genes) % _PAD if len(genes) > 1 else 0
-        padded = np.concatenate([genes, np.repeat(genes[-1:], missing, axis=0)])
+        missing = -len(variables) % _PAD if len(variables) > 1 else 0
+        padded = np.concatenate([variables, np.repeat(variables[-1:], missing, axis=0)])
         which = np.concatenate([index, np.repeat(index[-1:], missing)])
         values, gradients = self._pieces(padded, which)
-        slopes = gradients[: len(genes)]
+        slopes = gradients[: len(variables)]
         if self._tie is not None:
             parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
             slopes = np.stack(parts, axis=1)
         slopes = np.nan_to_num(slopes[..., self._free] * self._span)
-        values = values[: len(genes)]
+        values = values[: len(variables)]
         values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, _INVALID)
-        limits, limit_gradients = self._limits.rows(genes)
+        limits, limit_gradients = self._limits.rows(variables)
         limit_gradients = limit_gradients[..., self._free] * self._span
-        return _Points(genes.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
+        return _Points(variables.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
 
     def _programs(self, here: _Points, hessian: FloatArray, radii: FloatArray) -> Programs:
         """Quadratic models within the bounds and the trust regions."""
         reach = radii[:, None, None]
-        low = np.maximum((self._space.lower - here.genes)[..., self._free] / self._span, -reach)
-        high = np.minimum((self._space.upper - here.genes)[..., self._free] / self._span, reach)
+        low = np.maximum((self._space.lower - here.variables)[..., self._free] / self._span, -reach)
+        high = np.minimum((self._space.upper - here.variables)[..., self._free] / self._span, reach)
         sides = np.minimum(low, -1e-14).reshape(len(radii), -1), np.maximum(high, 1e-14).reshape(len(radii), -1)
         penalty = np.full(len(radii), PENALTY)
         return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)

@@ -12,7 +12,6 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.elastostatics.regressors.geometric import TYPICAL_ERROR
 from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
-from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
 
@@ -35,16 +34,15 @@ class Frames(Regressor):
         return np.zeros(12)
 
     def require(self, robot: Robot) -> str | None:
-        spatial = isinstance(robot, ParallelRobot) and robot.coordinates.n == 6
+        spatial = robot.inverse_kinematics is not None and robot.coordinates.n == 6
         return None if spatial else "frames that are unknown need a robot with six pose coordinates"
 
     def expressions(self, robot: Robot, configuration: ca.SX) -> dict[str, ca.SX]:
-        assert isinstance(robot, ParallelRobot)
-        rotation, rates = robot.rotation(configuration), robot.pose_rate_map(configuration)
-        position = ca.SX(robot.home) + configuration[:3]
+        state = robot.commanded_state(configuration, ca.SX(robot.gravity))
+        _, rotation = robot.frame(configuration, ca.SX.zeros(6))
         instrument = ca.SX.eye(6)
-        instrument[:3, 3:] = -ca.skew(position)
-        return {"frames": rates @ ca.horzcat(instrument, ca.diagcat(rotation, rotation))}
+        instrument[:3, 3:] = -ca.skew(state.position)
+        return {"frames": state.rates @ ca.horzcat(instrument, ca.diagcat(rotation, rotation))}
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         return maps.further["frames"]

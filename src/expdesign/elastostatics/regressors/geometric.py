@@ -26,8 +26,7 @@ class Geometric(Regressor):
     needs_load = False
 
     def names(self, robot: Robot) -> tuple[str, ...]:
-        assert isinstance(robot, ParallelRobot)
-        return (*robot.geometry_names, *(f"{name} length" for name in robot.actuators))
+        return (*_closed_form(robot).geometry_names, *(f"{name} length" for name in robot.actuators))
 
     def scale(self, robot: Robot) -> FloatArray:
         return np.full(len(self.names(robot)), TYPICAL_ERROR)
@@ -36,13 +35,19 @@ class Geometric(Regressor):
         return np.zeros(len(self.names(robot)))
 
     def require(self, robot: Robot) -> str | None:
-        return None if isinstance(robot, ParallelRobot) else "geometric calibration needs a robot on legs"
+        return "geometric calibration needs a robot on legs" if robot.inverse_kinematics is None else None
 
     def expressions(self, robot: Robot, configuration: ca.SX) -> dict[str, ca.SX]:
-        assert isinstance(robot, ParallelRobot)
-        geometry = ca.SX.sym("g", len(robot.geometry))
-        rates = ca.jacobian(robot.actuator_lengths(configuration, geometry), geometry)
-        return {"geometry": ca.substitute(rates, geometry, ca.SX(robot.geometry))}
+        closed_form = _closed_form(robot)
+        geometry = ca.SX.sym("g", len(closed_form.geometry))
+        rates = ca.jacobian(closed_form.actuator_lengths(configuration, geometry), geometry)
+        return {"geometry": ca.substitute(rates, geometry, ca.SX(closed_form.geometry))}
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         return np.concatenate([-maps.pose @ maps.further["geometry"], maps.pose], axis=-1)
+
+
+def _closed_form(robot: Robot) -> ParallelRobot:
+    closed_form = robot.inverse_kinematics
+    assert closed_form is not None  # `Geometric.require`
+    return closed_form

@@ -37,7 +37,7 @@ class Regressor(ABC):
         noun: what its parameters are called, in the plural.
         measurement: what one measurement is called.
         needs_load: whether a measurement without load tells nothing.
-        redundant: how many parameters can never be told from others of the same regressor. Estimates of such
+        redundant: how many combinations of its parameters are never identifiable (gauge freedoms). Estimates of such
             parameters do not exist, predictions of the pose may (theory.md 9.I, gauge freedoms).
     """
 
