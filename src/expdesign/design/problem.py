@@ -63,7 +63,7 @@ class DesignProblem:
         shared = tuple(source.shared for source in self.loaded.sources)
         if self.noise.shared_reference and series is None:
             series = series_by_pose(configurations)
-        return Assessment(measurements, self.noise, shared, self.targets, series)
+        return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
 
     def whitened(self, configurations: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Whitened maps of single measurements, with any batch dimensions in front.
