@@ -7,7 +7,6 @@ from typing import Literal
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.single import search_single
@@ -49,14 +48,14 @@ def optimised(
         NotIdentifiableError: no design identifies what the targets need.
     """
     genes = []
-    for name, criterion in known_criteria().items():
+    for name, criterion in problem.criteria.items():
         found = search_single(problem, criterion, seed=seed, generations=generations)
         genes.append(found.genes)
         report(name)
     plans = [plan_of_genes(problem, one) for one in genes]
     assessment = problem.assess(*problem.space.decode(np.array(genes)), np.array([plan.series for plan in plans]))
     best = []
-    for name, criterion in known_criteria().items():
+    for name, criterion in problem.criteria.items():
         values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
         best.append(Contender(name, "optimised", plans[int(np.nanargmin(values))]))
     return best

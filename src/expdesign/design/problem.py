@@ -1,13 +1,13 @@
 """A design problem: everything that a run configuration says, as objects that the search and the criteria work on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.found_robot import FoundRobot
 from expdesign.design.space import DesignSpace
@@ -43,6 +43,7 @@ class DesignProblem:
         config: the configuration as resolved (robot written out, defaults filled in).
         source: name of the configuration file.
         found: the model that the robot was found to be; None where the configuration names a robot file.
+        further: criteria beside those of every design (`known_criteria`) for which the configuration asks.
     """
 
     loaded: LoadedRobot
@@ -56,6 +57,18 @@ class DesignProblem:
     config: dict[str, Any]
     source: str
     found: FoundRobot | None = None
+    further: tuple[Criterion, ...] = ()
+
+    @property
+    def criteria(self) -> dict[str, Criterion]:
+        """Every known criterion, and the further ones, by name."""
+        return {**known_criteria(), **{criterion.name: criterion for criterion in self.further}}
+
+    def working(self, designs: FloatArray) -> "DesignProblem":
+        """The problem with the objectives by which a search may go at designs (b, m, g); see `Criterion.working`."""
+        changed = tuple(c.working(self.assess(*self.space.decode(designs))) for c in self.objectives)
+        same = all(mine is yours for mine, yours in zip(changed, self.objectives, strict=True))
+        return self if same else replace(self, objectives=changed)
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""

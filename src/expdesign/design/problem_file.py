@@ -1,5 +1,6 @@
 """Read a design problem from a run configuration."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from expdesign.design.calibration_file import load_section, read_regressor
 from expdesign.design.found_robot import FoundRobot, robot_of
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
-from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
+from expdesign.design.schema import ExperimentSection, LoadSection, ModelErrorSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -61,14 +62,14 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
     noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
-    return DesignProblem(
+    problem = DesignProblem(
         loaded=loaded,
         noise=with_reference_pose(noise, experiment, robot, document),
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
         space=_space(experiment, robot, load, poses),
-        objectives=_objectives(section.objectives, document),
+        objectives=(),
         optimiser=OptimiserSettings(
             section.optimiser.population,
             section.optimiser.generations,
@@ -79,6 +80,8 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         source=document.source,
         found=found,
     )
+    further = _further(problem, section, document)
+    return replace(problem, objectives=_objectives(section.objectives, further, document), further=further)
 
 
 def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
@@ -301,13 +304,22 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
     return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
 
 
-def _objectives(names: list[str], document: YamlDocument) -> tuple[Criterion, ...]:
-    known = known_criteria()
+def _further(problem: DesignProblem, section: RunSection, document: YamlDocument) -> tuple[Criterion, ...]:
+    """Criteria that not every configuration asks for."""
+    if section.model_error is None and "meir" not in section.objectives:
+        return ()
+    from expdesign.model_error.section import meir_of  # noqa: PLC0415 (design stands left of it)
+
+    return (meir_of(problem, section.model_error or ModelErrorSection(), document),)
+
+
+def _objectives(names: list[str], further: tuple[Criterion, ...], document: YamlDocument) -> tuple[Criterion, ...]:
+    known = {**known_criteria(), **{criterion.name: criterion for criterion in further}}
     where = document.where(("objectives",))
     for index, name in enumerate(names):
         if name not in known:
             place = document.where(("objectives", index))
-            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, known))
+            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, (*known, "meir")))
     if len(set(names)) != len(names):
         raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
     if len(names) < 2:

@@ -2,6 +2,7 @@
 
 from functools import cached_property
 from typing import Literal, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 
 Form = Literal["max", "rms"]
+_TIES = 3
+"""Effects that may be the worst together at an optimum: more than this, and it is a coincidence that costs time."""
 
 
 class ModelErrorImpact:
@@ -44,6 +47,8 @@ class ModelErrorImpact:
         if physics is None:
             physics = with_steps(problem, physics_of_problem(problem, self.assumptions), self.assumptions)
         self.physics = physics
+        # The pieces of the maximum are asked for one by one.
+        self._evaluated: WeakKeyDictionary[Assessment, FloatArray] = WeakKeyDictionary()
         self.directions = Directions(
             problem.loaded.robot, problem.loaded.load, self.physics, known=known_chain(problem)
         )
@@ -105,6 +110,11 @@ class ModelErrorImpact:
         With its adjoint where the assessment is recorded: exact where one combination of an effect's parameters is the
         worst, and prior sizes are those of the table.
         """
+        if assessment not in self._evaluated:
+            self._evaluated[assessment] = self._squares(assessment)
+        return self._evaluated[assessment]
+
+    def _squares(self, assessment: Assessment) -> FloatArray:
         base, directions = self.whitened(assessment)
         numbers = plain(base), plain(directions)
         hidden = self._hidden(*numbers)
@@ -129,7 +139,7 @@ class ModelErrorImpact:
         The largest is taken with `assessment.largest`, so that the pieces of this maximum can be told apart.
         """
         squares = self.squares(assessment)
-        return square_root(assessment.largest(squares) if form == "max" else squares.mean(axis=1))
+        return square_root(assessment.largest(squares, _TIES) if form == "max" else squares.mean(axis=1))
 
     def _worst_starts(self, squares: FloatArray) -> tuple[FloatArray, IntArray]:
         """Squares (b, effects) and entries (b, effects) of each effect's worst start, from those of all entries."""

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
@@ -28,7 +27,7 @@ from expdesign.report.blocks import (
     Subheading,
 )
 from expdesign.report.design_data import design_data, design_summary
-from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
+from expdesign.report.design_figures import budget_figure, described, front_figure, parallel_figure, shown_criteria
 from expdesign.report.design_texts import next_steps, vocabulary
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
@@ -144,7 +143,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
         "designs",
         "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below. The CSV has all "
         "criteria.",
-        ["Design", *(words.criterion_with_unit(name, known_criteria()[name].unit) for name in first)],
+        ["Design", *(words.criterion_with_unit(name, described(name).unit) for name in first)],
         rows,
         Download("pareto.csv", csv_text(pareto_frame(front))),
         choice="design",
