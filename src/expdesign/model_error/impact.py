@@ -48,7 +48,7 @@ class ModelErrorImpact:
             physics = with_steps(problem, physics_of_problem(problem, self.assumptions), self.assumptions)
         self.physics = physics
         # The pieces of the maximum are asked for one by one.
-        self._evaluated: WeakKeyDictionary[Assessment, FloatArray] = WeakKeyDictionary()
+        self._evaluated: WeakKeyDictionary[Assessment, dict[Form, FloatArray]] = WeakKeyDictionary()
         self.directions = Directions(
             problem.loaded.robot, problem.loaded.load, self.physics, known=known_chain(problem)
         )
@@ -99,25 +99,28 @@ class ModelErrorImpact:
         """What the designs of an assessment by this problem hide."""
         return self._hidden(*(plain(rows) for rows in self.whitened(assessment)))
 
-    def _hidden(self, base: FloatArray, directions: FloatArray) -> Hidden:
+    def _hidden(self, base: FloatArray, directions: FloatArray, *, only_worst: bool = False) -> Hidden:
         deviations = self.scales(directions)
         scaled = directions * deviations[..., None, :]
-        return hidden_errors(base, scaled, self._scaled_errors(deviations), self.physics, self.assumptions)
+        errors = self._scaled_errors(deviations)
+        return hidden_errors(base, scaled, errors, self.physics, self.assumptions, only_worst=only_worst)
 
-    def squares(self, assessment: Assessment) -> FloatArray:
-        """MEIR_e² of every effect, the worst of its starts, shape (b, effects).
+    def squares(self, assessment: Assessment, form: Form = "max") -> FloatArray:
+        """MEIR_e² of every effect, the worst of its starts, shape (b, effects); for `max`, those far below the largest
+        are lower bounds.
 
         With its adjoint where the assessment is recorded: exact where one combination of an effect's parameters is the
         worst, and prior sizes are those of the table.
         """
-        if assessment not in self._evaluated:
-            self._evaluated[assessment] = self._squares(assessment)
-        return self._evaluated[assessment]
+        known = self._evaluated.setdefault(assessment, {})
+        if form not in known:
+            known[form] = self._squares(assessment, form)
+        return known[form]
 
-    def _squares(self, assessment: Assessment) -> FloatArray:
+    def _squares(self, assessment: Assessment, form: Form) -> FloatArray:
         base, directions = self.whitened(assessment)
         numbers = plain(base), plain(directions)
-        hidden = self._hidden(*numbers)
+        hidden = self._hidden(*numbers, only_worst=form == "max")
         by_effect, worst = self._worst_starts(hidden.squares)
 
         def pull(seed: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,7 +141,7 @@ class ModelErrorImpact:
 
         The largest is taken with `assessment.largest`, so that the pieces of this maximum can be told apart.
         """
-        squares = self.squares(assessment)
+        squares = self.squares(assessment, form)
         return square_root(assessment.largest(squares, _TIES) if form == "max" else squares.mean(axis=1))
 
     def _worst_starts(self, squares: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -9,7 +9,7 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.model_error.impact import Form, ModelErrorImpact
 
-_CLOSE = 0.9
+_CLOSE = 0.99
 """Part of a design's MEIR from which on an effect belongs to the working set of a search: it may be the worst soon."""
 
 

@@ -31,6 +31,7 @@ from expdesign.report.design_figures import budget_figure, described, front_figu
 from expdesign.report.design_texts import next_steps, vocabulary
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
+from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
 
@@ -68,12 +69,14 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         "deviations": deviations_report.CAPTION,
     }
     robot = problem.loaded.robot
+    hidden = hidden_section(problem, front)
     sections = (
         _summary(problem, front, run, budget, deviations),
         _choice(problem, front, data),
         _design(problem, front, budget, data),
         _errors(problem, front, budget, data, maps),
         Section("exactness", "How exactly the plan has to be met", deviations.blocks(front.recommended)),
+        *(() if hidden is None else (hidden,)),
         next_steps(problem, front),
         vocabulary(front),
         _run(problem, front, run),
