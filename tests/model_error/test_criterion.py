@@ -154,3 +154,38 @@ def test_evaluate_names_what_is_hidden(tmp_path: Path) -> None:
     assert result.criteria.loc["meir", "value"] == pytest.approx(record["meir"])
     assert record["hidden"]["effects"][0]["error"] == record["hidden"]["meir"]
     assert not any(each["physics"] == "leg_coupling" for each in record["hidden"]["effects"])
+
+
+def test_consistent_recordings_say_what_may_still_be_hidden(tmp_path: Path) -> None:
+    path = written(tmp_path, {"model_error": {"physics": ["leg_coupling", "leg_backlash"]}}, measurements=5)
+    here = read_problem(path)
+    designs = starting_designs(here, 1, np.random.default_rng(1)).reshape(5, -1)
+    configurations, loads = here.space.decode(designs)
+    true = here.loaded.measure(configurations, loads).observation @ here.loaded.robot.compliance
+    noisy = true + np.random.default_rng(2).normal(scale=1e-6, size=true.shape)
+    lines = ["sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m,std_dx_m,std_dy_m"]
+    for index, (pose, moved) in enumerate(zip(configurations.tolist(), noisy.tolist(), strict=True), start=1):
+        lines.append(",".join(map(repr, [index, index, *pose, 0.0, -1000.0, *moved, 1e-6, 1e-6])))
+    (tmp_path / "recordings.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    robot = CONFIGS / "robots" / "bipod.yaml"
+    found = xd.diagnose(robot, tmp_path / "recordings.csv", targets=path)
+    assert found.verdict == "consistent"
+    hidden = found.record["hidden"]
+    assert hidden["freedom"] == 8
+    assert {each["physics"] for each in hidden["effects"]} <= {"leg_coupling", "leg_backlash"}
+    # Recordings of this plan hide what the plan hides.
+    planned = meir_of(here).values(here.assess(configurations[None], loads[None]))[0]
+    assert hidden["meir"] == pytest.approx(planned, rel=1e-5)
+    assert "hidden" not in xd.diagnose(robot, tmp_path / "recordings.csv").record
+    assert any(section.id == "hidden" for section in found.page().sections)
+    with pytest.raises(InputError, match="configuration is about"):
+        xd.diagnose(robot, tmp_path / "recordings.csv", targets=CONFIGS / "hexapod-h1.yaml")
+
+
+def test_the_report_of_a_run_shows_what_is_hidden(tmp_path: Path) -> None:
+    changes = {**SMALL, "optimiser": {"population": 8, "generations": 2, "seed": 1, "polish": False}}
+    result = xd.run(written(tmp_path, changes, measurements=3))
+    assert list(result.pareto.columns).index("meir") > 0
+    assert result.record["meir"] == pytest.approx(float(result.front.criteria["meir"][result.front.recommended]))
+    section = next(each for each in result.page().sections if each.id == "hidden")
+    assert len(section.blocks) == 3

@@ -10,11 +10,12 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
+from expdesign.design.asked_criterion import NAMES, asked_criteria
 from expdesign.design.calibration_file import load_section, read_regressor
 from expdesign.design.found_robot import FoundRobot, robot_of
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.design.problem import DesignProblem, OptimiserSettings
-from expdesign.design.schema import ExperimentSection, LoadSection, ModelErrorSection, RunSection
+from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import Choices, Quantity, fixed
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -80,7 +81,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         source=document.source,
         found=found,
     )
-    further = _further(problem, section, document)
+    further = asked_criteria(problem, section, document)
     return replace(problem, objectives=_objectives(section.objectives, further, document), further=further)
 
 
@@ -304,22 +305,13 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
     return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
 
 
-def _further(problem: DesignProblem, section: RunSection, document: YamlDocument) -> tuple[Criterion, ...]:
-    """Criteria that not every configuration asks for."""
-    if section.model_error is None and "meir" not in section.objectives:
-        return ()
-    from expdesign.model_error.section import meir_of  # noqa: PLC0415 (design stands left of it)
-
-    return (meir_of(problem, section.model_error or ModelErrorSection(), document),)
-
-
 def _objectives(names: list[str], further: tuple[Criterion, ...], document: YamlDocument) -> tuple[Criterion, ...]:
     known = {**known_criteria(), **{criterion.name: criterion for criterion in further}}
     where = document.where(("objectives",))
     for index, name in enumerate(names):
         if name not in known:
             place = document.where(("objectives", index))
-            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, (*known, "meir")))
+            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, (*known, *NAMES)))
     if len(set(names)) != len(names):
         raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
     if len(names) < 2:

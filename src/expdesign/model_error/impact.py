@@ -1,4 +1,4 @@
-"""MEIR of plans: the error at the targets that left-out physics could cause without being noticed (docs/meir.md)."""
+"""MEIR of plans: the error at the targets that left-out physics could cause without being noticed (theory.md 21)."""
 
 from functools import cached_property
 from typing import Literal, cast
