@@ -163,7 +163,7 @@ def test_consistent_recordings_say_what_may_still_be_hidden(tmp_path: Path) -> N
     configurations, loads = here.space.decode(designs)
     true = here.loaded.measure(configurations, loads).observation @ here.loaded.robot.compliance
     noisy = true + np.random.default_rng(2).normal(scale=1e-6, size=true.shape)
-    lines = ["sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m,std_dx_m,std_dy_m"]
+    lines = ["sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m,sx_m,sy_m"]
     for index, (pose, moved) in enumerate(zip(configurations.tolist(), noisy.tolist(), strict=True), start=1):
         lines.append(",".join(map(repr, [index, index, *pose, 0.0, -1000.0, *moved, 1e-6, 1e-6])))
     (tmp_path / "recordings.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
