@@ -25,7 +25,7 @@ class Size:
     """One row.
 
     Attributes:
-        physics: identifier of interfaces.md.
+        physics: identifier (file-formats.md, Identifiers of physics).
         parameter: names of parameters, with `*` for any characters.
         value: σ, in the parameter's unit or as a multiple.
         of: what it is a multiple of.
