@@ -50,8 +50,9 @@ class Front(Problem):
     def _evaluate(self, x, out, *args, **kwargs):
         problem = self.problem
         configurations, loads = problem.space.decode(x.reshape(len(x), self.measurements, -1))
-        total = known_criteria()["total"].values(problem.assess(configurations, loads))
-        meir = self.impact.values(configurations, loads)
+        assessment = problem.assess(configurations, loads)
+        total = known_criteria()["total"].values(assessment)
+        meir = self.impact.values(assessment)
         out["F"] = np.nan_to_num(np.column_stack([total, meir]), nan=1e3)
         robot = problem.loaded.robot
         excess = robot.limit_excess(configurations).max(axis=1)
@@ -77,22 +78,22 @@ def main() -> None:
     pool = np.stack([space.sample(len(plan), generator) for _ in range(3 * POPULATION)])
     usable = problem.loaded.robot.usable(space.decode(pool)[0]).all(axis=1)
     start = np.concatenate([pool[usable][: POPULATION - 1], genes_of(space, plan.configurations, plan.loads)[None]])
-    impact = whole.restricted(whole.active(*space.decode(start), share=0.6))
+    impact = whole.restricted(whole.active(problem.assess(*space.decode(start)), share=0.6))
     print(f"{len(impact.physics)} of {len(whole.physics)} entries are active")
     for name, each in (("all", whole), ("active", impact)):
-        each.values(*space.decode(start))
+        each.values(problem.assess(*space.decode(start)))
         began = time.process_time()
-        each.values(*space.decode(start))
+        each.values(problem.assess(*space.decode(start)))
         print(f"{name}: {1e3 * (time.process_time() - began) / len(start):.2f} ms of CPU per design")
     algorithm = NSGA2(pop_size=POPULATION, sampling=start.reshape(len(start), -1))
     result = minimize(Front(problem, impact, len(plan)), algorithm, ("n_gen", given.generations), seed=given.seed)
     order = np.argsort(result.F[:, 0])
     configurations, loads = space.decode(result.X[order].reshape(len(order), len(plan), -1))
-    hidden = whole.hidden(configurations, loads)
+    hidden = whole.hidden(problem.assess(configurations, loads))
     print("| total | MEIR of the active physics | MEIR | hidden |\n| --- | --- | --- | --- |")
     for index in range(0, len(order), max(1, len(order) // 12)):
         scales = np.broadcast_to(
-            whole.scales(whole.whitened(configurations, loads)[1]), (len(order), len(whole.deviations))
+            whole.scales(whole.whitened(problem.assess(configurations, loads))[1]), (len(order), len(whole.deviations))
         )
         worst = hidden_physics(hidden, whole.physics, scales[index], index)[0]
         total, meir = result.F[order[index]]

@@ -31,7 +31,17 @@ ORDER = (
         "criteria",
         "design",
     ),
-    *("identification", "compensation", "validation", "diagnosis", "comparison", "report", "templates", "sweeps"),
+    *(
+        "identification",
+        "model_error",
+        "compensation",
+        "validation",
+        "diagnosis",
+        "comparison",
+        "report",
+        "templates",
+        "sweeps",
+    ),
     *("api", "commands"),
 )
 """The data flow: a package may import those before it. Others stand where their imports put them."""

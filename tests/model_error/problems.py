@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.criteria.assessment import Assessment
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.model_error.impact import ModelErrorImpact
@@ -37,3 +38,8 @@ def plans(name: str, count: int, measurements: int = 6, seed: int = 0) -> tuple[
     generator = np.random.default_rng(seed)
     genes = np.stack([problem(name).space.sample(measurements, generator) for _ in range(count)])
     return problem(name).space.decode(genes)
+
+
+def assessed(meir: ModelErrorImpact, configurations: FloatArray, loads: FloatArray) -> Assessment:
+    """The pieces of every criterion, for plans (b, m, n_q) and (b, m, k)."""
+    return meir.problem.assess(configurations, loads)

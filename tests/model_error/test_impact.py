@@ -4,55 +4,62 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.model_error.problems import FEW, ROBOTS, impact, plans, problem
+from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
-from expdesign.model_error.hidden import hidden_errors
-from expdesign.model_error.impact import ModelErrorImpact
+from expdesign.design.problem import DesignProblem
+from expdesign.differentiation import gradient, independent, plain
+from expdesign.model_error.hidden import Hidden, hidden_errors
+from expdesign.model_error.impact import Form, ModelErrorImpact
 from expdesign.model_error.noticeable import noncentrality
 from expdesign.model_error.settings import Assumptions
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("form", ["max", "rms"])
-def test_gradient_against_differences(name: str, form):
+def test_gradient_against_differences(name: str, form: Form) -> None:
     meir = impact(name)
     configurations, loads = plans(name, 4, seed=3)
-    values, by_configuration, by_load = meir.values_with_gradients(configurations, loads, form)
-    assert np.allclose(values, meir.values(configurations, loads, form=form))
+    n_q = configurations.shape[2]
+    quantities = np.concatenate([configurations, loads], axis=2)
+    states = independent(quantities)
+    values = meir.values(meir.problem.assess(states[..., :n_q], states[..., n_q:]), form)
+    found = gradient(values, np.ones(len(quantities)), quantities)
+    by_configuration, by_load = found[..., :n_q], found[..., n_q:]
+    assert np.allclose(plain(values), meir.values(assessed(meir, configurations, loads), form=form))
     generator = np.random.default_rng(4)
     step = 1e-6 * generator.normal(size=configurations.shape)
     change = 1e-6 * generator.normal(size=loads.shape)
     if problem(name).loaded.load.kind == "payload":
         change[..., -3:] = 0.0  # tilted gravity would load the arm's vertical joint, and change the rank
-    above = meir.values(configurations + step, loads + change, form=form)
-    below = meir.values(configurations - step, loads - change, form=form)
+    above = meir.values(assessed(meir, configurations + step, loads + change), form=form)
+    below = meir.values(assessed(meir, configurations - step, loads - change), form=form)
     slope = (by_configuration * step).sum(axis=(1, 2)) + (by_load * change).sum(axis=(1, 2))
     # Where another effect, or another side of a kink, takes over within the step, there is no derivative.
     close = np.isclose((above - below) / 2.0, slope, rtol=1e-3, atol=1e-9)
     assert close.sum() >= 3, ((above - below) / 2.0, slope)
 
 
-def test_the_parameters_of_an_effect_may_be_named_in_any_units():
+def test_the_parameters_of_an_effect_may_be_named_in_any_units() -> None:
     meir = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 3)
-    base, directions = meir.whitened(configurations, loads)
+    base, directions = meir.whitened(assessed(meir, configurations, loads))
     scaled, errors = directions * meir.deviations, meir.errors.copy()
     errors[..., base.shape[2] :] *= meir.deviations
-    plain = hidden_errors(base, scaled, errors, meir.physics, meir.assumptions).squares
+    given = hidden_errors(base, scaled, errors, meir.physics, meir.assumptions).squares
     generator = np.random.default_rng(0)
     turn = np.linalg.qr(generator.normal(size=(base.shape[1],) * 2))[0]
     other = errors.copy()
     factors = np.array([3.0, 0.01, 7.0, 1.0, 50.0, 2.0])
     other[..., : base.shape[2]] *= factors
     turned = hidden_errors(turn @ (base * factors), turn @ scaled, other, meir.physics, meir.assumptions).squares
-    assert np.allclose(plain, turned, rtol=1e-7)
+    assert np.allclose(given, turned, rtol=1e-7)
 
 
-def test_repeated_measurements_hide_less_but_take_up_the_same():
+def test_repeated_measurements_hide_less_but_take_up_the_same() -> None:
     meir = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 5)
-    once = meir.hidden(configurations, loads)
-    twice = meir.hidden(np.repeat(configurations, 2, axis=1), np.repeat(loads, 2, axis=1))
+    once = meir.hidden(assessed(meir, configurations, loads))
+    twice = meir.hidden(assessed(meir, np.repeat(configurations, 2, axis=1), np.repeat(loads, 2, axis=1)))
     assert (twice.squares <= once.squares * (1.0 + 1e-9)).all()
     # Where detection alone binds and one direction shows, the variance halves.
     single = [i for i, entry in enumerate(meir.physics) if entry.columns == 1]
@@ -61,10 +68,10 @@ def test_repeated_measurements_hide_less_but_take_up_the_same():
     assert np.allclose(twice.squares[:, single][bound], 0.5 * once.squares[:, single][bound])
 
 
-def test_one_parameter_in_closed_form():
+def test_one_parameter_in_closed_form() -> None:
     meir = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 2)
-    base, directions = meir.whitened(configurations, loads)
+    base, directions = meir.whitened(assessed(meir, configurations, loads))
     index = next(i for i, entry in enumerate(meir.physics) if entry.effect.physics == "leg_coupling")
     column = sum(entry.columns for entry in meir.physics[:index])
     size = meir.deviations[column]
@@ -74,17 +81,19 @@ def test_one_parameter_in_closed_form():
         missed = meir.errors[0, :, 6 + column] - meir.errors[0, :, :6] @ solution
         largest = min(size, np.sqrt(noncentrality(1)) / np.linalg.norm(remaining))
         expected = (largest * np.linalg.norm(missed)) ** 2
-        assert meir.hidden(configurations, loads).squares[design, index] == pytest.approx(expected, rel=1e-9)
+        assert meir.hidden(assessed(meir, configurations, loads)).squares[design, index] == pytest.approx(
+            expected, rel=1e-9
+        )
 
 
-def test_without_degrees_of_freedom_the_prior_size_alone_counts():
+def test_without_degrees_of_freedom_the_prior_size_alone_counts() -> None:
     meir = impact("bipod")
     configurations, loads = plans("bipod", 3, measurements=1)
-    found = meir.hidden(configurations, loads)
+    found = meir.hidden(assessed(meir, configurations, loads))
     assert (found.freedom == 0).all()
     assert (found.rank == 0).all()
     assert not found.visible.any()
-    base, directions = meir.whitened(configurations, loads)
+    base, directions = meir.whitened(assessed(meir, configurations, loads))
     for design in range(3):
         taken = np.linalg.solve(base[design], directions[design])
         missed = (meir.errors[0, :, 2:] - meir.errors[0, :, :2] @ taken) * meir.deviations
@@ -95,70 +104,90 @@ def test_without_degrees_of_freedom_the_prior_size_alone_counts():
             start += entry.columns
 
 
-def test_a_plan_that_does_not_identify_the_stiffness_has_no_meir():
+def test_a_plan_that_does_not_identify_the_stiffness_has_no_meir() -> None:
     configurations, loads = plans("hexapod-h1", 2)
     loads[1, :, 0] = 0.0  # no mass, no load
-    values = impact("hexapod-h1").values(configurations, loads)
+    values = impact("hexapod-h1").values(assessed(impact("hexapod-h1"), configurations, loads))
     assert np.isfinite(values[0])
     assert np.isnan(values[1])
 
 
-def test_an_actuator_that_never_carries_anything_is_no_obstacle():
+def test_an_actuator_that_never_carries_anything_is_no_obstacle() -> None:
     # Joint 1 of the arm is vertical: no weight loads it, in the plan or at the targets.
-    values = impact("ur5").values(*plans("ur5", 3))
+    values = impact("ur5").values(assessed(impact("ur5"), *plans("ur5", 3)))
     assert np.isfinite(values).all()
     assert (values > 0.0).all()
 
 
-def test_larger_effects_and_stricter_tests_hide_more():
+def test_larger_effects_and_stricter_tests_hide_more() -> None:
     configurations, loads = plans("bipod", 4)
     few = frozenset(FEW["bipod"])
-    plain = Assumptions(physics=few)
-    sizes = {name: {s.parameter: 3.0 * s.value for s in plain.sizes if s.physics == name} for name in few}
-    larger = plain.with_sizes(sizes)
-    reference = ModelErrorImpact(problem("bipod"), plain).values(configurations, loads)
-    assert (ModelErrorImpact(problem("bipod"), larger).values(configurations, loads) >= reference).all()
-    strict = replace(plain, level=0.001, power=0.95)
-    assert (ModelErrorImpact(problem("bipod"), strict).values(configurations, loads) >= reference).all()
+    usual = Assumptions(physics=few)
+    sizes: dict[str, float | dict[str, float]] = {
+        name: {s.parameter: 3.0 * s.value for s in usual.sizes if s.physics == name} for name in few
+    }
+    larger = usual.with_sizes(sizes)
+    reference = ModelErrorImpact(problem("bipod"), usual).values(
+        assessed(ModelErrorImpact(problem("bipod"), usual), configurations, loads)
+    )
+    assert (
+        ModelErrorImpact(problem("bipod"), larger).values(
+            assessed(ModelErrorImpact(problem("bipod"), larger), configurations, loads)
+        )
+        >= reference
+    ).all()
+    strict = replace(usual, level=0.001, power=0.95)
+    assert (
+        ModelErrorImpact(problem("bipod"), strict).values(
+            assessed(ModelErrorImpact(problem("bipod"), strict), configurations, loads)
+        )
+        >= reference
+    ).all()
 
 
-def test_largest_target_instead_of_their_mean():
+def test_largest_target_instead_of_their_mean() -> None:
     name = "hexapod-h1"
     largest = replace(problem(name), targets=replace(problem(name).targets, aggregate="max"))
     assumptions = Assumptions(physics=frozenset({"leg_coupling", "platform_compliance"}))
     configurations, loads = plans(name, 3)
-    mean = ModelErrorImpact(problem(name), assumptions).hidden(configurations, loads).squares
-    most = ModelErrorImpact(largest, assumptions).hidden(configurations, loads).squares
+
+    def most_of(case: DesignProblem) -> Hidden:
+        return ModelErrorImpact(case, assumptions).hidden(case.assess(configurations, loads))
+
+    mean = most_of(problem(name)).squares
+    most = most_of(largest).squares
     assert (most >= mean * (1.0 - 1e-9)).all()
     assert (most <= 2.0 * mean * (1.0 + 1e-9)).all()  # two targets of equal weight
 
 
-def test_a_measurement_more_may_hide_more():
+def test_a_measurement_more_may_hide_more() -> None:
     """There is no lower bound by convex relaxation: what the base model takes up is no monotone function of the plan.
 
     The error that DUIR measures never grows when a measurement is added; the bias of a wrong model may.
     """
     meir = ModelErrorImpact(problem("bipod"), Assumptions(physics=frozenset({"leg_coupling"})))
     configurations, loads = plans("bipod", 40, measurements=4)
-    squares = [meir.hidden(configurations[:, :m], loads[:, :m]).squares for m in (3, 4)]
+    squares = [meir.hidden(assessed(meir, configurations[:, :m], loads[:, :m])).squares for m in (3, 4)]
     assert (squares[1] > 1.05 * squares[0]).any()
 
 
-def test_active_entries_contain_the_worst():
+def test_active_entries_contain_the_worst() -> None:
     meir = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 20)
-    chosen = meir.active(configurations, loads, share=0.9)
+    chosen = meir.active(assessed(meir, configurations, loads), share=0.9)
     assert 0 < len(chosen) < len(meir.physics)
     part = meir.restricted(chosen)
-    assert np.allclose(part.values(configurations, loads), meir.values(configurations, loads))
+    assert np.allclose(
+        part.values(assessed(part, configurations, loads)), meir.values(assessed(meir, configurations, loads))
+    )
 
 
-def test_bound_on_the_readings_instead_of_prior_sizes():
+def test_bound_on_the_readings_instead_of_prior_sizes() -> None:
     """Every parameter alone may cause at most so many standard deviations on the readings."""
     meir = ModelErrorImpact(problem("bipod"), Assumptions(physics=frozenset({"leg_coupling"}), readings=0.5))
     configurations, loads = plans("bipod", 2)
-    _, directions = meir.whitened(configurations, loads)
-    found = meir.hidden(configurations, loads)
+    _, directions = meir.whitened(assessed(meir, configurations, loads))
+    found = meir.hidden(assessed(meir, configurations, loads))
     scale = meir.scales(directions)
     for index, size in enumerate(found.sizes):
         moved = directions[:, :, index] * (scale[:, index] * size[:, 0])[:, None]

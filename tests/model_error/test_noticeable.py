@@ -8,14 +8,14 @@ from expdesign.errors import InputError
 from expdesign.model_error.noticeable import noncentrality
 
 
-def test_one_degree_of_freedom_is_the_two_sided_test_of_a_mean():
+def test_one_degree_of_freedom_is_the_two_sided_test_of_a_mean() -> None:
     # P(|z + √λ| > z_{0.995}) = 0.8; the other tail adds nothing that shows.
     root = norm.ppf(0.995) + norm.ppf(0.8)
     assert noncentrality(1) == pytest.approx(root**2, rel=1e-4)
 
 
 @pytest.mark.parametrize("dof", [1, 3, 18])
-def test_simulated_power(dof: int):
+def test_simulated_power(dof: int) -> None:
     shift = np.zeros(dof)
     shift[0] = np.sqrt(noncentrality(dof))
     drawn = np.random.default_rng(dof).normal(size=(40_000, dof)) + shift
@@ -23,13 +23,13 @@ def test_simulated_power(dof: int):
     assert abs(power - 0.8) < 4.0 * np.sqrt(0.8 * 0.2 / 40_000)
 
 
-def test_more_directions_or_more_power_need_more():
+def test_more_directions_or_more_power_need_more() -> None:
     values = [noncentrality(d) for d in (1, 2, 5, 21)]
     assert values == sorted(values)
     assert noncentrality(3, 0.01, 0.9) > noncentrality(3, 0.01, 0.8) > noncentrality(3, 0.05, 0.8)
 
 
 @pytest.mark.parametrize(("level", "power"), [(0.0, 0.8), (0.5, 0.4), (0.01, 1.0)])
-def test_tests_that_do_not_exist(level: float, power: float):
+def test_tests_that_do_not_exist(level: float, power: float) -> None:
     with pytest.raises(InputError, match=r"model_error.*does not exist"):
         noncentrality(1, level, power)

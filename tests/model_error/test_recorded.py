@@ -1,10 +1,11 @@
 """What recordings hide: the same as the plan that they follow, less where they have more to show."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from tests.model_error.problems import FEW, ROBOTS, impact, plans, problem
+from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
 from expdesign.model_error.hidden_physics import hidden_physics
 from expdesign.model_error.impact import ModelErrorImpact
@@ -14,7 +15,7 @@ from expdesign.model_error.settings import Assumptions
 from expdesign.recordings.recordings import Recordings
 
 
-def recorded(name: str, **changes) -> tuple[Recordings, np.ndarray]:
+def recorded(name: str, **changes: Any) -> tuple[Recordings, np.ndarray]:
     """Recordings that follow a random plan, and their standard deviations."""
     case = problem(name)
     configurations, loads = (array[0] for array in plans(name, 1))
@@ -31,13 +32,13 @@ def recorded(name: str, **changes) -> tuple[Recordings, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_as_planned(name: str):
+def test_as_planned(name: str) -> None:
     recordings, deviations = recorded(name)
     found = hidden_by(problem(name), recordings, deviations, Assumptions(physics=frozenset(FEW[name])))
     meir = impact(name)
-    planned = meir.hidden(*plans(name, 1))
+    planned = meir.hidden(assessed(meir, *plans(name, 1)))
     assert found.freedom == planned.freedom[0]
-    assert found.meir == pytest.approx(float(meir.values(*plans(name, 1))[0]), rel=1e-7)
+    assert found.meir == pytest.approx(float(meir.values(assessed(meir, *plans(name, 1)))[0]), rel=1e-7)
     listed = {(p.physics, p.component, p.variant): p for p in found.physics}
     # Where masses may be any, what weights may be wrong depends on the weights at hand.
     for each in hidden_physics(planned, meir.physics, meir.deviations):
@@ -47,7 +48,7 @@ def test_as_planned(name: str):
             assert same.noticed == pytest.approx(each.noticed, rel=1e-5)
 
 
-def test_rows_held_out_show_nothing():
+def test_rows_held_out_show_nothing() -> None:
     recordings, deviations = recorded("hexapod-h1")
     assumptions = Assumptions(physics=frozenset({"leg_coupling"}))
     test = np.arange(len(recordings)) >= 4
@@ -58,7 +59,7 @@ def test_rows_held_out_show_nothing():
     assert fewer.meir > hidden_by(problem("hexapod-h1"), recordings, deviations, assumptions).meir
 
 
-def test_friction_shows_in_a_series_that_loads_and_unloads():
+def test_friction_shows_in_a_series_that_loads_and_unloads() -> None:
     """Alone, each row starts relaxed and lags behind its force; the same loads in one series lag both ways."""
     case = problem("bipod")
     generator = np.random.default_rng(1)
@@ -66,7 +67,12 @@ def test_friction_shows_in_a_series_that_loads_and_unloads():
     configurations = np.repeat(configurations, 7, axis=0)
     loads = np.repeat(loads, 7, axis=0) * np.array([0.2, 0.5, 0.8, 1.0, 0.8, 0.5, 0.2])[:, None]
     points = plan_points(case.loaded, configurations, loads)
-    made = {"axes": case.noise.axes, "deflections": np.zeros((7, 2)), "deviations": None, "test": np.zeros(7, bool)}
+    made: dict[str, Any] = {
+        "axes": case.noise.axes,
+        "deflections": np.zeros((7, 2)),
+        "deviations": None,
+        "test": np.zeros(7, bool),
+    }
     deviations = np.full((7, 2), 1e-6)
     assumptions = Assumptions(physics=frozenset({"friction_hysteresis"}))
     alone = hidden_by(case, Recordings(**vars(points), **made), deviations, assumptions)
@@ -80,7 +86,7 @@ def test_friction_shows_in_a_series_that_loads_and_unloads():
         assert noticed[1] < noticed[0], variant
 
 
-def test_drift_is_sought_where_there_is_time():
+def test_drift_is_sought_where_there_is_time() -> None:
     times = np.linspace(0.0, 3000.0, 6)
     recordings, deviations = recorded("hexapod-h1", time=times, series=np.ones(6, dtype=np.int64))
     found = hidden_by(problem("hexapod-h1"), recordings, deviations, Assumptions(physics=frozenset({"thermal_drift"})))
@@ -89,12 +95,12 @@ def test_drift_is_sought_where_there_is_time():
     assert 0.0 < found.meir < 10.0
 
 
-def test_worst_combination_is_what_it_says():
+def test_worst_combination_is_what_it_says() -> None:
     meir: ModelErrorImpact = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 2)
-    found = hidden_physics(meir.hidden(configurations, loads), meir.physics, meir.deviations, design=1)
+    found = hidden_physics(meir.hidden(assessed(meir, configurations, loads)), meir.physics, meir.deviations, design=1)
     assert [p.error for p in found] == sorted((p.error for p in found), reverse=True)
-    assert found[0].error == pytest.approx(float(meir.values(configurations, loads)[1]))
+    assert found[0].error == pytest.approx(float(meir.values(assessed(meir, configurations, loads))[1]))
     for each in found:
         assert each.noticed >= 1.0 - 1e-6
         assert each.limited_by in ("size", "detection")

@@ -6,7 +6,7 @@ import pytest
 from expdesign.model_error.two_ellipsoids import largest
 
 
-def test_primal_meets_dual_in_every_dimension():
+def test_primal_meets_dual_in_every_dimension() -> None:
     generator = np.random.default_rng(1)
     for d in (1, 2, 3, 5, 21):
         for q in (1, 2, 10):
@@ -21,7 +21,7 @@ def test_primal_meets_dual_in_every_dimension():
             assert (found.point**2).sum(axis=1).max() <= 1.0 + 1e-9
 
 
-def test_two_unknowns_against_all_angles():
+def test_two_unknowns_against_all_angles() -> None:
     generator = np.random.default_rng(2)
     angles = np.linspace(0.0, np.pi, 200_001)
     circle = np.stack([np.cos(angles), np.sin(angles)])
@@ -34,7 +34,7 @@ def test_two_unknowns_against_all_angles():
         assert largest(form[None], visible[None]).value[0] == pytest.approx(best, rel=1e-4)
 
 
-def test_no_point_does_better():
+def test_no_point_does_better() -> None:
     generator = np.random.default_rng(3)
     form, root = generator.normal(size=(4, 5)), generator.normal(size=(5, 5)) * np.geomspace(0.1, 10.0, 5)
     visible = root.T @ root
@@ -43,7 +43,7 @@ def test_no_point_does_better():
     assert ((form @ points) ** 2).sum(axis=0).max() <= largest(form[None], visible[None]).bound[0]
 
 
-def test_known_answers():
+def test_known_answers() -> None:
     # Nothing visible: the unit ball; all plainly visible: the ellipsoid.
     form = np.diag([3.0, 2.0])[None]
     assert largest(form, np.zeros((1, 2, 2))).value[0] == pytest.approx(9.0)
@@ -54,7 +54,7 @@ def test_known_answers():
     assert np.einsum("d,de,e->", found.point[0], np.diag([0.25, 0.25, 4.0]), found.point[0]) <= 1.0 + 1e-9
 
 
-def test_multiple_eigenvalue_at_the_optimum():
+def test_multiple_eigenvalue_at_the_optimum() -> None:
     # D(μ) = diag(1 + μ, 1 − μ/2); C = diag(1, 1): both eigenvalues of C·D⁻¹·Cᵀ never cross inside, but for
     # C = diag(√1.5, √0.75) they meet at μ = 0.5, where each alone violates one of the constraints.
     visible = np.diag([2.0, 0.5])
@@ -65,7 +65,7 @@ def test_multiple_eigenvalue_at_the_optimum():
     assert found.point[0] @ visible @ found.point[0] == pytest.approx(1.0)
 
 
-def test_one_constraint_for_both_is_within_a_factor_of_two():
+def test_one_constraint_for_both_is_within_a_factor_of_two() -> None:
     generator = np.random.default_rng(4)
     form, root = generator.normal(size=(50, 3, 6)), generator.normal(size=(50, 6, 6))
     visible = root.swapaxes(-1, -2) @ root

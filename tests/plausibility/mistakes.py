@@ -1,6 +1,7 @@
 """Sixty-odd mistakes that people make, each with a word of the unit, sign or part that has to be named."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ def scale(*keys: tuple[str, float]) -> Change:
 
     def change(content: dict[str, Any]) -> None:
         for key, factor in keys:
-            _visit(content, key.split("."), lambda value, factor=factor: _scaled(value, factor))
+            _visit(content, key.split("."), partial(_scaled, factor=factor))
 
     return change
 

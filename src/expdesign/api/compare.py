@@ -20,6 +20,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
+from expdesign.model_error.meir import Meir
 from expdesign.report.page import Page
 
 SAMPLES, RANDOM = 4000, 40
@@ -144,7 +145,7 @@ def compare(
         require_comparable(problems)
     settings = Settings(samples, random, generations, seed)
     given = [_given(problem, plans or {}) for problem in problems]
-    total = len(problems) * (2 * len(known_criteria()) + random + len(plans or {}) + 2)
+    total = sum(2 * len(problem.criteria) + random + len(plans or {}) + 2 for problem in problems)
     done = 0
 
     def step(text: str) -> None:
@@ -185,7 +186,7 @@ def _require_settings(
         if value < smallest:
             raise InputError(f"{value} is too small", where=f"--{name}", remedy=f"Use at least {smallest}.")
     for name in plans:
-        if name in known_criteria() or not name.strip():
+        if name in (*known_criteria(), Meir.name) or not name.strip():
             what = f"`{name}` is the name of a criterion" if name.strip() else "the plan has no name"
             raise InputError(what, where="--plan", remedy="Give the plan another name.")
 

@@ -8,14 +8,19 @@ from typing import Any
 import pandas as pd
 
 from expdesign.api.identify import RecordingsInput, recordings_of
-from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of
+from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of
+from expdesign.design.problem import DesignProblem
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.record import correction_frame, diagnosis_record
+from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.model_file import Model, model_text
+from expdesign.model_error.record import hidden_record, meir_of_problem
+from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
+from expdesign.model_error.words import sentence
 from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"
@@ -30,12 +35,15 @@ class Diagnosed:
         result: everything that the diagnosis found.
         model: the robot with the effects that were found; what prediction and compensation need.
         series: number of series of a plan that separates two explanations.
+        hidden: what may still be wrong at the targets although the recordings are consistent; None where they are not,
+            or where no targets were named.
     """
 
     robot: RobotFile
     result: Diagnosis
     model: Model
     series: int
+    hidden: HiddenByRecordings | None = None
 
     @property
     def verdict(self) -> str:
@@ -60,13 +68,24 @@ class Diagnosed:
     @property
     def record(self) -> dict[str, Any]:
         """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
-        return diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
+        record = diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
+        hidden = self.hidden
+        if hidden is not None:
+            record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
+        return record
+
+    @property
+    def hidden_sentence(self) -> str | None:
+        """What may still be hidden, in words."""
+        if self.hidden is None:
+            return None
+        return sentence(self.hidden.physics[0], self.hidden.freedom, "these recordings")
 
     def page(self) -> Page:
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
-        return diagnosis_report(self.result)
+        return diagnosis_report(self.result, self.hidden)
 
     def save(self, folder: PathLike) -> Path:
         """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
@@ -90,6 +109,7 @@ def diagnose(
     *,
     series: int = 3,
     shared_reference: bool = False,
+    targets: Config | None = None,
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosed:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -99,6 +119,8 @@ def diagnose(
         recordings: in one or more files, or as a frame.
         series: number of series of a plan that separates two explanations.
         shared_reference: whether the rows of a series share the noise of their reference.
+        targets: run configuration of this robot; where the recordings are consistent, it is said what may still be
+            hidden at its targets.
         report: called with a sentence on what is being done.
 
     Raises:
@@ -107,7 +129,25 @@ def diagnose(
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
     machine = robot_of(robot)
+    problem = None if targets is None else _problem_for(targets, machine)
     measured = recordings_of(recordings, machine)
     result = diagnose_recordings(machine.robot, measured, shared_reference=shared_reference, report=report)
     model = Model.from_fit(result.handed.fit, machine.document, measured.source)
-    return Diagnosed(machine, result, model, series)
+    hidden = None
+    if problem is not None and result.verdict == "consistent":
+        report("looking for what may still be hidden")
+        meir = meir_of_problem(problem)
+        assumptions = None if meir is None else meir.impact.assumptions
+        hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
+    return Diagnosed(machine, result, model, series, hidden)
+
+
+def _problem_for(targets: Config, machine: RobotFile) -> DesignProblem:
+    """The problem of a configuration, which has to be about this robot."""
+    problem = problem_of(targets)
+    problem.require_elastostatic("what recordings hide is known")
+    robot = problem.loaded.robot
+    if robot.kind != machine.robot.kind or robot.actuators != machine.robot.actuators:
+        what = f"the configuration is about {robot.name}, and not about {machine.robot.name}"
+        raise InputError(what, where=problem.source, remedy="Give the configuration of the robot that was measured.")
+    return problem

@@ -1,6 +1,7 @@
 """`evaluate`: every criterion of one given plan."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ from expdesign.acceptance.budget import planned_budget
 from expdesign.acceptance.decision import Decision, acceptance_record
 from expdesign.api.inputs import Config, TableInput, problem_of, table_of
 from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
 from expdesign.criteria.record import evaluation_record
 from expdesign.design.plan import Plan, completed, read_plan, require_whole_load
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
+from expdesign.model_error.hidden_physics import HiddenPhysics
+from expdesign.model_error.record import hidden_by_plan, hidden_record, meir_of_problem
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.robot import CONDITION_LIMIT
 
@@ -42,17 +44,27 @@ class Evaluation:
     @property
     def record(self) -> dict[str, Any]:
         """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
-        return evaluation_record(self.assessment) | {"acceptance": acceptance_record(self.acceptance)}
+        record = evaluation_record(self.assessment, self.problem.further)
+        record["acceptance"] = acceptance_record(self.acceptance)
+        if self.hidden is not None:
+            record["hidden"] = hidden_record(*self.hidden, "this plan")
+        return record
 
     @property
     def acceptance(self) -> Decision:
         """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
         return Decision(planned_budget(self.problem, self.assessment))
 
+    @cached_property
+    def hidden(self) -> tuple[tuple[HiddenPhysics, ...], int] | None:
+        """What the plan hides, the worst first, and the degrees of freedom; None where MEIR is not asked for."""
+        meir = meir_of_problem(self.problem)
+        return None if meir is None else hidden_by_plan(meir, self.assessment)
+
     @property
     def criteria(self) -> pd.DataFrame:
         """Value, unit and sense of every criterion, by its name; NaN where it cannot be identified."""
-        known = known_criteria()
+        known = self.problem.criteria
         columns = {
             "value": [float(criterion.values(self.assessment)[0]) for criterion in known.values()],
             "unit": [criterion.unit for criterion in known.values()],

@@ -16,7 +16,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import Row, row_symbols
 from expdesign.loads.load import Load
-from expdesign.robots.robot import Jacobians
+from expdesign.robots.robot import Jacobians, Robot
 from expdesign.symbolic import BatchFunction
 
 
@@ -72,36 +72,7 @@ class ChainUnderLoad:
         return self.chain.expression(row, ca.SX.zeros(self.chain.states), theta)[0]
 
     def _row(self, configuration: ca.SX, loads: ca.SX, forward: ca.SX, pose_map: ca.SX, added: ca.SX) -> Row:
-        """The row of a measurement from rest; the wrench that acts is the assumed one and what is added to it."""
-        robot, load = self.chain.robot, self.load
-        *_, rotation = robot.jacobian_expressions(configuration)
-        dimension = len(robot.gravity)
-        is_payload = load.kind == "payload"
-        gravity = loads[-dimension:] if is_payload else ca.SX(robot.gravity)
-        state = robot.commanded_state(configuration, gravity)
-        wrench = load.wrench(loads, rotation) + added
-        lever = ca.SX.zeros(dimension)
-        if is_payload and robot.coordinates.centre_of_mass:
-            lever = rotation @ loads[1 : 1 + dimension]
-        # What is not named here is zero: own weight that only positions show, warming, and time.
-        zeros = {name: ca.SX.zeros(symbol.shape) for name, symbol in vars(row_symbols(robot)).items()}
-        return replace(
-            Row(**zeros),
-            pose=configuration,
-            wrench=wrench,
-            absolute=wrench,
-            own=state.own,
-            gravity=gravity,
-            position=state.position,
-            lever=lever,
-            payload=ca.SX(float(is_payload)),
-            rotation=rotation,
-            rates=state.rates,
-            forward=forward,
-            pose_map=pose_map,
-            lengths=state.lengths,
-            first=ca.SX(1.0),
-        )
+        return row_at_rest(self.chain.robot, self.load, configuration, loads, forward, pose_map, added)
 
     def _symbolic(self) -> tuple[list[ca.SX], ca.SX, ca.SX, ca.SX]:
         """Inputs of a measurement, the compliances and the added wrench as symbols, and the reading."""
@@ -141,6 +112,40 @@ class ChainUnderLoad:
         outputs = [ca.densify(by_compliance), ca.densify(ca.jacobian(reading, added))]
         known = [ca.SX(self.values[: self.chain.compliances]), ca.SX.zeros(added.shape)]
         return BatchFunction("chain_maps", inputs, ca.substitute(outputs, [compliances, added], known))
+
+
+def row_at_rest(
+    robot: Robot, load: Load, configuration: ca.SX, loads: ca.SX, forward: ca.SX, pose_map: ca.SX, added: ca.SX
+) -> Row:
+    """The row of a measurement from rest; the wrench that acts is the assumed one and what is added to it."""
+    *_, rotation = robot.jacobian_expressions(configuration)
+    dimension = len(robot.gravity)
+    is_payload = load.kind == "payload"
+    gravity = loads[-dimension:] if is_payload else ca.SX(robot.gravity)
+    state = robot.commanded_state(configuration, gravity)
+    wrench = load.wrench(loads, rotation) + added
+    lever = ca.SX.zeros(dimension)
+    if is_payload and robot.coordinates.centre_of_mass:
+        lever = rotation @ loads[1 : 1 + dimension]
+    # What is not named here is zero: own weight that only positions show, warming, and time.
+    zeros = {name: ca.SX.zeros(symbol.shape) for name, symbol in vars(row_symbols(robot)).items()}
+    return replace(
+        Row(**zeros),
+        pose=configuration,
+        wrench=wrench,
+        absolute=wrench,
+        own=state.own,
+        gravity=gravity,
+        position=state.position,
+        lever=lever,
+        payload=ca.SX(float(is_payload)),
+        rotation=rotation,
+        rates=state.rates,
+        forward=forward,
+        pose_map=pose_map,
+        lengths=state.lengths,
+        first=ca.SX(1.0),
+    )
 
 
 def _flat(matrices: FloatArray) -> FloatArray:

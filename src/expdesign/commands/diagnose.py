@@ -20,6 +20,9 @@ def command(
     shared_reference: Annotated[
         bool, typer.Option("--shared-reference", help="The rows of a series share the noise of their reference.")
     ] = False,
+    targets: Annotated[
+        Path | None, typer.Option(help="Run configuration (YAML) whose targets matter: says what may still be hidden.")
+    ] = None,
 ) -> None:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 
@@ -37,9 +40,13 @@ def command(
             steps += 1
             bar.update(steps, steps + 1, text)
 
-        result = xd.diagnose(machine, measured, series=series, shared_reference=shared_reference, report=report)
+        result = xd.diagnose(
+            machine, measured, series=series, shared_reference=shared_reference, targets=targets, report=report
+        )
     page = result.save(out)
     note(f"Verdict: {result.verdict}.")
     for finding in result.result.findings:
         note(f"{finding.sentence} (probability {finding.probability:.2f})")
+    if result.hidden_sentence is not None:
+        note(result.hidden_sentence)
     print(page)

@@ -10,7 +10,6 @@ from rich.table import Table
 import expdesign as xd
 from expdesign.acceptance.decision import sentences
 from expdesign.commands.console import note
-from expdesign.criteria.criterion import known_criteria
 from expdesign.files.output import json_text
 
 
@@ -31,10 +30,13 @@ def command(
         print(json_text(record), end="")
         return
     shown = Table("criterion", "value", "unit", "better")
-    for name, criterion in known_criteria().items():
+    for name, criterion in result.problem.criteria.items():
         value = record[name]
         text = "not identifiable" if value is None else f"{value:.6g}"
         shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
     Console(soft_wrap=True).print(shown)
     for text in sentences(result.acceptance):
         note(text)
+    hidden = record.get("hidden")
+    if hidden is not None:
+        print(hidden["sentence"])

@@ -8,7 +8,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.comparison.refinement import refined
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.single import search_single
@@ -50,7 +49,7 @@ def optimised(
         InfeasibleError: no design within the limits was found.
         NotIdentifiableError: no design identifies what the targets need.
     """
-    criteria = known_criteria()
+    criteria = problem.criteria
     found = [search_single(problem, one, seed=seed, generations=generations).genes for one in criteria.values()]
     report("searched")
     genes = np.unique(problem.settable(np.array(found)), axis=0)

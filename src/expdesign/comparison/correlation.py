@@ -7,7 +7,6 @@ from scipy.stats import rankdata
 
 from expdesign.arrays import FloatArray
 from expdesign.comparison.judgement import Judgement
-from expdesign.criteria.criterion import known_criteria
 
 FEWEST = 4
 """Designs below which there is no correlation worth the name."""
@@ -41,7 +40,7 @@ def rank_correlations(judgement: Judgement, seed: int) -> list[RankCorrelation]:
     found = []
     for over, chosen in (("all designs", np.ones(len(origins), dtype=bool)), ("random designs", origins == "random")):
         for name, values in judgement.values.items():
-            goodness = values if known_criteria()[name].maximise else -values
+            goodness = values if judgement.problem.criteria[name].maximise else -values
             kept = chosen & np.isfinite(goodness) & np.isfinite(attained)
             if kept.sum() >= FEWEST:
                 generator = np.random.default_rng([seed, _STREAM])

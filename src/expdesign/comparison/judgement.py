@@ -13,7 +13,6 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.comparison.contenders import Contender
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import NotIdentifiableError
 from expdesign.validation.simulation import simulate
@@ -98,7 +97,7 @@ class Judgement:
         if not np.isfinite(values).any():
             return np.full(len(values), np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
-            if known_criteria()[name].maximise:
+            if self.problem.criteria[name].maximise:
                 return np.nanmax(values) / values
             return values / np.nanmin(values)
 
@@ -142,12 +141,12 @@ def judge(
         InputError: something other than the stiffness is calibrated.
     """
     problem.require_elastostatic("designs can be compared by Monte-Carlo")
-    values: dict[str, list[float]] = {name: [] for name in known_criteria()}
+    values: dict[str, list[float]] = {name: [] for name in problem.criteria}
     squares = np.full((len(contenders), samples), np.nan)
     for index, contender in enumerate(contenders):
         plan = contender.plan
         assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
-        for name, criterion in known_criteria().items():
+        for name, criterion in problem.criteria.items():
             values[name].append(float(criterion.values(assessment)[0]))
         if bool(assessment.identifies_targets[0]):
             squares[index] = _squares(problem, contender, samples, seed)

@@ -34,6 +34,8 @@ class Assessment(TargetVariances):
         shared: whether each source of load error in `measurements` is shared by all measurements.
         targets: where accuracy is wanted.
         series: series numbers (b, m), needed where the noise has a shared reference.
+        states: configurations (b, m, n_q) and parameters of the loads (b, m, k), for criteria that look beyond the
+            linear model of the measurements.
     """
 
     def __init__(
@@ -43,12 +45,14 @@ class Assessment(TargetVariances):
         shared: tuple[bool, ...],
         targets: Targets,
         series: IntArray | None = None,
+        states: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
         self.measurements = measurements
         self.noise = noise
         self.shared = shared
         self.targets = targets
         self.series = series
+        self.states = states
         self.batch, self.count = measurements.observation.shape[:2]
         self.parameters = measurements.observation.shape[-1]
 
@@ -77,10 +81,14 @@ class Assessment(TargetVariances):
         observation = self.measurements.observation
         if not self._exists.all():
             observation = np.where(self._exists[:, None, None, None], observation, 0.0)
-        rows = self._whitener @ observation
+        return self.white(observation)
+
+    def white(self, columns: FloatArray) -> FloatArray:
+        """G·B of whole deflections B (b, m, n, d), shape (b, m·k, d)."""
+        rows = self._whitener @ columns
         if self._across is not None:
             rows = (self._across @ rows.reshape(self.batch, self.count, -1)).reshape(rows.shape)
-        return rows.reshape(self.batch, -1, self.parameters)
+        return rows.reshape(self.batch, -1, columns.shape[-1])
 
     @cached_property
     def _factors(self) -> tuple[FloatArray, FloatArray]:

@@ -6,13 +6,18 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
+from expdesign.criteria.criterion import Criterion, known_criteria
 
 
-def evaluation_record(assessment: Assessment) -> dict[str, Any]:
-    """The document of the first design of an assessment; what cannot be identified is null."""
+def evaluation_record(assessment: Assessment, further: tuple[Criterion, ...] = ()) -> dict[str, Any]:
+    """The document of the first design of an assessment; what cannot be identified is null.
+
+    Args:
+        assessment: of the design.
+        further: criteria beside the known ones.
+    """
     record: dict[str, Any] = {
-        name: _number(criterion.values(assessment)[0]) for name, criterion in known_criteria().items()
+        criterion.name: _number(criterion.values(assessment)[0]) for criterion in (*known_criteria().values(), *further)
     }
     record["rank"] = int(assessment.rank[0])
     record["condition"] = _number(assessment.condition[0])

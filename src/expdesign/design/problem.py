@@ -1,13 +1,13 @@
 """A design problem: everything that a run configuration says, as objects that the search and the criteria work on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.constraints import Constraints
 from expdesign.design.coverage import STANDARD, Coverage
@@ -51,6 +51,7 @@ class DesignProblem:
         coverage: of the expanded uncertainty by which a target is accepted.
         constraints: on designs beside the robot's limits, or None.
         robot_file: path of the robot's file; empty where the configuration holds the robot itself.
+        further: criteria beside those of every design (`known_criteria`) for which the configuration asks.
     """
 
     loaded: LoadedRobot
@@ -67,6 +68,18 @@ class DesignProblem:
     coverage: Coverage = STANDARD
     constraints: Constraints | None = None
     robot_file: str = ""
+    further: tuple[Criterion, ...] = ()
+
+    @property
+    def criteria(self) -> dict[str, Criterion]:
+        """Every known criterion, and the further ones, by name."""
+        return {**known_criteria(), **{criterion.name: criterion for criterion in self.further}}
+
+    def working(self, designs: FloatArray) -> "DesignProblem":
+        """The problem with the objectives by which a search may go at designs (b, m, g); see `Criterion.working`."""
+        changed = tuple(c.working(self.assess(*self.space.decode(designs))) for c in self.objectives)
+        same = all(mine is yours for mine, yours in zip(changed, self.objectives, strict=True))
+        return self if same else replace(self, objectives=changed)
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""
@@ -74,7 +87,7 @@ class DesignProblem:
         shared = tuple(source.shared for source in self.loaded.sources)
         if self.noise.shared_reference and series is None:
             series = series_by_pose(configurations)
-        return Assessment(measurements, self.noise, shared, self.targets, series)
+        return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
 
     def whitened(self, configurations: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Whitened maps of single measurements, with any batch dimensions in front.

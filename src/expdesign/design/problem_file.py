@@ -1,5 +1,6 @@
 """Read a design problem from a run configuration."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
+from expdesign.design.asked_criterion import NAMES, asked_criteria
 from expdesign.design.calibration_file import load_section, read_regressor
 from expdesign.design.constraint_file import read_constraints, required
 from expdesign.design.coverage import STANDARD
@@ -64,14 +66,14 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
     noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
-    return DesignProblem(
+    problem = DesignProblem(
         loaded=loaded,
         noise=with_reference_pose(noise, experiment, robot, document),
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
         space=_space(experiment, robot, load, poses, document),
-        objectives=_objectives(section.objectives, document),
+        objectives=(),
         optimiser=OptimiserSettings(
             section.optimiser.population,
             section.optimiser.generations,
@@ -85,6 +87,8 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
         robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
     )
+    further = asked_criteria(problem, section, document)
+    return replace(problem, objectives=_objectives(section.objectives, further, document), further=further)
 
 
 def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
@@ -331,13 +335,13 @@ def _distinct(rows: FloatArray) -> FloatArray:
     return rows[np.sort(first)]
 
 
-def _objectives(names: list[str], document: YamlDocument) -> tuple[Criterion, ...]:
-    known = known_criteria()
+def _objectives(names: list[str], further: tuple[Criterion, ...], document: YamlDocument) -> tuple[Criterion, ...]:
+    known = {**known_criteria(), **{criterion.name: criterion for criterion in further}}
     where = document.where(("objectives",))
     for index, name in enumerate(names):
         if name not in known:
             place = document.where(("objectives", index))
-            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, known))
+            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, (*known, *NAMES)))
     if len(set(names)) != len(names):
         raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
     if not names:

@@ -18,7 +18,7 @@ def versions() -> dict[str, str]:
 
 def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound) -> dict[str, Any]:
     """The content of `run.json` but for the time; `duir` and `total` are bounds of these criteria."""
-    return {
+    record: dict[str, Any] = {
         "config": problem.config,
         "seed": problem.optimiser.seed,
         "versions": versions(),
@@ -34,3 +34,6 @@ def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: Lo
         "recommended": front.recommended + 1,
         "knee": front.knee + 1,
     }
+    for criterion in problem.further:
+        record[criterion.name] = float(front.criteria[criterion.name][front.recommended])
+    return record

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.front import Front
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
@@ -15,7 +14,7 @@ def pareto_frame(front: Front) -> pd.DataFrame:
     """`pareto.csv`: every criterion of every design, and which design is recommended."""
     index = np.arange(len(front))
     columns: dict[str, object] = {"design": index + 1}
-    columns.update({name: front.criteria[name] for name in known_criteria()})
+    columns.update(front.criteria)
     columns["kktpm"] = front.kktpm
     columns["recommended"] = index == front.recommended
     columns["knee"] = index == front.knee

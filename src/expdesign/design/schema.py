@@ -366,6 +366,28 @@ class TargetSection(Section):
         return self
 
 
+class ModelErrorSection(Section):
+    """`model_error`: what MEIR assumes of the physics that the model leaves out."""
+
+    physics: list[str] | None = Field(
+        default=None, description="Identifiers of the physics considered. Default: all that the robot can have."
+    )
+    without: list[str] = Field(
+        default_factory=list, description="Identifiers of physics that machines of this kind never have."
+    )
+    sizes: dict[str, Number | dict[str, Number]] = Field(
+        default_factory=dict,
+        description="Prior sizes (standard deviations over machines of this class) in place of those of the table: by "
+        "physics, one number for all its parameters, or numbers by parameter, in the unit or as the multiple that the "
+        "table has.",
+    )
+    level: Number = Field(default=0.01, description="Level α of the χ² test that notices.")
+    power: Number = Field(default=0.8, description="Share of experiments 1 − β in which physics has to be noticed.")
+    form: Literal["max", "rms"] = Field(
+        default="max", description="Whether MEIR is the `max` over the physics or its root mean square (`rms`)."
+    )
+
+
 class OptimiserSection(Section):
     """`optimiser`."""
 
@@ -424,6 +446,11 @@ class RunSection(Section):
     objectives: list[str] = Field(
         default_factory=lambda: ["duir", "feir"],
         description="Criteria that span the Pareto front, or one alone. Default: `[duir, feir]`.",
+    )
+    model_error: ModelErrorSection | None = Field(
+        default=None,
+        description="What MEIR assumes; with this section (`{}` for its defaults), or with `meir` as an objective, "
+        "MEIR is evaluated with the other criteria.",
     )
     optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")
     acceptance: AcceptanceSection | None = Field(

@@ -13,7 +13,6 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import criterion_values, known_criteria
 from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point, spread
 from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
@@ -23,6 +22,11 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import InfeasibleError, InputError
+
+_REVIEW = 20
+"""Generations after which objectives that look at a part of what counts are checked against the whole."""
+_AGREEMENT, _REFINEMENTS = 0.01, 2
+"""Relative difference from the whole that is let pass, and how often designs are refined to get there."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +72,15 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     polished = settings.polish and not problem.loaded.regressor.redundant
     known = _Known(settings.generations, report)
     first = early = population.genes(start)
+    working = problem.working(first)
+    population = DesignPopulation(working)
     values, violations = population.objectives(first)
     _require_finite(problem, first)
     known.add(values, violations)
     if polished:
-        for number, early in enumerate(coarse_rounds(problem, first), start=1):
+        for number, early in enumerate(coarse_rounds(working, first), start=1):
             known.add(*population.objectives(early), note=f"gradients, round {number}")
+        working = population.design_problem = working.working(early)
     algorithm = NSGA2(
         pop_size=settings.population,
         sampling=Population.new(X=np.unique(start, axis=0)),
@@ -86,17 +93,43 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     while algorithm.has_next():
         algorithm.next()
         known.generation += 1
+        if known.generation % _REVIEW == 0:
+            working = _reviewed(population, algorithm.pop)
         known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
     genes = problem.settable(population.genes(algorithm.pop.get("X").astype(float)))
     if polished:
         refined = None
-        for number, refined in enumerate(fine_rounds(problem, early, genes), start=1):
-            known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
+        for _ in range(_REFINEMENTS):
+            working = population.design_problem = working.working(np.concatenate([genes, early]))
+            for number, refined in enumerate(fine_rounds(working, early, genes), start=1):
+                known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
+            if refined is None or _agree(problem, working, refined):
+                break
+            early = refined
         # What the refinement left out as rough, the others would bring back.
         genes = np.concatenate([genes, early]) if refined is None or len(refined) == 0 else refined
     genes = problem.settable(genes)
-    values, violations = population.objectives(genes)
+    values, violations = DesignPopulation(problem).objectives(genes)
     return _front(problem, genes, values, violations, known.point, population.evaluations)
+
+
+def _reviewed(population: DesignPopulation, designs: Population) -> DesignProblem:
+    """The problem with objectives that are right at these designs, which are evaluated again where they change."""
+    genes = population.genes(designs.get("X").astype(float))
+    working = population.design_problem.working(genes)
+    if working is not population.design_problem:
+        population.design_problem = working
+        values, violations = population.objectives(genes)
+        designs.set("F", values, "G", violations)
+    return working
+
+
+def _agree(problem: DesignProblem, working: DesignProblem, designs: FloatArray) -> bool:
+    """Whether the objectives of a search are those of the problem at designs (b, m, g)."""
+    if working is problem:
+        return True
+    whole, part = (DesignPopulation(each).objectives(designs)[0] for each in (problem, working))
+    return bool((np.abs(whole - part) <= _AGREEMENT * np.abs(whole)).all())
 
 
 def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
@@ -153,10 +186,10 @@ def _front(
         )
     best = feasible[non_dominated(values[feasible])]
     order = best[np.lexsort(values[best].T[::-1])]
-    total = all_criteria(problem.assess(*problem.space.decode(genes[order])))["total"]
+    total = criterion_values(known_criteria()["total"], problem.assess(*problem.space.decode(genes[order])))
     marked = [int(np.argmin(total)), knee(values[order])]
     order = order[spread(values[order], marked, problem.optimiser.population)]
-    criteria = all_criteria(problem.assess(*problem.space.decode(genes[order])))
+    criteria = all_criteria(problem, genes[order])
     return Front(
         genes=genes[order],
         criteria=criteria,
@@ -170,6 +203,8 @@ def _front(
     )
 
 
-def all_criteria(assessment: Assessment) -> dict[str, FloatArray]:
-    """Every known criterion of the designs of an assessment, shape (b,) each."""
-    return {name: criterion_values(criterion, assessment) for name, criterion in known_criteria().items()}
+def all_criteria(problem: DesignProblem, genes: FloatArray) -> dict[str, FloatArray]:
+    """Every known criterion, and further ones of the problem, of designs (b, m, g), shape (b,) each."""
+    assessment = problem.assess(*problem.space.decode(genes))
+    known = {**known_criteria(), **{criterion.name: criterion for criterion in problem.further}}
+    return {name: criterion_values(criterion, assessment) for name, criterion in known.items()}

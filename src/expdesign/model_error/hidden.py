@@ -20,7 +20,7 @@ from expdesign.model_error.directions import offsets
 from expdesign.model_error.left_out import LeftOut
 from expdesign.model_error.noticeable import noncentrality
 from expdesign.model_error.settings import Assumptions
-from expdesign.model_error.two_ellipsoids import Largest, largest_along_axes
+from expdesign.model_error.two_ellipsoids import Largest, bounds_along_axes, largest_along_axes
 
 VISIBLE = 1e-6
 """Singular values of R_e below this fraction of the largest of B̃_e are rounding: that direction is not visible."""
@@ -50,7 +50,13 @@ class Hidden:
 
 
 def hidden_errors(
-    base: FloatArray, directions: FloatArray, errors: FloatArray, physics: tuple[LeftOut, ...], assumptions: Assumptions
+    base: FloatArray,
+    directions: FloatArray,
+    errors: FloatArray,
+    physics: tuple[LeftOut, ...],
+    assumptions: Assumptions,
+    *,
+    only_worst: bool = False,
 ) -> Hidden:
     """MEIR of every entry.
 
@@ -61,6 +67,7 @@ def hidden_errors(
             (blocks, q, n_p + D) or, where prior sizes depend on the design, (b, blocks, q, n_p + D).
         physics: whose columns D are.
         assumptions: level and power of the test.
+        only_worst: whether entries that cannot be the worst of a design may have a lower bound in the place of MEIR_e².
     """
     batch, readings, n_p = base.shape
     finite: BoolArray = np.logical_and.reduce(np.isfinite(np.concatenate([base, directions], axis=2)), axis=(1, 2))
@@ -71,32 +78,99 @@ def hidden_errors(
     taken, remaining = model.root @ seen_by_base, directions - model.orthogonal @ seen_by_base
     exists = finite & model.estimates(base, errors[..., :n_p].reshape(-1, errors.shape[-3] * errors.shape[-2], n_p))
     missed = errors[..., n_p:] - errors[..., :n_p] @ taken[:, None]
-    start = offsets(physics)
-    widths = np.diff(start)
+    groups = _groups(remaining, missed, (directions**2).sum(axis=1), physics, assumptions)
+    least = _max_of([group.lower for group in groups]) if only_worst else np.full(batch, -np.inf)
     entries = len(physics)
     squares, detection, visible = (np.zeros((batch, entries)) for _ in range(3))
     target, rank = (np.zeros((batch, entries), dtype=np.int64) for _ in range(2))
     sizes: list[FloatArray] = [np.zeros((0, 0))] * entries
-    scale = (directions**2).sum(axis=1)
-    for width in np.unique(widths):
-        chosen = np.flatnonzero(widths == width)
-        columns = start[chosen][:, None] + np.arange(width)
-        seen = remaining[:, :, columns].transpose(0, 2, 1, 3)  # (b, e, M, d)
-        forms = missed[..., columns].transpose(0, 1, 3, 2, 4)  # (b, blocks, e, q, d)
-        values, axes = np.linalg.eigh(seen.swapaxes(-1, -2) @ seen)
-        shown = values > VISIBLE**2 * scale[:, columns].sum(axis=-1)[..., None]
-        rank[:, chosen] = shown.sum(axis=-1)
-        threshold = _thresholds(rank[:, chosen], assumptions)
-        values = np.where(shown, values, 0.0) / threshold[..., None]
-        worst, best = _worst(forms, values, axes)
-        squares[:, chosen], target[:, chosen] = worst.value, best
-        detection[:, chosen] = worst.bound * worst.share / threshold
-        visible[:, chosen] = (worst.point**2 * values).sum(axis=-1)
-        points = (axes @ worst.point[..., None])[..., 0]
+    for group in groups:
+        chosen = group.entries
+        worst, best = group.worst(least)
+        squares[:, chosen], target[:, chosen], rank[:, chosen] = worst.value, best, group.rank
+        detection[:, chosen] = worst.bound * worst.share / group.threshold
+        visible[:, chosen] = (worst.point**2 * group.values).sum(axis=-1)
+        points = (group.axes @ worst.point[..., None])[..., 0]
         for place, entry in enumerate(chosen):
             sizes[entry] = points[:, place]
     squares[~exists] = np.nan
     return Hidden(squares, target, sizes, detection, visible, rank, readings - model.rank)
+
+
+def _max_of(arrays: list[FloatArray]) -> FloatArray:
+    """The largest over all but the first dimension of several arrays, shape (b,)."""
+    return np.max([array.reshape(len(array), -1).max(axis=1) for array in arrays], axis=0)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """The problems of all entries of one width d, in the axes in which what shows is diagonal.
+
+    Attributes:
+        entries: indices of the entries, shape (e,).
+        forms: what the targets miss per axis, shape (b, blocks, e, q, d).
+        values: what shows per axis in units of the threshold, shape (b, e, d).
+        axes: shape (b, e, d, d).
+        rank: axes that show, shape (b, e).
+        threshold: λ, shape (b, e).
+        lower, upper: bounds of MEIR_e² in every block of targets, shape (b, blocks, e).
+    """
+
+    entries: IntArray
+    forms: FloatArray
+    values: FloatArray
+    axes: FloatArray
+    rank: IntArray
+    threshold: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+
+    def worst(self, least: FloatArray) -> tuple[Largest, IntArray]:
+        """The largest over the blocks, and which block; only where it can reach `least` (b,) is it solved for."""
+        batch, blocks, entries, _, width = self.forms.shape
+        repeated = np.broadcast_to(self.values[:, None], (batch, blocks, entries, width))
+        solved = self.upper >= least[:, None, None]
+        solution = largest_along_axes(self.forms[solved], repeated[solved])
+        value = self.lower.copy()
+        value[solved] = solution.value
+        best: IntArray = value.argmax(axis=1)
+
+        def pick(found: FloatArray, others: FloatArray) -> FloatArray:
+            whole = np.zeros((batch, blocks, entries, *found.shape[1:])) + others[(...,) + (None,) * (found.ndim - 1)]
+            whole[solved] = found
+            flat = whole.reshape(batch, blocks, entries, -1)
+            return np.take_along_axis(flat, best[:, None, :, None], axis=1)[:, 0]
+
+        none = np.zeros(value.shape)
+        worst = Largest(
+            pick(solution.bound, self.lower)[..., 0],
+            pick(solution.value, self.lower)[..., 0],
+            pick(solution.point, none),
+            pick(solution.share, none)[..., 0],
+        )
+        return worst, best
+
+
+def _groups(
+    remaining: FloatArray, missed: FloatArray, scale: FloatArray, physics: tuple[LeftOut, ...], assumptions: Assumptions
+) -> list[_Group]:
+    """The problems by their width, from R (b, M, D), what is missed (b, blocks, q, D) and ‖B̃‖² by column (b, D)."""
+    start = offsets(physics)
+    widths = np.diff(start)
+    groups = []
+    for width in np.unique(widths):
+        chosen = np.flatnonzero(widths == width)
+        columns = start[chosen][:, None] + np.arange(width)
+        seen = remaining[:, :, columns].transpose(0, 2, 1, 3)  # (b, e, M, d)
+        values, axes = np.linalg.eigh(seen.swapaxes(-1, -2) @ seen)
+        shown = values > VISIBLE**2 * scale[:, columns].sum(axis=-1)[..., None]
+        rank = shown.sum(axis=-1)
+        threshold = _thresholds(rank, assumptions)
+        values = np.where(shown, values, 0.0) / threshold[..., None]
+        forms = missed[..., columns].transpose(0, 1, 3, 2, 4) @ axes[:, None]  # (b, blocks, e, q, d)
+        lower, upper = bounds_along_axes(forms, values[:, None])
+        groups.append(_Group(chosen, forms, values, axes, rank, threshold, lower, upper))
+    return groups
 
 
 @dataclass(frozen=True)
@@ -143,25 +217,6 @@ def _thresholds(rank: IntArray, assumptions: Assumptions) -> FloatArray:
     most = int(rank.max(initial=1))
     table = [noncentrality(max(r, 1), assumptions.level, assumptions.power) for r in range(most + 1)]
     return np.array(table)[rank]
-
-
-def _worst(forms: FloatArray, values: FloatArray, axes: FloatArray) -> tuple[Largest, IntArray]:
-    """The largest over the blocks: forms (b, blocks, e, q, d), eigenvalues (b, e, d) and axes (b, e, d, d) of H."""
-    batch, blocks, entries, q, width = forms.shape
-    along = forms @ axes[:, None]
-    repeated = np.broadcast_to(values[:, None], (batch, blocks, entries, width))
-    solution = largest_along_axes(along.reshape(-1, q, width), repeated.reshape(-1, width))
-    value = solution.value.reshape(batch, blocks, entries)
-    best: IntArray = value.argmax(axis=1)
-
-    def pick(array: FloatArray) -> FloatArray:
-        whole = array.reshape(batch, blocks, entries, -1)
-        return np.take_along_axis(whole, best[:, None, :, None], axis=1)[:, 0]
-
-    worst = Largest(
-        pick(solution.bound)[..., 0], pick(solution.value)[..., 0], pick(solution.point), pick(solution.share)[..., 0]
-    )
-    return worst, best
 
 
 def seeds(

@@ -1,14 +1,17 @@
-"""MEIR of plans: the error at the targets that left-out physics could cause without being noticed (docs/meir.md)."""
+"""MEIR of plans: the error at the targets that left-out physics could cause without being noticed (theory.md 21)."""
 
 from functools import cached_property
-from typing import Literal
+from typing import Literal, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.linearised import KnownChain
+from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.targets import Targets
 from expdesign.design.problem import DesignProblem
-from expdesign.instrument.deflection_noise import DeflectionNoise, reference_whitener, series_by_pose
+from expdesign.differentiation import is_recorded, plain, recorded_parts, square_root
 from expdesign.model_error.directions import Directions, offsets
 from expdesign.model_error.hidden import Hidden, hidden_errors, seeds
 from expdesign.model_error.left_out import LeftOut, physics_of_problem
@@ -16,6 +19,8 @@ from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 
 Form = Literal["max", "rms"]
+_TIES = 3
+"""Effects that may be the worst together at an optimum: more than this, and it is a coincidence that costs time."""
 
 
 class ModelErrorImpact:
@@ -42,7 +47,11 @@ class ModelErrorImpact:
         if physics is None:
             physics = with_steps(problem, physics_of_problem(problem, self.assumptions), self.assumptions)
         self.physics = physics
-        self.directions = Directions(problem.loaded.robot, problem.loaded.load, self.physics)
+        # The pieces of the maximum are asked for one by one.
+        self._evaluated: WeakKeyDictionary[Assessment, dict[Form, FloatArray]] = WeakKeyDictionary()
+        self.directions = Directions(
+            problem.loaded.robot, problem.loaded.load, self.physics, known=known_chain(problem)
+        )
 
     @property
     def names(self) -> list[tuple[str, str, str]]:
@@ -59,12 +68,12 @@ class ModelErrorImpact:
         chosen.__dict__["deviations"] = self.deviations[columns]
         return chosen
 
-    def active(self, configurations: FloatArray, loads: FloatArray, share: float = 0.5) -> IntArray:
+    def active(self, assessment: Assessment, share: float = 0.5) -> IntArray:
         """Entries that matter: in one of b designs MEIR_e is at least this share of the design's MEIR.
 
         A search that has moved far from these designs has to check its result against all entries.
         """
-        squares = self.hidden(configurations, loads).squares
+        squares = self.hidden(assessment).squares
         squares = squares[np.isfinite(squares).all(axis=1)]
         largest = squares.max(axis=1, keepdims=True)
         return np.flatnonzero((squares >= share**2 * largest).any(axis=0))
@@ -80,66 +89,67 @@ class ModelErrorImpact:
         flat = self.errors.reshape(-1, self.errors.shape[-1])
         return prior_deviations(self.problem, self.physics, self.assumptions, flat)
 
-    def whitened(
-        self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs.
+    def whitened(self, assessment: Assessment) -> tuple[FloatArray, FloatArray]:
+        """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs."""
+        assert assessment.states is not None
+        rows = self.directions.at(*assessment.states)[..., self.directions.base :]
+        return assessment.whitened * self.problem.loaded.robot.compliance, assessment.white(rows)
 
-        Args:
-            configurations: (b, m, n_q).
-            loads: (b, m, k).
-            series: (b, m), where the noise has a shared reference.
-        """
-        rows = self.directions.at(configurations, loads)
-        loaded, noise = self.problem.loaded, self.problem.noise
-        measured = loaded.measure(configurations, loads)
-        base = measured.observation * loaded.robot.compliance
-        if noise.shared_reference and series is None:
-            series = series_by_pose(configurations)
-        n_p = self.directions.base
-        whole = np.concatenate([base, rows[..., n_p:]], axis=-1)
-        white = whiten(whole, noise, measured.jacobians.pose, series)
-        return white[..., :n_p], white[..., n_p:]
+    def hidden(self, assessment: Assessment) -> Hidden:
+        """What the designs of an assessment by this problem hide."""
+        return self._hidden(*(plain(rows) for rows in self.whitened(assessment)))
 
-    def hidden(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Hidden:
-        """What designs hide; arguments as for `whitened`."""
-        base, directions = self.whitened(configurations, loads, series)
+    def _hidden(self, base: FloatArray, directions: FloatArray, *, only_worst: bool = False) -> Hidden:
         deviations = self.scales(directions)
-        errors = self._scaled_errors(deviations)
         scaled = directions * deviations[..., None, :]
-        return hidden_errors(base, scaled, errors, self.physics, self.assumptions)
+        errors = self._scaled_errors(deviations)
+        return hidden_errors(base, scaled, errors, self.physics, self.assumptions, only_worst=only_worst)
 
-    def values(
-        self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None, form: Form = "max"
-    ) -> FloatArray:
-        """MEIR of b designs in tolerances, the largest over all physics or the RMS over it, shape (b,)."""
-        return combined(self.per_effect(self.hidden(configurations, loads, series).squares), form)
+    def squares(self, assessment: Assessment, form: Form = "max") -> FloatArray:
+        """MEIR_e² of every effect, the worst of its starts, shape (b, effects); for `max`, those far below the largest
+        are lower bounds.
 
-    def per_effect(self, squares: FloatArray) -> FloatArray:
-        """Squares (b, effects) by effect, the worst of its starts, from those of the entries (b, E)."""
-        return np.maximum.reduceat(squares, self._first, axis=1)
-
-    def values_with_gradients(
-        self, configurations: FloatArray, loads: FloatArray, form: Form = "max"
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """MEIR (b,) and its derivatives with respect to configurations (b, m, n_q) and loads (b, m, k).
-
-        Exact where one effect and one combination of its parameters is the worst. The noise has to be the same at all
-        poses, each measurement with its own reference, and prior sizes have to be those of the table.
+        With its adjoint where the assessment is recorded: exact where one combination of an effect's parameters is the
+        worst, and prior sizes are those of the table.
         """
-        base, directions = self.whitened(configurations, loads)
-        scaled = directions * self.deviations
-        errors = self._scaled_errors(self.deviations)
-        hidden = hidden_errors(base, scaled, errors, self.physics, self.assumptions)
-        value = combined(self.per_effect(hidden.squares), form)
-        weights = self._weights(hidden.squares, value, form)
-        for_base, for_directions = seeds(hidden, weights, base, scaled, errors, self.physics)
-        seed = np.concatenate([for_base, for_directions * self.deviations], axis=-1)
-        noise = self.problem.noise
-        seed = seed.reshape(*configurations.shape[:2], len(noise.axes), -1)
-        whole = np.zeros((*configurations.shape[:2], self.problem.loaded.robot.coordinates.n, seed.shape[-1]))
-        whole[:, :, noise.axes] = noise.whitener.T @ seed
-        return value, *self.directions.pull(configurations, loads, whole)
+        known = self._evaluated.setdefault(assessment, {})
+        if form not in known:
+            known[form] = self._squares(assessment, form)
+        return known[form]
+
+    def _squares(self, assessment: Assessment, form: Form) -> FloatArray:
+        base, directions = self.whitened(assessment)
+        numbers = plain(base), plain(directions)
+        hidden = self._hidden(*numbers, only_worst=form == "max")
+        by_effect, worst = self._worst_starts(hidden.squares)
+
+        def pull(seed: FloatArray) -> tuple[FloatArray, FloatArray]:
+            weights = np.zeros(hidden.squares.shape)
+            np.put_along_axis(weights, worst, seed, axis=1)
+            errors = self._scaled_errors(self.deviations)
+            scaled = numbers[1] * self.deviations
+            for_base, for_directions = seeds(hidden, weights, numbers[0], scaled, errors, self.physics)
+            return for_base, for_directions * self.deviations
+
+        if not (is_recorded(base) or is_recorded(directions)):
+            return by_effect
+        (result,) = recorded_parts((by_effect,), (base, directions), lambda found: pull(found[0]))
+        return cast(FloatArray, result)
+
+    def values(self, assessment: Assessment, form: Form = "max") -> FloatArray:
+        """MEIR of b designs in tolerances, the largest over all physics or the RMS over it, shape (b,).
+
+        The largest is taken with `assessment.largest`, so that the pieces of this maximum can be told apart.
+        """
+        squares = self.squares(assessment, form)
+        return square_root(assessment.largest(squares, _TIES) if form == "max" else squares.mean(axis=1))
+
+    def _worst_starts(self, squares: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Squares (b, effects) and entries (b, effects) of each effect's worst start, from those of all entries."""
+        ends = [*self._first[1:], squares.shape[1]]
+        worst = [start + squares[:, start:end].argmax(axis=1) for start, end in zip(self._first, ends, strict=True)]
+        entries = np.stack(worst, axis=1)
+        return np.take_along_axis(squares, entries, axis=1), entries
 
     @cached_property
     def _first(self) -> IntArray:
@@ -151,18 +161,6 @@ class ModelErrorImpact:
     def effects(self) -> list[tuple[str, str, str]]:
         """Physics, component and variant of every effect."""
         return [self.names[i] for i in self._first]
-
-    def _weights(self, squares: FloatArray, value: FloatArray, form: Form) -> FloatArray:
-        """dvalue/dMEIR_e² of every entry, shape (b, E)."""
-        half = 0.5 / np.maximum(value, 1e-300)[:, None]
-        rows = np.arange(len(squares))
-        weights = np.zeros_like(squares)
-        if form == "max":
-            weights[rows, squares.argmax(axis=1)] = half[:, 0]
-            return weights
-        for start, stop in zip(self._first, [*self._first[1:], squares.shape[1]], strict=True):
-            weights[rows, start + squares[:, start:stop].argmax(axis=1)] = half[:, 0] / len(self._first)
-        return weights
 
     def scales(self, directions: FloatArray) -> FloatArray:
         """Prior sizes, shape (D,), or (b, D) where they are bounds of what the readings show."""
@@ -181,18 +179,9 @@ class ModelErrorImpact:
         return self.errors * (factors if factors.ndim == 1 else factors[:, None, None, :])
 
 
-def combined(squares: FloatArray, form: Form) -> FloatArray:
-    """Root of the largest or of the mean over the effects of squares (b, effects)."""
-    total: FloatArray = squares.max(axis=1) if form == "max" else squares.mean(axis=1)
-    return np.sqrt(total)
-
-
-def whiten(rows: FloatArray, noise: DeflectionNoise, pose_map: FloatArray, series: IntArray | None) -> FloatArray:
-    """G·rows for sensitivities (b, m, n, D) of whole deflections, shape (b, m·k, D)."""
-    white = noise.whitener_at(pose_map) @ rows[:, :, noise.axes]
-    if noise.shared_reference and series is not None:
-        white = np.einsum("bij,bjkp->bikp", reference_whitener(series), white)
-    return white.reshape(rows.shape[0], -1, rows.shape[-1])
+def known_chain(problem: DesignProblem) -> KnownChain | None:
+    """The chain that the robot of a problem was found to have, if any."""
+    return None if problem.found is None else problem.found.physics
 
 
 def target_errors(problem: DesignProblem, physics: tuple[LeftOut, ...]) -> FloatArray:
@@ -207,7 +196,7 @@ def target_errors(problem: DesignProblem, physics: tuple[LeftOut, ...]) -> Float
     for index, (loaded, parameters) in enumerate(problem.target_loads):
         kind = loaded.load.kind
         if kind not in built:
-            built[kind] = Directions(robot, loaded.load, physics, instrument=False)
+            built[kind] = Directions(robot, loaded.load, physics, instrument=False, known=known_chain(problem))
         pose = targets.configurations[index]
         moved = built[kind].at(pose[None], parameters[None])[0]
         if targets.axes is not None:

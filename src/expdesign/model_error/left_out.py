@@ -1,5 +1,6 @@
 """The physics that a plan might miss: every effect that the robot can have, at every start of its shapes."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +56,7 @@ class LeftOut:
     @property
     def key(self) -> tuple[str, str, str]:
         """Physics, component and variant."""
-        return self.effect.physics, self.effect.component, self.effect.variant
+        return self.effect.physics, str(self.effect.component), str(self.effect.variant)
 
 
 def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[LeftOut, ...]:
@@ -92,8 +93,17 @@ def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tupl
     points = plan_points(problem.loaded, configurations, loads)
     robot = problem.loaded.robot
     kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
-    effects = [effect for kind in kinds for effect in kind.candidates(robot, points)]
+    known = _known(problem)
+    effects = [e for kind in kinds for e in kind.candidates(robot, points) if e.slot not in known]
+    if problem.loaded.geometric_stiffness:
+        effects = [effect for effect in effects if effect.physics != "geometric_stiffness"]
     return left_out(effects, points, assumptions)
+
+
+def _known(problem: DesignProblem) -> set[tuple[Hashable, ...]]:
+    """What the model that is planned for holds already."""
+    physics = None if problem.found is None else problem.found.physics
+    return set() if physics is None else {effect.slot for effect in physics.chain.effects}
 
 
 def plan_points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> LoadedPoints:

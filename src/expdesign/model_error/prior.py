@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import Part
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.maps import actuator_forces
 from expdesign.errors import InputError
@@ -89,8 +90,9 @@ class _Scale:
         if size.of == "pose compliance":
             i, j = (self._axis(name) for name in parameter.split("_")[1:3])
             return float(np.sqrt(self.pose_compliance[i] * self.pose_compliance[j]))
-        named = effect.component.split()[-1].isdigit() and effect.component in self.robot.actuators
-        legs = [effect.leg] if named else list(range(len(self.robot.stiffness)))
+        component = effect.component
+        single = component.part in (Part.LEG, Part.JOINT) and component.number > 0
+        legs = [component.index] if single else list(range(len(self.robot.stiffness)))
         compliance = float(self.robot.compliance[legs].mean())
         if size.of == "actuator compliance":
             return compliance

@@ -11,7 +11,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.markers import reading_of
+from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.design.problem import DesignProblem
 from expdesign.identification.whitening import Whitening
@@ -87,14 +87,14 @@ def _sensitivities(
 ) -> tuple[FloatArray, FloatArray]:
     """Whitened sensitivities of the base model (M, b) and directions of the physics (M, D)."""
     robot = problem.loaded.robot
-    rows, markers = row_data(recordings, robot), reading_of(robot, recordings)
-    empty = Chain(robot, markers=markers)
+    rows, reading = row_data(recordings, robot), reading_of(robot, recordings)
+    empty = Chain(robot, reading=reading)
 
     def rowwise(sensitivities: FloatArray) -> FloatArray:
         return whitening.apply(sensitivities)[counts].reshape(-1, sensitivities.shape[-1])
 
     def white(effects: tuple[LeftOut, ...]) -> FloatArray:
-        chain = Chain(robot, tuple(entry.effect for entry in effects), markers=markers)
+        chain = Chain(robot, tuple(entry.effect for entry in effects), reading=reading)
         values = np.concatenate([empty.start(), *(entry.start for entry in effects)])
         if effects and effects[0].step:
             step = np.concatenate([np.zeros(chain.base), effects[0].stepped - effects[0].start])

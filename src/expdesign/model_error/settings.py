@@ -1,5 +1,6 @@
 """What MEIR assumes: the test that notices, the physics considered, and how large it may be."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import isfinite
 
@@ -41,7 +42,7 @@ class Assumptions:
         for size in self.sizes:
             _require_positive(size)
 
-    def with_sizes(self, changes: dict[str, float | dict[str, float]]) -> "Assumptions":
+    def with_sizes(self, changes: Mapping[str, float | dict[str, float]]) -> "Assumptions":
         """These assumptions with other sizes.
 
         Args:

@@ -8,7 +8,6 @@ import pandas as pd
 
 from expdesign.comparison.correlation import RankCorrelation
 from expdesign.comparison.judgement import AGREEMENT, Judgement
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.refinement import LowerBound
 from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
@@ -188,9 +187,12 @@ def _several(
     )  # fmt: skip
     rows: list[list[str]] = []
     table: list[list[object]] = []
-    for criterion in known_criteria():
+    for criterion in dict.fromkeys(name for one in judgements for name in one.problem.criteria):
         cells = []
         for judgement, found in zip(judgements, correlations, strict=True):
+            if criterion not in judgement.problem.criteria:
+                cells += [np.nan, np.nan]
+                continue
             design = next(i for i, one in enumerate(judgement.contenders) if one.name == criterion)
             over = next((one for one in found if (one.criterion, one.over) == (criterion, "random designs")), None)
             cells += [float(judgement.attained_ratio[design]), np.nan if over is None else over.coefficient]

@@ -5,16 +5,22 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
+from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.design.front import Front
+from expdesign.model_error.meir import Meir
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.error_budget import ErrorBudget
 
 
+def described(name: str) -> Criterion | type[Criterion]:
+    """What a criterion is called, and in which unit it is."""
+    return Meir if name == Meir.name else known_criteria()[name]
+
+
 def criterion_title(name: str) -> str:
     """Title of a criterion's axis, with unit and direction."""
-    criterion = known_criteria()[name]
+    criterion = described(name)
     unit = "" if criterion.unit == "1" else f", {criterion.unit}"
     return f"{criterion.title}{unit}{' (larger is better)' if criterion.maximise else ''}"
 
@@ -87,12 +93,11 @@ def _coordinates(front: Front, indices: list[int]) -> dict[str, FloatArray]:
 
 def parallel_figure(front: Front) -> Figure:
     """Every design as a line over the objectives, each scaled from its worst value (0) to its best (1)."""
-    known = known_criteria()
     names = tuple(dict.fromkeys((*front.objectives, "total")))
     columns, ticks = [], []
     for name in names:
         values = front.criteria[name]
-        best, worst = (values.max(), values.min()) if known[name].maximise else (values.min(), values.max())
+        best, worst = (values.max(), values.min()) if described(name).maximise else (values.min(), values.max())
         columns.append((values - worst) / (best - worst) if best != worst else np.ones(len(values)))
         ticks.append(
             f"{words.criterion(name)}<br>best {words.number(float(best))}<br>worst {words.number(float(worst))}"

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from expdesign.acceptance.recommended import recommended_acceptance
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
@@ -30,10 +29,11 @@ from expdesign.report.blocks import (
     Subheading,
 )
 from expdesign.report.design_data import design_data, design_summary
-from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
+from expdesign.report.design_figures import budget_figure, described, front_figure, parallel_figure, shown_criteria
 from expdesign.report.design_texts import next_steps, vocabulary
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
+from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
 
@@ -72,6 +72,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         "criteria-table": criteria_table.CAPTION,
     }
     robot = problem.loaded.robot
+    hidden = hidden_section(problem, front)
     sections = (
         _summary(problem, front, run, budget, deviations),
         _choice(problem, front, data),
@@ -79,6 +80,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         _errors(problem, front, budget, data, maps),
         acceptance_section(recommended_acceptance(problem, front), f"the recommended design ({front.recommended + 1})"),
         Section("exactness", "How exactly the plan has to be met", deviations.blocks(front.recommended)),
+        *(() if hidden is None else (hidden,)),
         next_steps(problem, front),
         vocabulary(front),
         _run(problem, front, run),
@@ -150,7 +152,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
         "designs",
         "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below. The CSV has all "
         "criteria.",
-        ["Design", *(words.criterion_with_unit(name, known_criteria()[name].unit) for name in first)],
+        ["Design", *(words.criterion_with_unit(name, described(name).unit) for name in first)],
         rows,
         Download("pareto.csv", csv_text(pareto_frame(front))),
         choice="design",

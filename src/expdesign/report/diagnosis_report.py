@@ -9,6 +9,7 @@ from expdesign.arrays import FloatArray
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.locate import LEVEL
 from expdesign.files.csv_writer import csv_text
+from expdesign.model_error.recorded import HiddenByRecordings
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -24,6 +25,7 @@ from expdesign.report.blocks import (
     SideBySide,
     Steps,
 )
+from expdesign.report.hidden_physics import recordings_section
 from expdesign.report.page import Page
 
 MOST_POINTS = 2000
@@ -35,8 +37,8 @@ _VERDICTS = {
 }
 
 
-def diagnosis_report(result: Diagnosis) -> Page:
-    """The report of a diagnosis."""
+def diagnosis_report(result: Diagnosis, hidden: HiddenByRecordings | None = None) -> Page:
+    """The report of a diagnosis, with what may still be hidden where targets were named."""
     sections = [
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
         Section(
@@ -49,6 +51,8 @@ def diagnosis_report(result: Diagnosis) -> Page:
     ]
     if result.findings:
         sections.insert(1, Section("physics", "What was left out", [_effects_table(result)]))
+    if hidden is not None:
+        sections.append(recordings_section(hidden))
     sections += [
         Section("considered", "What was considered", [_considered_table(result)]),
         Section("next", "Next steps", [_next_steps(result)]),

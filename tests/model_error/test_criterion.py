@@ -1,0 +1,191 @@
+"""MEIR as a criterion: in configurations, searches, evaluations and diagnoses."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from tests.model_error.problems import CONFIGS
+
+import expdesign as xd
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.differentiated import Differentiated
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import read_problem
+from expdesign.design.search import search
+from expdesign.design.start import starting_designs
+from expdesign.errors import InputError
+from expdesign.model_error.meir import Meir
+from expdesign.model_error.record import hidden_by_plan, meir_of_problem
+from expdesign.model_error.words import sentence
+
+SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "generations": 6, "seed": 1}}
+
+
+def written(folder: Path, changes: dict[str, Any], name: str = "bipod", **experiment: Any) -> Path:
+    content = yaml.safe_load((CONFIGS / f"{name}.yaml").read_text(encoding="utf-8"))
+    content["robot"] = str(CONFIGS / "robots" / f"{name}.yaml")
+    content.update(changes)
+    content["experiment"].update(experiment)
+    path = folder / "config.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def problem(folder: Path, changes: dict[str, Any], **experiment: Any) -> DesignProblem:
+    return read_problem(written(folder, changes, **experiment))
+
+
+def meir_of(here: DesignProblem) -> Meir:
+    found = meir_of_problem(here)
+    assert found is not None
+    return found
+
+
+def test_only_who_asks_for_it_pays_for_it(tmp_path: Path) -> None:
+    assert problem(tmp_path, {}).further == ()
+    assert [c.name for c in problem(tmp_path, {"model_error": {}}).further] == ["meir"]
+    asked = problem(tmp_path, {"objectives": ["total", "meir"]})
+    assert asked.objectives[1] is asked.further[0]
+    assert "meir" not in known_criteria()
+
+
+def test_a_front_of_total_and_meir(tmp_path: Path) -> None:
+    here = problem(tmp_path, SMALL, measurements=4)
+    front = search(here)
+    again = search(here)
+    meir, total = front.criteria["meir"], front.criteria["total"]
+    np.testing.assert_array_equal(meir, again.criteria["meir"])
+    assert front.objectives == ("total", "meir")
+    assert (np.diff(total) > 0.0).all()
+    assert (np.diff(meir) < 0.0).all()
+    # What the search judged by part of the physics is reported by all of it.
+    whole = meir_of(here).values(here.assess(*here.space.decode(front.genes)))
+    np.testing.assert_allclose(meir, whole, rtol=1e-12)
+    # The plan by total alone hides more.
+    alone = search(replace(here, objectives=(known_criteria()["duir"], known_criteria()["feir"])))
+    assert meir.min() < alone.criteria["meir"][alone.recommended]
+
+
+def test_the_working_set_agrees_where_it_was_made_and_is_below_elsewhere(tmp_path: Path) -> None:
+    here = problem(tmp_path, SMALL, measurements=4)
+    designs = starting_designs(here, 60, np.random.default_rng(2)).reshape(60, 4, -1)
+    part = here.working(designs[:20])
+    criterion = part.objectives[1]
+    assert isinstance(criterion, Meir)
+    assert criterion.entries is not None
+    assert len(criterion.entries) < len(criterion.impact.physics)
+    whole = meir_of(here).values(here.assess(*here.space.decode(designs)))
+    found = criterion.values(part.assess(*part.space.decode(designs)))
+    np.testing.assert_allclose(found[:20], whole[:20], rtol=1e-9)
+    assert (found <= whole * (1.0 + 1e-9)).all()
+    assert part.working(designs[:20]) is part
+
+
+def test_the_gradient_of_its_pieces_against_differences(tmp_path: Path) -> None:
+    here = problem(tmp_path, SMALL, measurements=4)
+    designs = starting_designs(here, 8, np.random.default_rng(3)).reshape(8, 4, -1)
+    criterion = here.objectives[1]
+    piece = Differentiated.of_designs(here, designs).pieces(criterion)[0]
+    step = 1e-6 * np.random.default_rng(4).normal(size=designs.shape)
+    above, below = (criterion.values(here.assess(*here.space.decode(designs + s * step))) for s in (1.0, -1.0))
+    slope = (piece.gradient() * step).sum(axis=(1, 2))
+    # Where another effect takes over within the step there is no derivative.
+    assert np.isclose((above - below) / 2.0, slope, rtol=1e-3, atol=1e-9).sum() >= 7
+
+
+def test_bounds_without_eigenvalues_do_not_change_the_largest(tmp_path: Path) -> None:
+    here = problem(tmp_path, SMALL, measurements=4)
+    impact = meir_of(here).impact
+    designs = starting_designs(here, 30, np.random.default_rng(5)).reshape(30, 4, -1)
+    assessment = here.assess(*here.space.decode(designs))
+    largest = np.sqrt(impact.hidden(assessment).squares.max(axis=1))
+    np.testing.assert_allclose(impact.values(assessment), largest, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("section", "place"),
+    [
+        ({"physics": []}, "model_error"),
+        ({"physics": ["link_compliance"]}, "model_error.physics"),
+        ({"sizes": {"leg_backlash": 0.0}}, "model_error.sizes.leg_backlash"),
+        ({"sizes": {"leg_backlashes": 1.0}}, "model_error.sizes"),
+        ({"level": 0.9}, "model_error"),
+    ],
+)
+def test_bad_input_says_where(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], section: dict[str, Any], place: str
+) -> None:
+    path = written(tmp_path, {"model_error": section})
+    with pytest.raises(InputError) as caught:
+        read_problem(path)
+    assert caught.value.where.endswith(f"config.yaml, {place}")
+    assert caught.value.remedy
+
+
+def test_geometric_calibration_has_no_meir(tmp_path: Path) -> None:
+    path = written(tmp_path, {"model_error": {}}, "bipod", calibration="both", measurements=6)
+    with pytest.raises(InputError, match="elastostatic calibration only"):
+        read_problem(path)
+
+
+def test_a_plan_without_degrees_of_freedom_notices_nothing(tmp_path: Path) -> None:
+    here = problem(tmp_path, {"model_error": {}})
+    designs = starting_designs(here, 1, np.random.default_rng(0)).reshape(1, 1, -1)
+    physics, freedom = hidden_by_plan(meir_of(here), here.assess(*here.space.decode(designs)))
+    assert freedom == 0
+    assert "nothing that the model leaves out could be noticed" in sentence(physics[0], freedom, "this plan")
+    assert all(each.noticed == np.inf for each in physics)
+
+
+def test_evaluate_names_what_is_hidden(tmp_path: Path) -> None:
+    path = written(tmp_path, {"model_error": {"without": ["leg_coupling"]}}, measurements=4)
+    here = read_problem(path)
+    designs = starting_designs(here, 1, np.random.default_rng(0)).reshape(1, 4, -1)
+    configurations = here.space.decode(designs)[0][0]
+    columns = "x_m,y_m,fx_N,fy_N\n"
+    rows = "\n".join(f"{x!r},{y!r},0,-1000" for x, y in configurations.tolist())
+    (tmp_path / "plan.csv").write_text(columns + rows + "\n", encoding="utf-8")
+    result = xd.evaluate(path, tmp_path / "plan.csv")
+    record = result.record
+    assert record["hidden"]["meir"] == pytest.approx(record["meir"])
+    assert result.criteria.loc["meir", "value"] == pytest.approx(record["meir"])
+    assert record["hidden"]["effects"][0]["error"] == record["hidden"]["meir"]
+    assert not any(each["physics"] == "leg_coupling" for each in record["hidden"]["effects"])
+
+
+def test_consistent_recordings_say_what_may_still_be_hidden(tmp_path: Path) -> None:
+    path = written(tmp_path, {"model_error": {"physics": ["leg_coupling", "leg_backlash"]}}, measurements=5)
+    here = read_problem(path)
+    designs = starting_designs(here, 1, np.random.default_rng(1)).reshape(5, -1)
+    configurations, loads = here.space.decode(designs)
+    true = here.loaded.measure(configurations, loads).observation @ here.loaded.robot.compliance
+    noisy = true + np.random.default_rng(2).normal(scale=1e-6, size=true.shape)
+    lines = ["sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m,sx_m,sy_m"]
+    for index, (pose, moved) in enumerate(zip(configurations.tolist(), noisy.tolist(), strict=True), start=1):
+        lines.append(",".join(map(repr, [index, index, *pose, 0.0, -1000.0, *moved, 1e-6, 1e-6])))
+    (tmp_path / "recordings.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    robot = CONFIGS / "robots" / "bipod.yaml"
+    found = xd.diagnose(robot, tmp_path / "recordings.csv", targets=path)
+    assert found.verdict == "consistent"
+    hidden = found.record["hidden"]
+    assert hidden["freedom"] == 8
+    assert {each["physics"] for each in hidden["effects"]} <= {"leg_coupling", "leg_backlash"}
+    # Recordings of this plan hide what the plan hides.
+    planned = meir_of(here).values(here.assess(configurations[None], loads[None]))[0]
+    assert hidden["meir"] == pytest.approx(planned, rel=1e-5)
+    assert "hidden" not in xd.diagnose(robot, tmp_path / "recordings.csv").record
+    assert any(section.id == "hidden" for section in found.page().sections)
+    with pytest.raises(InputError, match="configuration is about"):
+        xd.diagnose(robot, tmp_path / "recordings.csv", targets=CONFIGS / "hexapod-h1.yaml")
+
+
+def test_the_report_of_a_run_shows_what_is_hidden(tmp_path: Path) -> None:
+    changes = {**SMALL, "optimiser": {"population": 8, "generations": 2, "seed": 1, "polish": False}}
+    result = xd.run(written(tmp_path, changes, measurements=3))
+    assert list(result.pareto.columns).index("meir") > 0
+    assert result.record["meir"] == pytest.approx(float(result.front.criteria["meir"][result.front.recommended]))
+    section = next(each for each in result.page().sections if each.id == "hidden")
+    assert len(section.blocks) == 3
