@@ -9,7 +9,7 @@ from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, num
 from expdesign.api.outputs import save_table
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
-from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.recordings.reader import points_from_table
 
 
@@ -18,7 +18,8 @@ class Predicted:
     """Points with their deflections.
 
     Attributes:
-        text: the points as they stand in a file, with `dx_m …` and `sx_m …` filled in.
+        text: the points as they stand in a file, with `dx_m …` (`measured_x_m …` of measured poses) and `sx_m …` filled
+            in.
         prediction: the same as arrays, rows in the order of their sequence.
     """
 
@@ -56,8 +57,10 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
     prediction = predict_points(identified, loaded, platform=platform)
     deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
     frame = table.frame.copy()
-    positions = deflections.shape[1] == len(POSITION)
-    for axis, name in enumerate(POSITION if positions else robot.coordinates.deflection):
+    poses = loaded.poses and not platform and identified.chain.reading.at_points(loaded) is not None
+    positions = not poses and not platform and loaded.marker is not None and deflections.shape[1] == len(POSITION)
+    names = measured_names(robot.coordinates) if poses else robot.coordinates.deflection
+    for axis, name in enumerate(POSITION if positions else names):
         frame[name] = deflections[:, axis]
     for axis, name in enumerate(POSITION_DEVIATION if positions else robot.coordinates.deviation):
         frame[name] = deviations[:, axis]

@@ -1,15 +1,17 @@
 """`expdesign identify`: stiffness with confidence intervals, from recordings."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
+import numpy as np
 import typer
 
 import expdesign as xd
-from expdesign.api.identify import recordings_of, require_prior
+from expdesign.api.identify import Frames, recordings_of, require_prior
 from expdesign.api.inputs import robot_of
 from expdesign.commands.console import counted, note, note_unknown_columns
 from expdesign.files.output import require_writable
+from expdesign.identification.geometric import Calibration
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
 
@@ -25,8 +27,15 @@ def command(
     prior: Annotated[
         float | None, typer.Option(help="Prior relative standard deviation of `actuator_stiffness`, in percent.")
     ] = None,
+    calibration: Annotated[
+        str | None,
+        typer.Option(help="elastostatic, geometric or both. Default: what the columns of the recordings say."),
+    ] = None,
+    frames: Annotated[
+        str, typer.Option(help="known, or unknown: frames of measured poses are identified as well.")
+    ] = "known",
 ) -> None:
-    """Identify the stiffness of every actuator from recordings.
+    """Identify the stiffness of every actuator, the geometry of a robot on legs, or both from recordings.
 
     Example: expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
@@ -35,7 +44,15 @@ def command(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior)
+    chosen = cast("Calibration | None", calibration)
+    identified = xd.identify(
+        machine,
+        measured,
+        shared_reference=shared_reference,
+        prior=prior,
+        calibration=chosen,
+        frames=cast("Frames", frames),
+    )
     page = identified.save(out)
     _summarise(identified.result)
     print(page)
@@ -43,7 +60,12 @@ def command(
 
 def _summarise(result: Identification) -> None:
     unit = stiffness_unit(result)
-    for index, name in enumerate(result.robot.actuators):
+    if result.geometry is not None:
+        deviation = (result.geometry.high - result.geometry.low) / 4.0
+        size = float(np.sqrt((result.geometry.estimate**2).mean()))
+        known = f"known to {1e3 * float(np.median(deviation)):.3g} mm (median)"
+        note(f"{len(deviation)} errors of joints and lengths: {1e3 * size:.3g} mm RMS, {known}")
+    for index, name in enumerate(() if result.calibration == "geometric" else result.robot.actuators):
         interval = result.stiffness
         note(
             f"{name}: {interval.estimate[index]:.4g} {unit} "

@@ -23,9 +23,11 @@ class Prediction:
     deviations: FloatArray
 
 
-def chain_of(model: Model, *, platform: bool) -> Chain:
-    """The model's chain up to the instrument's reading, or only up to the motion of the platform."""
-    return Chain(model.chain.robot, model.chain.effects, instrument=not platform, reading=model.chain.reading)
+def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Chain:
+    """The model's chain up to the instrument's reading, or only up to the motion of the platform (see `Chain`)."""
+    chain = model.chain
+    ends = {"instrument": not platform, "from_command": from_command}
+    return Chain(chain.robot, chain.effects, reading=chain.reading, **ends)
 
 
 def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
