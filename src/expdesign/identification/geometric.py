@@ -13,17 +13,24 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import LegGeometry
-from expdesign.chain.readings.pose import MeasuredPose
+from expdesign.chain.row import row_data
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit
+from expdesign.identification.fit import Data, Fit
 from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import Recordings
+from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
 Calibration = Literal["elastostatic", "geometric", "both"]
 CALIBRATIONS: tuple[Calibration, ...] = get_args(Calibration)
 LARGE_ERROR = 2e-3
 """m; RMS of the identified errors of joints and lengths above which frames or units are suspected."""
+_RANK_TOLERANCE = 1e-8
+_MANY = 120
+"""Rows from which every kind of row tells all that it can."""
+_REACH = 0.1
+_TURN = 0.15
+"""How far commands are spread to see what more of them would tell: part of the joints' spread, and rad."""
 _UNDETERMINED = 0.1
 """Part of its prior standard deviation that a parameter keeps at least where the readings do not determine it."""
 
@@ -78,31 +85,63 @@ def usable_rows(recordings: Recordings, calibration: Calibration) -> BoolArray:
 
 
 def require_determined(chain: Chain, data: Data) -> None:
-    """Raise where the fitted rows do not determine everything but the gauge freedoms, and no prior is stated.
+    """Raise where the fitted rows determine less than more rows of their kind would, and no prior is stated.
+
+    Gauge freedoms, which no rows of this kind determine, are no reason to refuse: the frames where they are unknown,
+    turns about the only marker, turns of the platform where its position alone is measured.
 
     Raises:
         NotIdentifiableError: with how many combinations are determined, and how many there are.
     """
     if chain.robot.geometry_std is not None:
         return
-    _, sensitivities = data.residuals_with_sensitivities(chain, chain.start())
-    matrix = as_matrix(sensitivities) * chain.scales()
-    wanted = int(np.any(matrix != 0.0, axis=0).sum()) - gauge_freedoms(chain)
-    where = data.recordings.source
+    recordings = data.recordings
+    most = _rank(chain, _more_rows(recordings, chain.robot), data.idle)
+    readings = recordings.deflections.size
     remedy = (
         "Measure more poses that differ more (all six coordinates), or more axes, or give `geometry_std_m` in the "
         "robot file for what is known from drawings."
     )
-    readings = len(matrix)
-    if readings < wanted:
-        what = f"{readings} readings of {len(data.recordings)} poses cannot determine {wanted} parameters"
-        raise NotIdentifiableError(what, where=where, remedy=remedy)
+    if readings < most:
+        what = f"{readings} readings of {len(recordings)} poses cannot determine {most} parameters"
+        raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
+    rank = _rank(chain, recordings, data.idle)
+    if rank < most:
+        what = f"the poses determine {rank} of {most} combinations of geometry and stiffness"
+        raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
+
+
+def _rank(chain: Chain, recordings: Recordings, idle: BoolArray | None) -> int:
+    """How many combinations of the parameters the measured axes of these rows show."""
+    rows = row_data(recordings, chain.robot)
+    sensitivities = chain.predict_with_sensitivities(rows, chain.start())[1][:, recordings.axes]
+    matrix = as_matrix(sensitivities) * chain.scales()
+    if idle is not None:
+        matrix[:, np.flatnonzero(idle)] = 0.0
     columns = np.linalg.norm(matrix, axis=0)
     singular = np.linalg.svd(matrix / np.where(columns > 0.0, columns, 1.0), compute_uv=False)
-    rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
-    if rank < wanted:
-        what = f"the poses determine {rank} of {wanted} combinations of geometry and stiffness"
-        raise NotIdentifiableError(what, where=where, remedy=remedy)
+    return int((singular > _RANK_TOLERANCE * singular[0]).sum())
+
+
+def _more_rows(recordings: Recordings, robot: Robot) -> Recordings:
+    """As many rows of the same kind, at commands and loads spread about those of the recordings, as tell all."""
+    closed_form = robot.inverse_kinematics
+    assert closed_form is not None
+    random = np.random.default_rng(1)
+    more = recordings.rows(np.resize(np.arange(len(recordings)), max(_MANY, len(recordings))))
+    sizes = np.full(robot.coordinates.n, _TURN)
+    sizes[: robot.coordinates.translations] = _REACH * _size(closed_form)
+    configurations = more.configurations + sizes * random.uniform(-1.0, 1.0, more.configurations.shape)
+    wrenches = more.wrenches * (1.0 + random.standard_normal(more.wrenches.shape))
+    spread = np.abs(more.wrenches).max() * random.standard_normal(more.wrenches.shape)
+    loaded = np.any(more.wrenches != 0.0, axis=1)
+    wrenches[loaded] += 0.1 * spread[loaded]
+    return replace(more, configurations=configurations, wrenches=wrenches)
+
+
+def _size(closed_form: ParallelRobot) -> float:
+    """Spread of the joints (m)."""
+    return float(np.ptp(closed_form.geometry)) / 2.0
 
 
 def judged_by_readings(fit: Fit) -> Fit:
@@ -114,20 +153,6 @@ def judged_by_readings(fit: Fit) -> Fit:
     """
     hat = float(np.einsum("nkp,pq,nkq->", fit.sensitivities, fit.covariance, fit.sensitivities))
     return replace(fit, chi2=float((fit.residuals**2).sum()), dof=round(fit.residuals.size - hat))
-
-
-def gauge_freedoms(chain: Chain) -> int:
-    """Combinations of the parameters that no reading of this kind shows: displacements of frames, and turns about the
-    only marker or the line of two.
-    """
-    if not any(isinstance(effect, LegGeometry) for effect in chain.effects):
-        return 0
-    reading = chain.reading
-    if isinstance(reading, MeasuredPose):
-        return reading.redundant
-    known = len(reading.names) - sum(p.name.startswith("marker ") for p in reading.parameters) // 3
-    instrument = 6 if any(p.name.startswith("instrument ") for p in reading.parameters) else 0
-    return instrument + {0: 6, 1: 3, 2: 1}.get(known, 0)
 
 
 def geometry_slice(chain: Chain) -> slice | None:

@@ -18,7 +18,6 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import Row
-from expdesign.elastostatics.regressors.frames import Frames
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.orientation import angles_of, rotation_matrix
 from expdesign.robots.robot import Robot
@@ -58,11 +57,6 @@ class MeasuredPose(Reading):
             for frame in ("instrument", "artefact")
             for axis, unit in zip(axes, units, strict=True)
         )
-
-    @property
-    def redundant(self) -> int:
-        """Parameters that are never determined beside the geometry."""
-        return 0 if self.frames_known else Frames.redundant
 
     @property
     def degeneracies(self) -> list[str]:
