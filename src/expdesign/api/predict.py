@@ -9,7 +9,6 @@ from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, num
 from expdesign.api.outputs import save_table
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
-from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.recordings.reader import points_from_table
 
 
@@ -57,11 +56,8 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
     prediction = predict_points(identified, loaded, platform=platform)
     deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
     frame = table.frame.copy()
-    poses = loaded.poses and not platform and identified.chain.reading.at_points(loaded) is not None
-    positions = not poses and not platform and loaded.marker is not None and deflections.shape[1] == len(POSITION)
-    names = measured_names(robot.coordinates) if poses else robot.coordinates.deflection
-    for axis, name in enumerate(POSITION if positions else names):
+    for axis, name in enumerate(prediction.measurand.columns(robot.coordinates)):
         frame[name] = deflections[:, axis]
-    for axis, name in enumerate(POSITION_DEVIATION if positions else robot.coordinates.deviation):
+    for axis, name in enumerate(prediction.measurand.deviation_columns(robot.coordinates)):
         frame[name] = deviations[:, axis]
     return Predicted(frame, prediction)

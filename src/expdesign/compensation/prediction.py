@@ -11,16 +11,21 @@ from expdesign.chain.row import row_data
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
 from expdesign.identification.model_file import Model
+from expdesign.recordings.measurand import DEFLECTIONS, Measurand
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Deflections (m, rad) and their standard deviations, shape (N, n) each; infinite where not determined."""
+    """Readings (m, rad), deflections in most cases, and their standard deviations, shape (N, n) each.
+
+    Deviations are infinite where the recordings did not determine the model; `measurand` says what the readings are.
+    """
 
     deflections: FloatArray
     deviations: FloatArray
+    measurand: Measurand = DEFLECTIONS
 
 
 def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Chain:
@@ -41,7 +46,7 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
     reading = model.chain.reading
     seen = None if platform else reading.at_points(points)
     if seen is not None:
-        return predict_with(chain_of(model, platform=False), model, seen)
+        return replace(predict_with(chain_of(model, platform=False), model, seen), measurand=seen.measurand)
     return predict_with(chain_of(model, platform=platform or not reading.linear), model, without_markers(points))
 
 

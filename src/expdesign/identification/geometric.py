@@ -170,14 +170,14 @@ def geometry_remarks(fit: Fit) -> list[str]:
         return []
     parameters = fit.chain.parameters[part]
     remarks = []
-    size = float(np.sqrt((fit.values[part] ** 2).mean()))
-    if size > LARGE_ERROR and fit.chain.reading.record.get("frames") != "unknown":
+    spreads: FloatArray = np.array([parameter.spread for parameter in parameters])
+    loose = np.sqrt(np.diag(fit.covariance)[part]) > _UNDETERMINED * spreads
+    size = float(np.sqrt((fit.values[part][~loose] ** 2).mean())) if not loose.all() else 0.0
+    if size > LARGE_ERROR and fit.chain.reading.record.get("frames") == "known":
         remarks.append(
             f"Joints and lengths come out {1e3 * size:.3g} mm (RMS) off: are the measured poses in another frame than "
             "the commands? (`--frames unknown` identifies the frames as well.)"
         )
-    spreads: FloatArray = np.array([parameter.spread for parameter in parameters])
-    loose = np.sqrt(np.diag(fit.covariance)[part]) > _UNDETERMINED * spreads
     if loose.any():
         remarks.append(
             f"{int(loose.sum())} of {len(parameters)} geometric parameters are not determined one by one, only "

@@ -30,6 +30,10 @@ class Measurand:
             return measured_names(coordinates)
         return POSITION if self.absolute else coordinates.deflection
 
+    def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
+        """Columns of their standard deviations."""
+        return POSITION_DEVIATION if self.columns(coordinates) == POSITION else coordinates.deviation
+
     def reference(self, weight: FloatArray) -> FloatArray:
         """What own weight does in the reference state: that of a position is the weightless robot."""
         return np.zeros_like(weight) if self.absolute else weight

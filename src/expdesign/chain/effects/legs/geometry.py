@@ -10,9 +10,8 @@ import numpy as np
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import each_leg
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.variant import ONLY, Variant
+from expdesign.chain.variant import ONLY
 from expdesign.recordings.measurand import POSES, POSITIONS
-from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -24,7 +23,7 @@ _SCALE = 1e-4
 class LegGeometry(Effect):
     """True minus nominal joints (m) in the frame each is fixed to, then true minus commanded lengths (m or rad).
 
-    It is part of the base model of a geometric calibration, and no candidate beside it.
+    It is part of every model of a geometric calibration.
     """
 
     physics = "joint_position_error"
@@ -34,10 +33,6 @@ class LegGeometry(Effect):
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [GEOMETRY] if each_leg(robot) else []
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return []
 
     @property
     def _closed_form(self) -> ParallelRobot:
