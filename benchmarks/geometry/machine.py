@@ -8,12 +8,13 @@ rotation matrix itself (R ← exp([ω]ₓ)·R), with SciPy's rotations and no li
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-Array = npt.NDArray[np.float64]
+Array = npt.NDArray[np.floating[Any]]
 _STEPS = 30
 _SETTLED = 1e-14
 

@@ -25,7 +25,7 @@ from expdesign.chain.component import Component, component_from_text
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
-from expdesign.recordings.measurand import DEFLECTIONS, POSITIONS, Measurand
+from expdesign.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -55,7 +55,7 @@ class Effect(ABC):
     identifier: ClassVar[str]
     physics: ClassVar[str]
     forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
-    measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS)
+    measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS, POSES)
     component: Component
     variant: Any
     parameters: tuple[Parameter, ...]
