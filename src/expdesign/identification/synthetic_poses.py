@@ -37,9 +37,8 @@ def simulated_poses(
         model = problem.found.model
     chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
     values = chain.start() if model is None else model.values
-    added = np.zeros((len(plan), loaded.robot.coordinates.n))
-    if errors and loaded.regressor.needs_load:
-        added = load_errors(loaded, plan, seed)
+    none = np.zeros((len(plan), loaded.robot.coordinates.n))
+    added = load_errors(loaded, plan, seed) if errors and loaded.regressor.needs_load else none
     order = np.argsort(points.lines, kind="stable")
     poses = chain.predict(row_data(with_errors(points, added), chain.robot), values)[order]
     if noise:
