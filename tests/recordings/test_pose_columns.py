@@ -12,6 +12,7 @@ from expdesign.errors import InputError
 from expdesign.identification.identify import identify
 from expdesign.recordings.measurand import DEFLECTIONS, POSES
 from expdesign.recordings.reader import points_from_table, recordings_from_table
+from expdesign.recordings.structure import check_structure
 from expdesign.robots.robot_file import read_robot
 
 ROBOTS = Path(__file__).parents[2] / "configs" / "robots"
@@ -46,6 +47,10 @@ def test_the_column_kind_marks_points_at_which_poses_are_wanted() -> None:
     assert points_from_table(table_of(wanted, "points"), ROBOT).measurand is POSES
     loaded = wanted.drop(columns="kind").assign(**dict.fromkeys(ROBOT.coordinates.wrench, 0.0))
     assert points_from_table(table_of(loaded, "points"), ROBOT).measurand is DEFLECTIONS
+
+
+def test_the_structural_check_knows_them_without_a_robot() -> None:
+    assert "measured_x_m, measured_y_m" in check_structure(table_of(valid(), "poses"))
 
 
 def _scaled(name: str, factor: float) -> Callable[[pd.DataFrame], pd.DataFrame]:
