@@ -256,6 +256,7 @@ def test_every_effect_has_a_place_on_some_robot(kind: type[Effect]) -> None:
         or kind.places(bodies.BODY, bodies.recordings(lifting=True))
         or kind.places(arm, deflections)
         or kind.places(arm, positions)
+        or kind.places(robot("irregular"), replace(recordings("irregular", WRENCH), poses=True))
     )
 
 

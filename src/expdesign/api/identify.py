@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pandas as pd
 
@@ -12,6 +12,7 @@ from expdesign.acceptance.identified import identified_budget
 from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of, table_of
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.identification.geometric import Calibration
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
 from expdesign.identification.model_file import Model, model_text
@@ -24,6 +25,8 @@ from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6
 """%; a smaller deviation would say that nothing has to be identified."""
+
+Frames = Literal["known", "unknown"]
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings
 
@@ -54,6 +57,15 @@ class Identified:
         frame = pd.DataFrame(columns, index=pd.Index(self.result.robot.actuators, name="actuator"))
         frame["unit"] = stiffness_unit(self.result)
         return frame
+
+    @property
+    def geometry(self) -> pd.DataFrame | None:
+        """Estimate and 95 % interval of every error of the geometry (m or rad), or None where it is nominal."""
+        interval = self.result.geometry
+        if interval is None:
+            return None
+        columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
+        return pd.DataFrame(columns, index=pd.Index(self.result.geometry_names, name="parameter"))
 
     @property
     def record(self) -> dict[str, Any]:
@@ -112,8 +124,10 @@ def identify(
     shared_reference: bool = False,
     prior: float | None = None,
     targets: Config | None = None,
+    calibration: Calibration | None = None,
+    frames: Frames = "known",
 ) -> Identified:
-    """Identify the stiffness of every actuator from recordings.
+    """Identify the stiffness of every actuator, the geometry of a robot on legs, or both from recordings.
 
     Args:
         robot: whose stiffness is wanted.
@@ -121,18 +135,30 @@ def identify(
         shared_reference: whether half of each row's variance is common to its series.
         prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
         targets: run configuration at whose targets the robot is accepted or not.
+        calibration: `elastostatic`, `geometric` or `both`; None for what the columns say.
+        frames: `unknown` where measured poses are not in the very frames of the commands: the displacements of the
+            frames of instrument and platform are then identified as well.
 
     Raises:
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular in a row.
-        NotIdentifiableError: the recordings do not determine the stiffness.
+        NotIdentifiableError: the recordings do not determine the stiffness or the geometry.
     """
     require_prior(prior)
     machine = robot_of(robot)
     problem = None if targets is None else problem_of(targets)
     measured = recordings_of(recordings, machine)
     relative = None if prior is None else prior / 100.0
-    result = identify_recordings(machine.robot, measured, shared_reference=shared_reference, prior=relative)
+    if frames not in ("known", "unknown"):
+        raise InputError(f"`{frames}` says nothing of frames", where="--frames", remedy="Choose known or unknown.")
+    result = identify_recordings(
+        machine.robot,
+        measured,
+        shared_reference=shared_reference,
+        prior=relative,
+        calibration=calibration,
+        frames_known=frames == "known",
+    )
     accepted = None if problem is None else Decision(identified_budget(problem, result))
     model = Model.from_fit(result.fit, machine.document, measured.source, birge_ratio=result.goodness.birge_ratio)
     return Identified(machine, result, model, accepted, "" if problem is None else problem.source)

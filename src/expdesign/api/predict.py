@@ -9,7 +9,6 @@ from expdesign.api.inputs import ModelInput, PathLike, TableInput, numeric, tabl
 from expdesign.api.outputs import save_table
 from expdesign.compensation.prediction import Prediction, in_file_order, require_history, require_regular_points
 from expdesign.compensation.prediction import predict as predict_points
-from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.reader import points_from_table
 
 
@@ -18,7 +17,8 @@ class Predicted:
     """Points with their deflections.
 
     Attributes:
-        text: the points as they stand in a file, with `dx_m …` and `sx_m …` filled in.
+        text: the points as they stand in a file, with `dx_m …` (`measured_x_m …` of measured poses) and `sx_m …` filled
+            in.
         prediction: the same as arrays, rows in the order of their sequence.
     """
 
@@ -56,9 +56,8 @@ def predict(model: ModelInput, points: TableInput, *, platform: bool = False) ->
     prediction = predict_points(identified, loaded, platform=platform)
     deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
     frame = table.frame.copy()
-    positions = deflections.shape[1] == len(POSITION)
-    for axis, name in enumerate(POSITION if positions else robot.coordinates.deflection):
+    for axis, name in enumerate(prediction.measurand.columns(robot.coordinates)):
         frame[name] = deflections[:, axis]
-    for axis, name in enumerate(POSITION_DEVIATION if positions else robot.coordinates.deviation):
+    for axis, name in enumerate(prediction.measurand.deviation_columns(robot.coordinates)):
         frame[name] = deviations[:, axis]
     return Predicted(frame, prediction)

@@ -9,10 +9,13 @@ from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, numer
 from expdesign.api.outputs import save_table
 from expdesign.arrays import FloatArray
 from expdesign.compensation.prediction import require_regular_points
-from expdesign.design.plan import completed, read_plan
+from expdesign.design.plan import Plan, completed, read_plan
 from expdesign.design.problem import DesignProblem
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError
 from expdesign.identification.synthetic import simulated_deflections
+from expdesign.identification.synthetic_poses import simulated_poses
+from expdesign.recordings.measurand import measured_names
 from expdesign.recordings.reader import points_from_table
 
 
@@ -61,16 +64,31 @@ def simulate(
     if seed < 0:
         raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
     problem = problem_of(config)
-    problem.require_elastostatic("recordings can be simulated")
     table = table_of(plan, "plan")
     given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
     complete = completed(table, given, problem.loaded)
     points = points_from_table(complete, problem.loaded.robot, measured=True)
     require_regular_points(problem.loaded.robot, points)
     identified = None if model is None else truth_of(model)
+    if not isinstance(problem.loaded.regressor, Elastostatic):
+        drawn = simulated_poses(problem, given, points, identified, seed, noise=noise, errors=load_errors)
+        return Simulated(_measured(complete.frame, drawn, problem, given))
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
     pose_map = problem.loaded.robot.jacobians(given.configurations).pose
     return Simulated(_recorded(complete.frame, deflections, problem, problem.noise.deviations_at(pose_map)))
+
+
+def _measured(frame: pd.DataFrame, poses: FloatArray, problem: DesignProblem, plan: Plan) -> pd.DataFrame:
+    """The frame with measured poses and their standard deviations filled in."""
+    coordinates = problem.loaded.robot.coordinates
+    names, deviations = measured_names(coordinates), coordinates.deviation
+    measured = frame.drop(columns=[name for name in (*names, *deviations, "kind") if name in frame])
+    measured["kind"] = "pose"
+    spread = problem.noise.deviations_at(problem.loaded.robot.jacobians(plan.configurations).pose)
+    for column, axis in enumerate(problem.noise.axes):
+        measured[names[axis]] = poses[:, axis]
+        measured[deviations[axis]] = spread[..., column]
+    return measured
 
 
 def _recorded(

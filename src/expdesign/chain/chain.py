@@ -5,6 +5,7 @@ over all rows; where effects carry states, the rows of every series are worked t
 the sensitivities of the states are carried along.
 """
 
+from dataclasses import replace
 from functools import cached_property
 
 import casadi as ca
@@ -24,6 +25,10 @@ from expdesign.symbolic import BatchFunction
 LONG_SERIES = 30
 """Rows from which a series with memory is worked through in one call, instead of all series at once row by row."""
 
+_CHORD_STEPS = 2
+_CHORD_STEPS_ABSOLUTE = 4
+"""Deflections need the true pose for their lever arms only, absolute readings to below their noise."""
+
 
 class Chain:
     """Predicted deflections as a function of compliances and effect parameters.
@@ -32,6 +37,9 @@ class Chain:
         robot: the robot.
         effects: physics beyond the base model, acting in this order within a link.
         instrument: whether the chain ends with the instrument's reading; otherwise with the motion of the platform.
+        from_command: whether that motion is counted from the command, which the unloaded platform misses where its
+            geometry is not nominal, or from where the unloaded platform stands. Of a robot that is commanded by a pose
+            and whose readings are absolute; others do not tell.
         reading: what the instrument reads of the platform: its deflection, or positions of markers.
 
     Attributes:
@@ -45,11 +53,13 @@ class Chain:
         effects: tuple[Effect, ...] = (),
         *,
         instrument: bool = True,
+        from_command: bool = False,
         reading: Reading = DEFLECTION,
     ) -> None:
         self.robot = robot
         self.effects = effects
         self.instrument = instrument
+        self.from_command = from_command and reading.absolute and robot.inverse_kinematics is not None
         compliances = tuple(
             Parameter(f"c{i + 1}", 1.0, neutral=1.0, low=1e-6, spread=reading.compliance_spread)
             for i in range(len(robot.stiffness))
@@ -120,10 +130,10 @@ class Chain:
         parts = [theta[s] for s in self.slices]
         for effect, part in zip(self.effects, parts, strict=True):
             row = self.reading.with_own_weight(row, effect.own_weight_change(row, part))
-        forward, pose_map, wrench = row.forward, row.pose_map, row.wrench
+        forward, pose_map, wrench, pose = row.forward, row.pose_map, row.wrench, row.pose
         compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
         if any(effect.changes_geometry for effect in self.effects):
-            forward, pose_map, wrench = self._with_true_geometry(row, compliance, parts)
+            forward, pose_map, wrench, pose = self._with_true_geometry(row, compliance, parts)
         for effect, part in zip(self.effects, parts, strict=True):
             wrench = effect.load(wrench, row, part)
         force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
@@ -142,19 +152,21 @@ class Chain:
             deflection, next_own = effect.structure_with_memory(deflection, wrench, row, own, part)
             following.append(next_own)
         reading = deflection
+        unknown, stands = theta[self.compliances : self.base], replace(row, pose=pose)
         if self.instrument:
-            unknown = theta[self.compliances : self.base]
-            reading = self.reading.expression(robot, deflection, row, unknown, self._link_errors(parts))
+            reading = self.reading.expression(robot, deflection, stands, unknown, self._link_errors(parts))
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
+        elif self.from_command:
+            reading = self.reading.pose(robot, deflection, stands, unknown) - row.pose
         return reading, ca.vertcat(*following)
 
-    def _with_true_geometry(self, row: Row, compliance: ca.SX, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """J, J̌ and the wrench at the pose to which the commanded lengths lead with the true geometry.
+    def _with_true_geometry(self, row: Row, compliance: ca.SX, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        """J, J̌, the wrench and the pose to which the commanded lengths lead with the true geometry.
 
-        The commanded lengths are those of the nominal geometry at the commanded pose. Two chord steps
-        X ← X − J̌·(q(X; true) − q) find the true pose up to the third power of the error; there a payload's lever has
-        turned with the platform.
+        The commanded lengths are those of the nominal geometry at the commanded pose. Chord steps
+        X ← X − J̌·(q(X; true) − q) find the true pose up to a power of the error by one higher than their number; there
+        a payload's lever has turned with the platform.
         """
         if self.robot.links is not None:
             return self._with_true_links(self.robot.links, row, parts)
@@ -165,8 +177,10 @@ class Chain:
         for effect, part in zip(self.effects, parts, strict=True):
             geometry = effect.geometry(geometry, part)
         commanded = robot.actuator_lengths(row.pose, nominal)
+        for effect, part in zip(self.effects, parts, strict=True):
+            commanded = effect.lengths(commanded, part)
         pose = row.pose
-        for _ in range(2):
+        for _ in range(_CHORD_STEPS_ABSOLUTE if self.reading.absolute else _CHORD_STEPS):
             pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
         for effect, part in zip(self.effects, parts, strict=True):
             pose = effect.unloaded(pose, compliance, row, part)
@@ -175,14 +189,14 @@ class Chain:
         rates = ca.jacobian(robot.actuator_lengths(symbol, geometry), symbol)
         pose_map = ca.solve(ca.substitute(rates, symbol, pose), ca.SX.eye(n))
         forward = ca.solve(ca.substitute(robot.pose_rate_map(symbol), symbol, pose), pose_map)
-        return forward, pose_map, row.wrench + turned_lever(robot.rotation(pose), row, row.wrench)
+        return forward, pose_map, row.wrench + turned_lever(robot.rotation(pose), row, row.wrench), pose
 
-    def _with_true_links(self, links: Links, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """J, J̌ and the wrench of a robot whose joints and links have geometric errors."""
+    def _with_true_links(self, links: Links, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        """J, J̌, the wrench and the command of a robot whose joints and links have geometric errors."""
         symbol = ca.SX.sym("q", len(self.robot.configuration))
         forward, _, rotation = links.jacobian_expressions(symbol, self._link_errors(parts))
         forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
-        return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench)
+        return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench), row.pose
 
     def _link_errors(self, parts: list[ca.SX]) -> ca.SX | None:
         """Geometric errors of links with the effects that change them; None without links or such effects."""

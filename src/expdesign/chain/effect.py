@@ -25,7 +25,7 @@ from expdesign.chain.component import Component, component_from_text
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
-from expdesign.recordings.measurand import DEFLECTIONS, POSITIONS, Measurand
+from expdesign.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -48,13 +48,14 @@ class Effect(ABC):
         states: number of states that the effect carries from row to row of a series, all 0 at its start.
         builds_on: physics without which this effect has no meaning at its component (play, friction and creep of a
             support are ways in which it is not the spring that it is first of all); empty where there is none.
-        changes_geometry: whether `geometry` or `unloaded` is overridden, which makes the kinematic maps symbolic.
+        changes_geometry: whether `geometry`, `lengths` or `unloaded` is overridden, which makes the kinematic maps
+            symbolic.
     """
 
     identifier: ClassVar[str]
     physics: ClassVar[str]
     forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
-    measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS)
+    measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS, POSES)
     component: Component
     variant: Any
     parameters: tuple[Parameter, ...]
@@ -151,6 +152,10 @@ class Effect(ABC):
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
         """True joint coordinates, from the nominal ones."""
         return geometry
+
+    def lengths(self, commanded: ca.SX, theta: ca.SX) -> ca.SX:
+        """True coordinates of the unloaded actuators (n_p,), from the commanded ones."""
+        return commanded
 
     def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """True pose of the unloaded platform, from the one that geometry alone leads to."""

@@ -1,17 +1,18 @@
 """`expdesign identify`: stiffness with confidence intervals, from recordings."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import numpy as np
 import typer
 
 import expdesign as xd
 from expdesign.acceptance.decision import sentences
-from expdesign.api.identify import recordings_of, require_prior
+from expdesign.api.identify import Frames, recordings_of, require_prior
 from expdesign.api.inputs import robot_of
 from expdesign.commands.console import counted, note, note_unknown_columns
 from expdesign.files.output import require_writable
+from expdesign.identification.geometric import Calibration
 from expdesign.identification.goodness import REFUTED
 from expdesign.identification.identify import Identification
 from expdesign.identification.record import rms, stiffness_unit
@@ -31,8 +32,15 @@ def command(
     targets: Annotated[
         Path | None, typer.Option(help="Run configuration (YAML) at whose targets the robot is accepted or not.")
     ] = None,
+    calibration: Annotated[
+        str | None,
+        typer.Option(help="elastostatic, geometric or both. Default: what the columns of the recordings say."),
+    ] = None,
+    frames: Annotated[
+        str, typer.Option(help="known, or unknown: frames of measured poses are identified as well.")
+    ] = "known",
 ) -> None:
-    """Identify the stiffness of every actuator from recordings.
+    """Identify the stiffness of every actuator, the geometry of a robot on legs, or both from recordings.
 
     Example: expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
@@ -41,7 +49,16 @@ def command(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    identified = xd.identify(machine, measured, shared_reference=shared_reference, prior=prior, targets=targets)
+    chosen = cast("Calibration | None", calibration)
+    identified = xd.identify(
+        machine,
+        measured,
+        shared_reference=shared_reference,
+        prior=prior,
+        targets=targets,
+        calibration=chosen,
+        frames=cast("Frames", frames),
+    )
     page = identified.save(out)
     _summarise(identified.result)
     for text in sentences(identified.acceptance) if identified.acceptance is not None else []:
@@ -51,7 +68,12 @@ def command(
 
 def _summarise(result: Identification) -> None:
     unit = stiffness_unit(result)
-    for index, name in enumerate(result.robot.actuators):
+    if result.geometry is not None:
+        deviation = (result.geometry.high - result.geometry.low) / 4.0
+        size = float(np.sqrt((result.geometry.estimate**2).mean()))
+        known = f"known to {1e3 * float(np.median(deviation)):.3g} mm (median)"
+        note(f"{len(deviation)} errors of joints and lengths: {1e3 * size:.3g} mm RMS, {known}")
+    for index, name in enumerate(() if result.calibration == "geometric" else result.robot.actuators):
         interval = result.stiffness
         note(f"{name}: {interval.estimate[index]:.4g} {unit} ({_interval(interval.low[index], interval.high[index])})")
     if not result.robot.actuators:

@@ -1,8 +1,9 @@
 """Commands that reach a target under load (theory.md 4.1).
 
-The command X_C solves X_C + ΔX(X_C, F) = X_D, ΔX being the motion of the platform that the model predicts at the
-command, with all its effects. The load is the one that acts where the platform shall be: a payload's wrench is taken at
-the orientation of the target, not of the command. The iteration X_C ← X_D − ΔX(X_C) contracts by about ‖ΔX‖ divided by
+The command X_C solves X_C + ΔX(X_C, F) = X_D, ΔX being the motion of the platform from the command that the model
+predicts there, with all its effects, and with the errors of its geometry where those were identified. The load is the
+one that acts where the platform shall be: a payload's wrench is taken at the orientation of the target, not of the
+command. The iteration X_C ← X_D − ΔX(X_C) contracts by about ‖ΔX‖ divided by
 the size of the robot (1e-4 for micrometres on decimetres), so that a few passes reach rounding.
 
 With an error of the parameters ε the attained pose differs from the target by exactly ΔX(X_C; c) − ΔX(X_C; ĉ), whose
@@ -68,7 +69,7 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
     _require_regular(robot, targets, targets.configurations)
-    chain = chain_of(model, platform=True)
+    chain = chain_of(model, platform=True, from_command=True)
     wanted = targets.configurations
     commands = wanted
     residual = float("inf")

@@ -11,21 +11,28 @@ from expdesign.chain.row import row_data
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
 from expdesign.identification.model_file import Model
+from expdesign.recordings.measurand import DEFLECTIONS, Measurand
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Deflections (m, rad) and their standard deviations, shape (N, n) each; infinite where not determined."""
+    """Readings (m, rad), deflections in most cases, and their standard deviations, shape (N, n) each.
+
+    Deviations are infinite where the recordings did not determine the model; `measurand` says what the readings are.
+    """
 
     deflections: FloatArray
     deviations: FloatArray
+    measurand: Measurand = DEFLECTIONS
 
 
-def chain_of(model: Model, *, platform: bool) -> Chain:
-    """The model's chain up to the instrument's reading, or only up to the motion of the platform."""
-    return Chain(model.chain.robot, model.chain.effects, instrument=not platform, reading=model.chain.reading)
+def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Chain:
+    """The model's chain up to the instrument's reading, or only up to the motion of the platform (see `Chain`)."""
+    chain = model.chain
+    ends = {"instrument": not platform, "from_command": from_command}
+    return Chain(chain.robot, chain.effects, reading=chain.reading, **ends)
 
 
 def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
@@ -39,7 +46,7 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
     reading = model.chain.reading
     seen = None if platform else reading.at_points(points)
     if seen is not None:
-        return predict_with(chain_of(model, platform=False), model, seen)
+        return replace(predict_with(chain_of(model, platform=False), model, seen), measurand=seen.measurand)
     return predict_with(chain_of(model, platform=platform or not reading.linear), model, without_markers(points))
 
 

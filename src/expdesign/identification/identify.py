@@ -15,11 +15,12 @@ from expdesign.identification.estimability import (
     require_regular_rows,
 )
 from expdesign.identification.fit import Fit, idle_knowledge, linear_fit
+from expdesign.identification.geometric import Calibration, calibration_of, geometry_slice
 from expdesign.identification.goodness import Goodness, goodness_of_fit
 from expdesign.identification.influence import Influence, influence
 from expdesign.identification.intervals import Intervals, uncertainty
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
-from expdesign.identification.positions import fit_positions
+from expdesign.identification.positions import PositionFit, fit_positions
 from expdesign.identification.suspicions import require_positive, suspicions
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -45,6 +46,8 @@ class Identification:
         prior: relative standard deviation of the prior compliances, or None.
         shared_reference: whether the rows of a series share their unloaded measurement.
         suspicions: what looks like a mistake in the recordings.
+        calibration: what was identified.
+        geometry: errors of joints and lengths with 95 % intervals (m or rad), or None where the geometry is nominal.
     """
 
     robot: Robot
@@ -60,6 +63,14 @@ class Identification:
     prior: float | None
     shared_reference: bool
     suspicions: list[str]
+    calibration: Calibration = "elastostatic"
+    geometry: Intervals | None = None
+
+    @property
+    def geometry_names(self) -> tuple[str, ...]:
+        """Names of the errors in `geometry`."""
+        part = geometry_slice(self.fit.chain)
+        return () if part is None else tuple(parameter.name for parameter in self.fit.chain.parameters[part])
 
     @property
     def covariance(self) -> FloatArray:
@@ -71,7 +82,13 @@ class Identification:
 
 
 def identify(
-    robot: Robot, recordings: Recordings, *, shared_reference: bool = False, prior: float | None = None
+    robot: Robot,
+    recordings: Recordings,
+    *,
+    shared_reference: bool = False,
+    prior: float | None = None,
+    calibration: Calibration | None = None,
+    frames_known: bool = True,
 ) -> Identification:
     """Identify the compliances by weighted (or, with a shared reference, generalised) least squares.
 
@@ -83,14 +100,20 @@ def identify(
         shared_reference: whether half of the variance of each row is common to its series.
         prior: relative standard deviation with which the approximate compliances are known beforehand; None for no
             prior.
+        calibration: what is identified; None for what the columns say (`calibration_of`).
+        frames_known: whether measured poses are in the very frames of the commands.
 
     Raises:
         InputError: there is nothing to fit, or the deflections have the wrong sign.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine every compliance.
     """
+    chosen = calibration_of(robot, recordings, calibration)
     if recordings.measurand.absolute:
-        return _of_positions(robot, recordings, shared_reference=shared_reference)
+        found = fit_positions(
+            robot, recordings, shared_reference=shared_reference, calibration=chosen, frames_known=frames_known
+        )
+        return _of_positions(robot, recordings, found, chosen, shared_reference=shared_reference)
     fitted = ~recordings.test & ~reference_rows(recordings)
     if not fitted.any():
         what = "no row is left to fit"
@@ -152,24 +175,22 @@ def identify(
     )
 
 
-def _of_positions(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Identification:
-    """Identification from positions of markers; a prior on the compliances is part of the model (`positions`)."""
-    if recordings.test.all():
-        remedy = "Mark some rows `train` in the column `split`."
-        raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
-    found = fit_positions(robot, recordings, shared_reference=shared_reference)
-    train = recordings.rows(~recordings.test)
+def _of_positions(
+    robot: Robot, recordings: Recordings, found: PositionFit, calibration: Calibration, *, shared_reference: bool
+) -> Identification:
+    """Identification from absolute readings; a prior on the compliances is part of the model (`positions`)."""
+    train = recordings.rows(found.fitted)
     goodness = goodness_of_fit(found.fit, train, found.noise, shared_reference=shared_reference)
     known = uncertainty(found.fit, found.noise).inflated(goodness.birge_ratio, goodness.dof)
     count = len(robot.stiffness)
     intervals = known.intervals(found.fit.values)
-    own = Intervals(intervals.estimate[:count], intervals.low[:count], intervals.high[:count])
-    compliance = _scaled(own, robot.compliance)
+    compliance = _scaled(intervals.part(slice(count)), robot.compliance)
+    part = geometry_slice(found.fit.chain)
     effect = influence(found.fit, noise_known=found.noise.known)
     return Identification(
         robot=robot,
         recordings=recordings,
-        fitted=~recordings.test,
+        fitted=found.fitted,
         fit=found.fit.known_as(known.estimable),
         noise=found.noise,
         compliance=compliance,
@@ -180,6 +201,8 @@ def _of_positions(robot: Robot, recordings: Recordings, *, shared_reference: boo
         prior=None,
         shared_reference=shared_reference,
         suspicions=found.remarks,
+        calibration=calibration,
+        geometry=None if part is None else intervals.part(part),
     )
 
 

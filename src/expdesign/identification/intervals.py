@@ -39,6 +39,10 @@ class Intervals:
     low: FloatArray
     high: FloatArray
 
+    def part(self, chosen: slice) -> "Intervals":
+        """The intervals of some of the parameters."""
+        return Intervals(self.estimate[chosen], self.low[chosen], self.high[chosen])
+
     def inverse(self) -> "Intervals":
         """Intervals of 1/x for x > 0: the high end is infinite where x may be 0, and all is NaN where x < 0."""
         with np.errstate(divide="ignore"):

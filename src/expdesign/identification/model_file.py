@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import yaml
@@ -18,6 +18,7 @@ from pydantic import Field
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
 from expdesign.errors import InputError
@@ -84,6 +85,7 @@ class _ModelSection(Section):
     instrument: dict[str, Number] = Field(default_factory=dict)
     markers: list[str] | None = None
     held: list[list[str]] = Field(default_factory=list)
+    frames: Literal["known", "unknown"] | None = None
     effects: list[EffectSection]
     parameters: list[str]
     covariance: list[list[float]]
@@ -197,6 +199,8 @@ def _instrument_of(model: Model) -> dict[str, Any]:
 
 
 def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Reading:
+    if section.frames is not None:
+        return MeasuredPose(section.frames == "known")
     if not section.markers:
         return DEFLECTION
     places = {name: place for name, place in robot.markers.items() if name in section.markers}

@@ -1,4 +1,5 @@
-"""Identification from positions of markers: compliances together with the instrument's pose and the markers' places.
+"""Identification from absolute readings, positions of markers or poses: compliances and geometry, together with the
+frames of the instrument and the markers' places.
 
 Own weight loads the joints, so that positions show compliances without a payload. What the fitted rows do not determine
 stays what the robot file says, within a wide tolerance (`chain.knowledge`), and its interval says so.
@@ -8,11 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.effects.legs.geometry import leg_geometry
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.geometric import (
+    Calibration,
+    geometry_remarks,
+    judged_by_readings,
+    require_determined,
+    usable_rows,
+)
 from expdesign.identification.noise_level import NoiseLevel, noise_from_residuals
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -21,44 +30,75 @@ from expdesign.robots.robot import Robot
 
 @dataclass(frozen=True)
 class PositionFit:
-    """A fit of positions.
+    """A fit of absolute readings.
 
     Attributes:
+        fitted: the rows that were fitted, shape (N,).
         fit: of the fitted rows.
         noise: standard deviations of the fitted rows.
-        test_residuals: of the held-out rows that can be predicted, in standard deviations, shape (n, 3).
+        test_residuals: of the held-out rows that can be predicted, in standard deviations, shape (n, k).
         remarks: what cannot be told apart, in sentences.
     """
 
+    fitted: BoolArray
     fit: Fit
     noise: NoiseLevel
     test_residuals: FloatArray
     remarks: list[str]
 
 
-def fit_positions(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> PositionFit:
+def fit_positions(
+    robot: Robot,
+    recordings: Recordings,
+    *,
+    shared_reference: bool,
+    calibration: Calibration = "elastostatic",
+    frames_known: bool = True,
+) -> PositionFit:
     """Fit the base model to the rows that are not marked `test`.
+
+    Args:
+        robot: the robot.
+        recordings: positions of markers, or measured poses.
+        shared_reference: whether half of the variance of each row is common to its series.
+        calibration: what is identified; the geometry alone from rows without load.
+        frames_known: whether measured poses are in the very frames of the commands.
 
     Raises:
         InputError: the robot is of a kind that has no markers.
-        NotIdentifiableError: the noise is not stated and cannot be estimated.
+        NotIdentifiableError: the rows do not determine the geometry, or the noise is not stated and cannot be
+            estimated.
     """
-    reading = reading_of(robot, recordings)
-    train = recordings.rows(~recordings.test)
-    chain, rows = Chain(robot, reading=reading), row_data(train, robot)
+    usable = usable_rows(recordings, calibration)
+    fitted = usable & ~recordings.test
+    reading = reading_of(robot, recordings, frames_known=frames_known)
+    train = recordings.rows(fitted)
+    effects = () if calibration == "elastostatic" else (leg_geometry(robot),)
+    chain, rows = Chain(robot, effects, reading=reading), row_data(train, robot)
+    idle = np.ones(len(robot.stiffness), dtype=bool) if calibration == "geometric" else None
+
+    def data(deviations: FloatArray) -> Data:
+        whitening = Whitening(deviations, train.series, shared_reference=shared_reference)
+        return Data(train, rows, whitening, idle=idle, reading=reading)
 
     def solve(deviations: FloatArray) -> Fit:
-        return fit(chain, Data(train, rows, Whitening(deviations, train.series, shared_reference=shared_reference)))
+        return fit(chain, data(deviations))
+
+    if effects:
+        require_determined(chain, data(np.ones_like(train.deflections)))
 
     if train.deviations is not None:
         noise = NoiseLevel(train.deviations, "recordings")
     else:
         noise = noise_from_residuals(train, robot.coordinates.translations, solve)
     result = solve(noise.deviations)
-    judged = recordings.test & reading.predictable(robot, recordings)
+    if effects:
+        result = judged_by_readings(result)
+    judged = recordings.test & usable & reading.predictable(robot, recordings)
     test = recordings.rows(judged)
-    residuals = np.zeros((0, 3))
+    residuals = np.zeros((0, len(recordings.axes)))
     if len(test):
         deviations = test.deviations if test.deviations is not None else noise.deviations[:1]
-        residuals = (test.deflections - chain.predict(row_data(test, robot), result.values)) / deviations
-    return PositionFit(result, noise, residuals, reading.degeneracies)
+        predicted = chain.predict(row_data(test, robot), result.values)[:, recordings.axes]
+        residuals = (test.deflections - predicted) / deviations
+    return PositionFit(fitted, result, noise, residuals, reading.degeneracies + geometry_remarks(result))

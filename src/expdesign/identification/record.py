@@ -17,7 +17,8 @@ def identification_record(result: Identification) -> dict[str, Any]:
     goodness, noise, robot = result.goodness, result.noise, result.robot
     lack = goodness.lack_of_fit
     return {
-        "stiffness": _named(robot.actuators, result.stiffness),
+        "calibration": result.calibration,
+        "stiffness": {} if result.calibration == "geometric" else _named(robot.actuators, result.stiffness),
         "unit": stiffness_unit(result),
         "chi2": goodness.chi2,
         "dof": goodness.dof,
@@ -25,7 +26,8 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "birge_ratio": goodness.birge_ratio,
         "covariance": result.covariance.tolist(),
         "rank": result.fit.rank,
-        "compliance": _named(robot.actuators, result.compliance),
+        "compliance": {} if result.calibration == "geometric" else _named(robot.actuators, result.compliance),
+        "geometry": None if result.geometry is None else _named(result.geometry_names, result.geometry),
         "lack_of_fit": None
         if lack is None
         else {"F": lack.ratio, "dof": lack.dof, "dof_pure_error": lack.pure_dof, "p_value": lack.p_value},

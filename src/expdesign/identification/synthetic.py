@@ -17,8 +17,9 @@ from expdesign.errors import InputError
 from expdesign.identification.model_file import Model
 from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
 
-_LOAD_STREAM, _NOISE_STREAM = 1, 2
+_LOAD_STREAM, NOISE_STREAM = 1, 2
 
 
 def simulated_deflections(
@@ -55,7 +56,7 @@ def simulated_deflections(
         deflections = _of_model(model, problem, points, added)
     if noise:
         pose_map = loaded.robot.jacobians(plan.configurations).pose
-        drawn = drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
+        drawn = drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, NOISE_STREAM]), pose_map)[0]
         deflections[:, problem.noise.axes] += drawn
     return deflections
 
@@ -69,12 +70,22 @@ def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
 
 def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:
     """Deflections of a model under the actual loads, rows as in the file."""
-    robot, own = problem.loaded.robot, model.chain.robot
+    own = model.chain.robot
+    require_same_kind(model, problem.loaded.robot)
+    order = np.argsort(points.lines, kind="stable")
+    return model.chain.predict(row_data(with_errors(points, added), own), model.values)[order]
+
+
+def require_same_kind(model: Model, robot: Robot) -> None:
+    """Raise an `InputError` where a model is of another kind of robot."""
+    own = model.chain.robot
     if robot.configuration != own.configuration or len(robot.stiffness) != len(own.stiffness):
         what = f"the model is of a {own.kind}, and the configuration of a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use a model of the configuration's robot.")
-    order = np.argsort(points.lines, kind="stable")
+
+
+def with_errors(points: LoadedPoints, added: FloatArray) -> LoadedPoints:
+    """Points under their actual loads; errors (N, n) in the order of the file."""
     in_sequence = np.empty_like(added)
-    in_sequence[order] = added
-    actual = replace(points, wrenches=points.wrenches + in_sequence, absolute=points.absolute + in_sequence)
-    return model.chain.predict(row_data(actual, own), model.values)[order]
+    in_sequence[np.argsort(points.lines, kind="stable")] = added
+    return replace(points, wrenches=points.wrenches + in_sequence, absolute=points.absolute + in_sequence)

@@ -15,7 +15,7 @@ from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.files.table import Table
 from expdesign.recordings.columns import order_in_time
-from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 
 _HISTORY = ("time_s", "temperature_degC")
 
@@ -44,7 +44,8 @@ def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]
 
 
 def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:
-    values = [n for n in (*coordinates.deflection, *POSITION, *reading_names(coordinates)) if table.has(n)]
+    known = (*coordinates.deflection, *POSITION, *reading_names(coordinates), *measured_names(coordinates))
+    values = [name for name in known if table.has(name)]
     if not values:
         return table, []
     blank = np.array([[str(cell).strip() == "" for cell in table.frame[name]] for name in values]).all(axis=0)

@@ -33,9 +33,11 @@ def join(parts: list[Recordings]) -> Recordings:
             other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))
             what = f"{item.name} is known in only one of {first.source} and {other.source}"
             raise InputError(what, where=other.source, remedy="Files that are read together need the same columns.")
-        if item.name == "axes":
+        if item.name == "poses":
+            merged["poses"] = first.poses
+        elif item.name == "axes":
             for part in counted:
-                if not np.array_equal(part.axes, first.axes):
+                if part.measurand != first.measurand or not np.array_equal(part.axes, first.axes):
                     what = f"the measured columns are not those of {first.source}"
                     raise InputError(what, where=part.source, remedy="Identify the files one by one.")
             merged["axes"] = first.axes

@@ -1,4 +1,4 @@
-"""What a file of recordings measured, by its columns: deflections of the platform, or positions of markers on it."""
+"""What a file of recordings measured, by its columns: deflections of the platform, its poses, or markers on it."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,13 @@ class Measurand:
 
     def columns(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of what the instrument reads."""
+        if self.name == "poses":
+            return measured_names(coordinates)
         return POSITION if self.absolute else coordinates.deflection
+
+    def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
+        """Columns of their standard deviations."""
+        return POSITION_DEVIATION if self.columns(coordinates) == POSITION else coordinates.deviation
 
     def reference(self, weight: FloatArray) -> FloatArray:
         """What own weight does in the reference state: that of a position is the weightless robot."""
@@ -39,3 +45,9 @@ class Measurand:
 
 DEFLECTIONS = Measurand("deflections", absolute=False)
 POSITIONS = Measurand("positions of markers", absolute=True)
+POSES = Measurand("poses", absolute=True)
+
+
+def measured_names(coordinates: Coordinates) -> tuple[str, ...]:
+    """Columns of a pose as it was measured, in the coordinates of the commanded one."""
+    return tuple(f"measured_{name}" for name in coordinates.pose)

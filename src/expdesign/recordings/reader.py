@@ -22,7 +22,8 @@ from expdesign.recordings.columns import (
 from expdesign.recordings.filled_in import filled_in
 from expdesign.recordings.join import join
 from expdesign.recordings.joint_columns import with_joint_columns
-from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.recordings.pose_columns import measures_poses, read_measured
 from expdesign.recordings.positions import read_markers, read_position_deviations, read_positions
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
@@ -77,6 +78,8 @@ def read_several(paths: list[Path], robot: Robot) -> Recordings:
 
 def require_measured(recordings: Recordings, robot: Robot) -> None:
     """Raise an `InputError` where nothing deflects under load, as in a plan whose columns were filled with zeros."""
+    if recordings.poses:
+        return
     if len(robot.stiffness) and np.any(recordings.wrenches) and not np.any(recordings.deflections):
         what = "every deflection is 0, although there are loads"
         raise InputError(what, where=recordings.source, remedy="Fill in what was measured.")
@@ -90,7 +93,10 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
-    if points.measurand.absolute:
+    if points.poses:
+        axes, deflections = read_measured(table, points, robot.coordinates, order)
+        deviations = read_deviations(table, robot.coordinates, axes, order)
+    elif points.measurand.absolute:
         axes, deflections = np.arange(3), read_positions(table, robot.coordinates, order)
         deviations = read_position_deviations(table, order)
     else:
@@ -115,7 +121,8 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     series = table.integers("series")[order] if table.has("series") else sequence
     time = read_time(table, order)
     marker, markers = read_markers(table, order)
-    if measured and len(robot.stiffness) and not markers:
+    poses = measures_poses(table, robot)
+    if measured and len(robot.stiffness) and not markers and not poses:
         # A body has no actuators: its pose says where it is, and is not a command that a series shares.
         require_one_command(table, robot.configuration, configurations, series, order)
     gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
@@ -123,7 +130,9 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         if table.has(name):
             gravity[:, i] = table.numbers((name,))[order, 0]
     payload = _payload(table, robot, order)
-    wrenches = _wrenches(table, robot, configurations, payload, gravity, order)
+    unloaded = poses and payload is None and not any(table.has(name) for name in coordinates.wrench)
+    load = (table, robot, configurations, payload, gravity, order)
+    wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
     absolute = wrenches.copy()
     absolute_names = tuple(f"abs_{name}" for name in coordinates.wrench)
     if any(table.has(name) for name in absolute_names):
@@ -134,6 +143,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         "sequence", "series", "time_s", "mass_kg", "split", "temperature_degC", *legs, *absolute_names,
         *robot.configuration, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
         *coordinates.gravity, *coordinates.centre_of_mass, "marker", *POSITION, *POSITION_DEVIATION,
+        *measured_names(coordinates), *(("kind",) if poses else ()),
     }  # fmt: skip
     extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
     return LoadedPoints(
@@ -152,6 +162,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         extra=extra.reset_index(drop=True),
         marker=marker,
         markers=markers,
+        poses=poses,
     )
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
-from expdesign.recordings.measurand import DEFLECTIONS, POSITIONS, Measurand
+from expdesign.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,7 @@ class LoadedPoints:
         extra: columns that have no meaning here, kept for reports.
         marker: index in `markers` of every row, shape (N,), where positions of markers are measured; else None.
         markers: names of the markers.
+        poses: whether poses of the platform are measured.
         files: names of the files, where the rows come from several.
         file: index in `files` of every row, shape (N,), or None where there is one file.
     """
@@ -51,6 +52,7 @@ class LoadedPoints:
     extra: pd.DataFrame
     marker: IntArray | None = field(default=None, kw_only=True)
     markers: tuple[str, ...] = field(default=(), kw_only=True)
+    poses: bool = field(default=False, kw_only=True)
     files: tuple[str, ...] = field(default=(), kw_only=True)
     file: IntArray | None = field(default=None, kw_only=True)
 
@@ -61,6 +63,8 @@ class LoadedPoints:
     @property
     def measurand(self) -> Measurand:
         """What is read at these points."""
+        if self.poses:
+            return POSES
         return DEFLECTIONS if self.marker is None else POSITIONS
 
     @property
@@ -86,7 +90,7 @@ class Recordings(LoadedPoints):
 
     Attributes:
         axes: indices of the measured components, shape (k,).
-        deflections: the readings: deflections (m, rad), or positions of markers (m), shape (N, k).
+        deflections: the readings: deflections or poses (m, rad), or positions of markers (m), shape (N, k).
         deviations: their standard deviations, shape (N, k), or None where they are not known.
         test: rows that must not be fitted, shape (N,).
     """

@@ -17,6 +17,7 @@ from expdesign.recordings.columns import (
     require_one_command,
 )
 from expdesign.recordings.filled_in import filled_in
+from expdesign.recordings.measurand import measured_names
 from expdesign.recordings.positions import read_markers, read_positions
 
 _JOINT = re.compile(r"q[0-9]+_(m|rad)")
@@ -41,12 +42,18 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
     configurations = table.numbers(names)[order]
     series = table.integers("series")[order]
     read_time(table, order)
-    _check_loads(table, coordinates)
+    poses = tuple(name for name in measured_names(coordinates) if table.has(name))
+    loads = ("mass_kg", *coordinates.wrench)
+    if not poses or any(table.has(name) for name in loads):
+        _check_loads(table, coordinates)
     for name in ("temperature_degC", *coordinates.gravity, *(f"abs_{n}" for n in coordinates.wrench)):
         if table.has(name):
             table.numbers((name,))
     test = read_test_rows(table, order)
-    if table.has("marker") or table.has(*_MARKER):
+    if poses:
+        table.numbers(poses)
+        measured = ", ".join(poses)
+    elif table.has("marker") or table.has(*_MARKER):
         table.require(("marker", *_MARKER))
         read_markers(table, order)
         read_positions(table, coordinates, order)

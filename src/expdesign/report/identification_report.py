@@ -23,11 +23,13 @@ from expdesign.report.blocks import (
     Sentences,
     Steps,
 )
+from expdesign.report.geometry_section import geometry_section
 from expdesign.report.page import Page
 from expdesign.report.residual_figure import SCRIPT, residual_blocks, residual_data
 
 DOUBTFUL = REFUTED
 """Probability below which a test speaks against the model."""
+_TITLES = {"elastostatic": "Stiffness", "geometric": "Geometry", "both": "Geometry and stiffness"}
 MOST_ROWS = 200
 MOST_DOWNLOADED = 10000
 """Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
@@ -43,16 +45,18 @@ def identification_report(result: Identification, robot_file: str = "", configur
     """
     train = result.recordings.rows(result.fitted)
     robot = result.robot
+    stiffness = bool(robot.actuators) and result.calibration != "geometric"
     sections = (
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
-        *([_stiffness_section(result)] if robot.actuators else []),
+        *([_stiffness_section(result)] if stiffness else []),
+        *([geometry_section(result)] if result.geometry is not None else []),
         Section("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
         *([_measurement_section(result, train)] if robot.actuators else []),
         Section("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
         Section("words", "Words", [Definitions(_WORDS)]),
     )
     page = Page(
-        title=f"Stiffness of {robot.name}",
+        title=f"{_TITLES[result.calibration]} of {robot.name}",
         subtitle=(
             f"{robot.kind}, {words.count(len(train), 'fitted measurement')} of "
             f"{words.count(len(result.recordings), 'row')}; recordings {result.recordings.source}"
@@ -82,6 +86,8 @@ def _least_certain(result: Identification) -> str:
             "deflect at all, and what follows says whether the recordings show that it does. `expdesign diagnose` "
             "finds what yields."
         )
+    if result.calibration == "geometric":
+        return "The geometry was identified from rows without load; stiffness is what the robot file says."
     relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
     worst = int(np.argmax(relative))
     return (

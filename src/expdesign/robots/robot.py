@@ -32,7 +32,7 @@ from pydantic import Field
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.differentiation import inverse_with_adjoint
-from expdesign.files.schema import Number, Section
+from expdesign.files.schema import Number, Positive, Section
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.capabilities import Links, StraightLegs
 from expdesign.robots.drawing import Drawing
@@ -106,6 +106,11 @@ class RobotSection(Section):
         description="Known pose of the instrument that measures markers in O, `[x, y, z, rx, ry, rz]` (m, rad). "
         "Default: it is estimated.",
     )
+    geometry_std_m: Positive | None = Field(
+        default=None,
+        description="Standard deviation with which joints and leg lengths of a robot on legs are known from drawings "
+        "(m): prior of a geometric calibration. Default: nothing is known beforehand.",
+    )
 
 
 class Robot(ABC):
@@ -122,6 +127,7 @@ class Robot(ABC):
         gravity: gravity in the base frame O (m/s²), shape (d,).
         markers: known places of markers on the platform or tip (m), by name.
         instrument: known pose of the instrument that sees them in O (m, rad), shape (6,), or None.
+        geometry_std: standard deviation with which drawings give joints and lengths of legs (m), or None.
         orientation: how the three angles of a pose make R; None where a command is no pose with three angles.
     """
 
@@ -135,6 +141,7 @@ class Robot(ABC):
     gravity: FloatArray
     markers: Mapping[str, FloatArray] = MappingProxyType({})
     instrument: FloatArray | None = None
+    geometry_std: float | None = None
     orientation: Orientation | None = None
 
     @classmethod

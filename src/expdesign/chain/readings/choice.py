@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.readings.registration import held_coordinates, require_registration, start_of
@@ -13,8 +14,13 @@ from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
 
 
-def reading_of(robot: Robot, points: LoadedPoints) -> Reading:
+def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True) -> Reading:
     """What points read, with a start of the unknown parameters.
+
+    Args:
+        robot: the robot.
+        points: commands, loads and what was measured.
+        frames_known: whether measured poses are in the very frames of the commands.
 
     Raises:
         InputError: markers are on a platform that has no orientation.
@@ -22,6 +28,11 @@ def reading_of(robot: Robot, points: LoadedPoints) -> Reading:
     """
     if not points.measurand.absolute:
         return DEFLECTION
+    if points.poses:
+        if not frames_known and robot.orientation is None:
+            what = f"frames that are unknown need a robot with six pose coordinates, and this is a {robot.kind}"
+            raise InputError(what, where=points.source, remedy="Leave `--frames unknown` out.")
+        return MeasuredPose(frames_known)
     if robot.coordinates.rotations == 0 and robot.inverse_kinematics is not None:
         what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"
         raise InputError(what, where=points.source, remedy="Convert them to deflections.")

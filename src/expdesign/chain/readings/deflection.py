@@ -17,6 +17,7 @@ class Deflection(Reading):
     """The reading is the deflection itself; own weight acts in both states and cancels."""
 
     names = ()
+    absolute = False
     linear = True
     compliance_spread = float("inf")
 

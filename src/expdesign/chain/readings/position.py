@@ -54,6 +54,7 @@ class MarkerPosition(Reading):
     instrument: FloatArray | None
     start: FloatArray
     held: tuple[tuple[str, str], ...] = ()
+    absolute = True
     linear = False
     compliance_spread = 3.0
 

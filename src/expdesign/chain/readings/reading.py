@@ -18,12 +18,14 @@ class Reading(ABC):
     Attributes:
         names: markers whose positions are read, in the order of `Row.marker`; none for deflections.
         start: of the unknown parameters of the instrument, in the order of `parameters`.
+        absolute: whether it says where the platform is, so that geometry shows; deflections are differences.
         linear: whether the base model is linear in its compliances and has no further parameters.
         compliance_spread: standard deviation of a compliance in units of the robot file's before anything is measured.
     """
 
     names: tuple[str, ...]
     start: FloatArray
+    absolute: bool
     linear: bool
     compliance_spread: float
 
@@ -65,6 +67,10 @@ class Reading(ABC):
             theta: values of `parameters`.
             geometry: errors of the geometry of the robot's links, or None.
         """
+
+    def pose(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        """Pose (n,) of a platform at `row.pose` that deflects, in the frames in which targets are given."""
+        return row.pose + deflection
 
     @abstractmethod
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:

@@ -1,0 +1,1 @@
+"""Geometric calibration of a hexapod against forward kinematics of its own; `python -m benchmarks.geometry`."""

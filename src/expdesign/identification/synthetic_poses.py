@@ -1,0 +1,60 @@
+"""Measured poses as a geometric calibration would give them: the poses of a model, with load errors and noise drawn."""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.readings.pose import MeasuredPose
+from expdesign.chain.row import row_data
+from expdesign.design.plan import Plan
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import InputError
+from expdesign.identification.model_file import Model
+from expdesign.identification.synthetic import NOISE_STREAM, load_errors, require_same_kind, with_errors
+from expdesign.instrument.drawn_errors import drawn_noise
+from expdesign.recordings.recordings import LoadedPoints
+
+
+def simulated_poses(
+    problem: DesignProblem,
+    plan: Plan,
+    points: LoadedPoints,
+    model: Model | None,
+    seed: int,
+    *,
+    noise: bool,
+    errors: bool,
+) -> FloatArray:
+    """Measured poses (m, rad), shape (N, n), noise on the measured axes only; arguments as in `simulated_deflections`.
+
+    Without a model they are the commands, with the deflections of the base model where there are loads.
+
+    Raises:
+        InputError: the model is of another kind of robot, or of positions of markers.
+    """
+    loaded = problem.loaded
+    if model is None and problem.found is not None:
+        model = problem.found.model
+    chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
+    values = chain.start() if model is None else model.values
+    none = np.zeros((len(plan), loaded.robot.coordinates.n))
+    added = load_errors(loaded, plan, seed) if errors and loaded.regressor.needs_load else none
+    order = np.argsort(points.lines, kind="stable")
+    poses = chain.predict(row_data(with_errors(points, added), chain.robot), values)[order]
+    if noise:
+        pose_map = loaded.robot.jacobians(plan.configurations).pose
+        generator = np.random.default_rng([seed, NOISE_STREAM])
+        poses[:, problem.noise.axes] += drawn_noise(problem.noise, plan.series, 1, generator, pose_map)[0]
+    return poses
+
+
+def _with_poses(model: Model, problem: DesignProblem) -> Chain:
+    """The model's chain with a reading of poses; one of deflections has no parameters of the instrument either."""
+    require_same_kind(model, problem.loaded.robot)
+    chain = model.chain
+    if "frames" in chain.reading.record:
+        return chain
+    if chain.reading.parameters or chain.reading.names:
+        what = "a model of positions of markers does not tell what an instrument of poses reads"
+        raise InputError(what, where=model.source, remedy="Identify the robot from measured poses or deflections.")
+    return Chain(chain.robot, chain.effects, reading=MeasuredPose())
