@@ -12,7 +12,7 @@ from expdesign.api.inputs import Config, TableInput, problem_of, table_of
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import known_criteria
 from expdesign.criteria.record import evaluation_record
-from expdesign.design.plan import Plan, completed, read_plan, require_whole_load
+from expdesign.design.plan import Plan, completed, read_plan, require_whole_load, without_validation
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
@@ -79,6 +79,7 @@ def evaluate(config: Config, plan: TableInput) -> Evaluation:
     # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
     points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
     _require_reachable(problem, given, table)
+    given = without_validation(given, table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
     error = problem.unidentified(assessment)
     return Evaluation(problem, given, assessment, () if error is None else (error.message,))

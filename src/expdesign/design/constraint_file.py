@@ -25,7 +25,7 @@ def read_constraints(
     section = experiment.constraints
     if section is None:
         return None
-    most = experiment.measurements
+    most = experiment.measurements or 1  # `read_budget` has refused where there is none
     for name in ("distinct_poses", "distinct_masses"):
         if getattr(section, name) > most:
             what = f"{getattr(section, name)} are more than the {most} measurements"

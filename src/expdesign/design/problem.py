@@ -9,9 +9,11 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
 from expdesign.criteria.targets import Targets
+from expdesign.design.budget import Budget
 from expdesign.design.constraints import Constraints
 from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.found_robot import FoundRobot
+from expdesign.design.laboratory_sheet import Costs
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
@@ -50,6 +52,9 @@ class DesignProblem:
         found: the model that the robot was found to be; None where the configuration names a robot file.
         coverage: of the expanded uncertainty by which a target is accepted.
         constraints: on designs beside the robot's limits, or None.
+        costs: of measuring, where the configuration states them.
+        budget: of time in place of a number of measurements, or None.
+        validation: rows of a plan that are kept for validation.
     """
 
     loaded: LoadedRobot
@@ -65,6 +70,9 @@ class DesignProblem:
     found: FoundRobot | None = None
     coverage: Coverage = STANDARD
     constraints: Constraints | None = None
+    costs: Costs | None = None
+    budget: Budget | None = None
+    validation: int = 0
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""

@@ -254,6 +254,21 @@ class CostsSection(Section):
     reading: NonNegative = Field(default=0.0, description="Taking one reading (min).")
 
 
+class BudgetSection(Section):
+    """`experiment.budget`: time that measuring may take, in place of a number of measurements."""
+
+    minutes: Positive = Field(description="Time of all changes and readings by `experiment.costs` (min).")
+    distinct_poses: Count | None = Field(
+        default=None, description="Largest number of different poses. Default: chosen by the search."
+    )
+
+
+class ValidationSection(Section):
+    """`experiment.validation`: rows of a plan that are measured to test the model, and not fitted."""
+
+    measurements: Count = Field(description="Number of rows with `split: test`, at poses and loads of their own.")
+
+
 class BoxSection(Section):
     """One entry of `experiment.constraints.keep_out`: a box in the base frame (m)."""
 
@@ -283,7 +298,10 @@ class ConstraintsSection(Section):
 class ExperimentSection(Section):
     """`experiment`."""
 
-    measurements: Count = Field(description="Number m of loaded measurements of a plan.")
+    measurements: Count | None = Field(
+        default=None,
+        description="Number m of loaded measurements of a plan; with a `budget`, the largest. Required without one.",
+    )
     poses: PosesSection = Field(description="Where measurements may be taken: exactly one of the three forms.")
     load: LoadSection | None = Field(
         default=None, description="Loads that can be applied; required except for `calibration: geometric`."
@@ -313,6 +331,12 @@ class ExperimentSection(Section):
     costs: CostsSection | None = Field(
         default=None,
         description="What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs.",
+    )
+    budget: BudgetSection | None = Field(
+        default=None, description="Time in place of a number of measurements; needs `costs`. Default: no limit."
+    )
+    validation: ValidationSection | None = Field(
+        default=None, description="Rows of a plan kept for validation. Default: none."
     )
     resolution: dict[str, Positive] | None = Field(
         default=None,
