@@ -99,3 +99,12 @@ def _require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None
         more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
         what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
         raise InputError(what, where=table.where(row), remedy="Choose a pose within them.")
+    collisions = None if problem.constraints is None else problem.constraints.collisions
+    if collisions is None:
+        return
+    excess = collisions.excess(robot, plan.configurations)
+    if (excess > BEYOND).any():
+        row = int(np.argmax(excess))
+        distance = 1e3 * (collisions.clearance - excess[row])
+        what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
+        raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct the parts.")

@@ -276,6 +276,41 @@ class BoxSection(Section):
     high_m: list[Number] = Field(description="Greatest corner, `[x, y, z]` (m).")
 
 
+class PrimitiveSection(Section):
+    """A body of simple form in `experiment.constraints.collisions`."""
+
+    box_m: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="Edges of a box along x, y and z (m)."
+    )
+    cylinder_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Radius and length of a cylinder about z (m)."
+    )
+    sphere_m: Positive | None = Field(default=None, description="Radius of a sphere (m).")
+    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m)."
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if sum(form is not None for form in (self.box_m, self.cylinder_m, self.sphere_m)) != 1:
+            raise invalid("exactly one of `box_m`, `cylinder_m` and `sphere_m` is needed", remedy="Keep one.")
+        return self
+
+
+class CollisionsSection(Section):
+    """`experiment.constraints.collisions`: parts of the robot and its payload that must stay apart."""
+
+    clearance_m: NonNegative = Field(default=0.005, description="Least distance between two parts (m).")
+    leg_radius_m: Positive = Field(description="Radius of legs or links (m).")
+    payload: PrimitiveSection | None = Field(
+        default=None, description="The payload, in the platform frame. Default: not regarded."
+    )
+    platform: PrimitiveSection | None = Field(
+        default=None, description="The platform, in its frame; compared with the base. Default: not regarded."
+    )
+    base: PrimitiveSection | None = Field(default=None, description="The base, in O. Default: not regarded.")
+
+
 class ConstraintsSection(Section):
     """`experiment.constraints`: what a laboratory demands of a plan."""
 
@@ -289,6 +324,9 @@ class ConstraintsSection(Section):
     )
     keep_out: list[BoxSection] = Field(
         default_factory=list, description="Boxes that no part of the robot may enter. Default: none."
+    )
+    collisions: CollisionsSection | None = Field(
+        default=None, description="Parts of robot and payload that must stay apart. Default: not regarded."
     )
     effort: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m)."
