@@ -66,7 +66,10 @@ def main() -> None:
         lines += [plain, planned, f"| *total error less by* | | | | | | {1.0 - after / before:.1%} | |"]
         print("\n".join(lines[-3:]), flush=True)
     results.mkdir(parents=True, exist_ok=True)
-    (results / "table.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    page = results / "README.md"
+    text = page.read_text(encoding="utf-8") if page.exists() else "| |\n"
+    first, last = text.index("|"), text.rindex("|")
+    page.write_text(text[:first] + "\n".join(lines) + text[last + 1 :], encoding="utf-8")
 
 
 if __name__ == "__main__":

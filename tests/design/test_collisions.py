@@ -15,7 +15,7 @@ from expdesign.errors import InputError
 pytest.importorskip("coal")
 
 HOME = np.zeros(6)
-FEW = {"population": 8, "generations": 3, "seed": 1, "polish": True}
+FEW = {"population": 8, "generations": 2, "seed": 1, "polish": False}
 
 
 def segment_distance(one: np.ndarray, two: np.ndarray) -> float:
