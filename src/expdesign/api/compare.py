@@ -15,7 +15,7 @@ from expdesign.comparison.judgement import Judgement, judge
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import total_lower_bound
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.plan import plan_frame, read_plan
+from expdesign.design.plan import plan_frame, read_plan, without_validation
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
@@ -206,7 +206,7 @@ def _given(problem: DesignProblem, plans: Mapping[str, TableInput]) -> list[Cont
     for name, plan in plans.items():
         table = table_of(plan, name)
         read = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
-        found.append(Contender(name, "given", read))
+        found.append(Contender(name, "given", without_validation(read, table)))
     return found
 
 

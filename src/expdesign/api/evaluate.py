@@ -12,7 +12,7 @@ from expdesign.acceptance.decision import Decision, acceptance_record
 from expdesign.api.inputs import Config, TableInput, problem_of, table_of
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.record import evaluation_record
-from expdesign.design.plan import Plan, completed, read_plan, require_whole_load
+from expdesign.design.plan import Plan, completed, read_plan, require_whole_load, without_validation
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
@@ -91,6 +91,7 @@ def evaluate(config: Config, plan: TableInput) -> Evaluation:
     # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
     points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
     _require_reachable(problem, given, table)
+    given = without_validation(given, table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
     error = problem.unidentified(assessment)
     return Evaluation(problem, given, assessment, () if error is None else (error.message,))
@@ -110,3 +111,12 @@ def _require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None
         more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
         what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
         raise InputError(what, where=table.where(row), remedy="Choose a pose within them.")
+    collisions = None if problem.constraints is None else problem.constraints.collisions
+    if collisions is None:
+        return
+    excess = collisions.excess(robot, plan.configurations)
+    if (excess > BEYOND).any():
+        row = int(np.argmax(excess))
+        distance = 1e3 * (collisions.clearance - excess[row])
+        what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
+        raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct the parts.")

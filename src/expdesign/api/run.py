@@ -11,6 +11,7 @@ import pandas as pd
 from expdesign.acceptance.decision import acceptance_record
 from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.api.inputs import Config, PathLike, problem_of
+from expdesign.design.budget_search import search_within_budget
 from expdesign.design.front import Front
 from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
 from expdesign.design.optimality.refinement import LowerBound
@@ -18,8 +19,8 @@ from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
-from expdesign.design.result import pareto_frame, plan_of, plans_frame
-from expdesign.design.search import Progress, search
+from expdesign.design.result import design_minutes, pareto_frame, plan_of, plans_frame
+from expdesign.design.search import Progress
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
@@ -51,7 +52,7 @@ class Run:
     @property
     def pareto(self) -> pd.DataFrame:
         """Every criterion of every design of the front (`pareto.csv`)."""
-        return pareto_frame(self.front)
+        return pareto_frame(self.front, design_minutes(self.problem, self.front))
 
     @property
     def plans(self) -> pd.DataFrame:
@@ -128,9 +129,13 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
         text = state.note or f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
         report("searching", state.generation, state.generations, text)
 
-    front = search(problem, searching)
+    problem, front = search_within_budget(problem, searching)
     record = run_record(problem, front, *_bounds(problem, front, report))
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
+    minutes = design_minutes(problem, front)
+    if minutes is not None:
+        record["cost_min"] = float(minutes[front.recommended])
+        record["measurements"] = problem.space.measurements
     if timed:
         record["wall_s"] = time.perf_counter() - started
     return Run(problem, front, record)

@@ -109,6 +109,8 @@ def sheet(config: Config, plan: TableInput) -> LaboratorySheet:
     except InputError as error:
         raise InputError(error.what, where=f"{table.source}, column series", remedy=error.remedy) from None
     text = _frame(problem, planned, steps, referenced=referenced)
+    if table.has("split"):
+        text.insert(list(text.columns).index("plan_row"), "split", table.frame["split"].to_numpy()[steps.rows])
     before = in_plan_order(planned, referenced=referenced, shared=shared)
     return LaboratorySheet(
         text,

@@ -3,8 +3,9 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.design.collisions import Collisions, Primitive, require_library
 from expdesign.design.constraints import Constraints
-from expdesign.design.schema import ConstraintsSection, ExperimentSection
+from expdesign.design.schema import ConstraintsSection, ExperimentSection, PrimitiveSection
 from expdesign.design.space import DesignSpace, Required
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import KeyPath, YamlDocument
@@ -25,7 +26,7 @@ def read_constraints(
     section = experiment.constraints
     if section is None:
         return None
-    most = experiment.measurements
+    most = experiment.measurements or 1  # `read_budget` has refused where there is none
     for name in ("distinct_poses", "distinct_masses"):
         if getattr(section, name) > most:
             what = f"{getattr(section, name)} are more than the {most} measurements"
@@ -47,7 +48,28 @@ def read_constraints(
         where = document.where((*_WHERE, "effort"))
         remedy = "Add `effort=` to the <limit> of its joints, or take the key out."
         raise InputError("the robot states no effort of its actuators", where=where, remedy=remedy)
-    return Constraints(boxes, effort, section.distinct_poses, section.distinct_masses)
+    collisions = _collisions(section, robot, document)
+    return Constraints(boxes, effort, section.distinct_poses, section.distinct_masses, collisions)
+
+
+def _collisions(section: ConstraintsSection, robot: Robot, document: YamlDocument) -> Collisions | None:
+    stated = section.collisions
+    if stated is None:
+        return None
+    where = document.where((*_WHERE, "collisions"))
+    if len(robot.gravity) != 3 or robot.drawing(np.zeros((1, len(robot.configuration)))) is None:
+        what = f"collisions of a {robot.kind} are not known, which has no legs or links in space"
+        raise InputError(what, where=where, remedy="Take the key out; `keep_out` boxes may do.")
+    require_library(where)
+    parts = {name: _primitive(getattr(stated, name)) for name in ("payload", "platform", "base")}
+    return Collisions(stated.clearance_m, stated.leg_radius_m, **parts)
+
+
+def _primitive(section: PrimitiveSection | None) -> Primitive | None:
+    if section is None:
+        return None
+    sizes = section.box_m or section.cylinder_m or [section.sphere_m or 0.0]
+    return Primitive(tuple(sizes), np.array(section.at_m))
 
 
 def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robot, document: YamlDocument) -> Required:

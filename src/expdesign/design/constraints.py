@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
+from expdesign.design.collisions import Collisions
 from expdesign.elastostatics.maps import actuator_forces
 from expdesign.elastostatics.measurements import LoadedRobot
 
@@ -27,15 +28,18 @@ class Constraints:
             None.
         distinct_poses: at least.
         distinct_masses: at least.
+        collisions: what must stay apart, or None.
     """
 
     boxes: FloatArray
     effort: FloatArray | None = None
     distinct_poses: int = 1
     distinct_masses: int = 1
+    collisions: Collisions | None = None
 
     def measurements(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> FloatArray:
-        """How far measurements are beyond what is allowed, ≤ 0 within: boxes (m) and effort (parts of it).
+        """How far measurements are beyond what is allowed, ≤ 0 within: boxes (m), effort (parts of it),
+        collisions (m).
 
         Args:
             loaded: the robot.
@@ -43,17 +47,19 @@ class Constraints:
             loads: shape (..., k).
 
         Returns:
-            Shape (..., 2).
+            Shape (..., 3).
         """
-        beyond = np.full((*configurations.shape[:-1], 2), -1.0)
+        beyond = np.full((*configurations.shape[:-1], 3), -1.0)
         if len(self.boxes):
             beyond[..., 0] = self._penetration(loaded, configurations, loads)
         if self.effort is not None:
             beyond[..., 1] = self._overload(loaded, self.effort, configurations, loads)
+        if self.collisions is not None:
+            beyond[..., 2] = self.collisions.excess(loaded.robot, configurations)
         return beyond
 
     def violations(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> FloatArray:
-        """Constraints (≤ 0) of b designs of m measurements: boxes, effort, missing poses, missing masses, (b, 4)."""
+        """Constraints (≤ 0) of b designs: boxes, effort, collisions, missing poses, masses; (b, 5)."""
         each = self.measurements(loaded, configurations, loads).max(axis=1)
         poses = _distinct(configurations)
         masses = (
@@ -63,7 +69,7 @@ class Constraints:
         return np.concatenate([each, missing], axis=1)
 
     def allowed(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> BoolArray:
-        """Which measurements are within boxes and effort, shape (...)."""
+        """Which measurements are within boxes and effort and free of collisions, shape (...)."""
         allowed: BoolArray = np.logical_and.reduce(self.measurements(loaded, configurations, loads) <= 0.0, axis=-1)
         return allowed
 

@@ -10,6 +10,7 @@ from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.files.table import Table
 from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.recordings.columns import read_test_rows
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,16 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     if shared_reference and table.has("series"):
         _same_pose_within_series(table, configurations, series)
     return Plan(configurations, loads, series)
+
+
+def without_validation(plan: Plan, table: Table) -> Plan:
+    """The rows of a plan that are fitted: those that its table does not mark `split: test`."""
+    if not table.has("split"):
+        return plan
+    fitted = ~read_test_rows(table, np.arange(len(table)))
+    if not fitted.any():
+        raise InputError("every row is kept for validation", where=table.where(0, "split"), remedy="Fit some of them.")
+    return Plan(plan.configurations[fitted], plan.loads[fitted], plan.series[fitted])
 
 
 def require_whole_load(table: Table, loaded: LoadedRobot) -> None:

@@ -9,9 +9,11 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
+from expdesign.design.budget import Budget
 from expdesign.design.constraints import Constraints
 from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.found_robot import FoundRobot
+from expdesign.design.laboratory_sheet import Costs
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
@@ -52,6 +54,9 @@ class DesignProblem:
         constraints: on designs beside the robot's limits, or None.
         robot_file: path of the robot's file; empty where the configuration holds the robot itself.
         further: criteria beside those of every design (`known_criteria`) for which the configuration asks.
+        costs: of measuring, where the configuration states them.
+        budget: of time in place of a number of measurements, or None.
+        validation: rows of a plan that are kept for validation.
     """
 
     loaded: LoadedRobot
@@ -67,6 +72,9 @@ class DesignProblem:
     found: FoundRobot | None = None
     coverage: Coverage = STANDARD
     constraints: Constraints | None = None
+    costs: Costs | None = None
+    budget: Budget | None = None
+    validation: int = 0
     robot_file: str = ""
     further: tuple[Criterion, ...] = ()
 

@@ -11,6 +11,7 @@ from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.asked_criterion import NAMES, asked_criteria
+from expdesign.design.budget_file import read_budget, read_costs
 from expdesign.design.calibration_file import load_section, read_regressor
 from expdesign.design.constraint_file import read_constraints, required
 from expdesign.design.coverage import STANDARD
@@ -59,6 +60,10 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)
     load = _load(load_section(experiment), robot, document)
+    budget = read_budget(experiment, isinstance(regressor, Elastostatic), document)
+    if budget is not None:  # until the search chooses: the structure of most poses
+        structure = budget.structures()[-1]
+        experiment = experiment.model_copy(update={"measurements": structure.measurements})
     poses = _poses(experiment, robot, document)
     sources = _sources(experiment, load, document)
     physics = None if found is None else found.physics
@@ -66,13 +71,16 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
     noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
+    space = _space(experiment, robot, load, poses, document)
+    if budget is not None:
+        space = space.with_structure(structure.measurements, structure.poses)
     problem = DesignProblem(
         loaded=loaded,
         noise=with_reference_pose(noise, experiment, robot, document),
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
-        space=_space(experiment, robot, load, poses, document),
+        space=space,
         objectives=(),
         optimiser=OptimiserSettings(
             section.optimiser.population,
@@ -84,6 +92,9 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         source=document.source,
         found=found,
         constraints=read_constraints(experiment, robot, load, document),
+        costs=read_costs(experiment),
+        budget=budget,
+        validation=0 if experiment.validation is None else experiment.validation.measurements,
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
         robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
     )
@@ -294,7 +305,8 @@ def _space(
             raise InputError("unknown quantity", where=where, remedy=nearest(name, known))
     widths = np.array([q.high - q.low if isinstance(q, Interval) else 0.0 for q in every])
     steps = steps_of(known, widths, stated)
-    space = DesignSpace(experiment.measurements, poses, quantities, tilt, robot.coordinates, gravity, steps)
+    measurements = experiment.measurements or 1  # `read_budget` has refused where there is none
+    space = DesignSpace(measurements, poses, quantities, tilt, robot.coordinates, gravity, steps)
     for gene in np.flatnonzero(space.grid.empty):
         name = known[space.variables[gene].columns[0]]
         what = f"no multiple of {stated[name]:g} lies between {space.lower[gene]:g} and {space.upper[gene]:g}"

@@ -28,7 +28,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         super().__init__(
             n_var=space.measurements * space.genes,
             n_obj=len(problem.objectives),
-            n_ieq_constr=3 if problem.constraints is None else 7,
+            n_ieq_constr=3 if problem.constraints is None else 8,
             xl=np.tile(space.lower, space.measurements),
             xu=np.tile(space.upper, space.measurements),
         )
@@ -42,7 +42,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         """Objectives (b, k), to be minimised, and constraints (b, c) of designs given as genes (b, m, g)."""
         problem = self.design_problem
         if len(genes) == 0:
-            return np.zeros((0, len(problem.objectives))), np.zeros((0, 3 if problem.constraints is None else 7))
+            return np.zeros((0, len(problem.objectives))), np.zeros((0, 3 if problem.constraints is None else 8))
         robot = problem.loaded.robot
         configurations, loads = problem.space.decode(genes)
         assessment = problem.assess(configurations, loads)

@@ -254,11 +254,61 @@ class CostsSection(Section):
     reading: NonNegative = Field(default=0.0, description="Taking one reading (min).")
 
 
+class BudgetSection(Section):
+    """`experiment.budget`: time that measuring may take, in place of a number of measurements."""
+
+    minutes: Positive = Field(description="Time of all changes and readings by `experiment.costs` (min).")
+    distinct_poses: Count | None = Field(
+        default=None, description="Largest number of different poses. Default: chosen by the search."
+    )
+
+
+class ValidationSection(Section):
+    """`experiment.validation`: rows of a plan that are measured to test the model, and not fitted."""
+
+    measurements: Count = Field(description="Number of rows with `split: test`, at poses and loads of their own.")
+
+
 class BoxSection(Section):
     """One entry of `experiment.constraints.keep_out`: a box in the base frame (m)."""
 
     low_m: list[Number] = Field(description="Least corner, `[x, y, z]` (m).")
     high_m: list[Number] = Field(description="Greatest corner, `[x, y, z]` (m).")
+
+
+class PrimitiveSection(Section):
+    """A body of simple form in `experiment.constraints.collisions`."""
+
+    box_m: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="Edges of a box along x, y and z (m)."
+    )
+    cylinder_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Radius and length of a cylinder about z (m)."
+    )
+    sphere_m: Positive | None = Field(default=None, description="Radius of a sphere (m).")
+    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m)."
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if sum(form is not None for form in (self.box_m, self.cylinder_m, self.sphere_m)) != 1:
+            raise invalid("exactly one of `box_m`, `cylinder_m` and `sphere_m` is needed", remedy="Keep one.")
+        return self
+
+
+class CollisionsSection(Section):
+    """`experiment.constraints.collisions`: parts of the robot and its payload that must stay apart."""
+
+    clearance_m: NonNegative = Field(default=0.005, description="Least distance between two parts (m).")
+    leg_radius_m: Positive = Field(description="Radius of legs or links (m).")
+    payload: PrimitiveSection | None = Field(
+        default=None, description="The payload, in the platform frame. Default: not regarded."
+    )
+    platform: PrimitiveSection | None = Field(
+        default=None, description="The platform, in its frame; compared with the base. Default: not regarded."
+    )
+    base: PrimitiveSection | None = Field(default=None, description="The base, in O. Default: not regarded.")
 
 
 class ConstraintsSection(Section):
@@ -275,6 +325,9 @@ class ConstraintsSection(Section):
     keep_out: list[BoxSection] = Field(
         default_factory=list, description="Boxes that no part of the robot may enter. Default: none."
     )
+    collisions: CollisionsSection | None = Field(
+        default=None, description="Parts of robot and payload that must stay apart. Default: not regarded."
+    )
     effort: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m)."
     )
@@ -283,7 +336,10 @@ class ConstraintsSection(Section):
 class ExperimentSection(Section):
     """`experiment`."""
 
-    measurements: Count = Field(description="Number m of loaded measurements of a plan.")
+    measurements: Count | None = Field(
+        default=None,
+        description="Number m of loaded measurements of a plan; with a `budget`, the largest. Required without one.",
+    )
     poses: PosesSection = Field(description="Where measurements may be taken: exactly one of the three forms.")
     load: LoadSection | None = Field(
         default=None, description="Loads that can be applied; required except for `calibration: geometric`."
@@ -313,6 +369,12 @@ class ExperimentSection(Section):
     costs: CostsSection | None = Field(
         default=None,
         description="What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs.",
+    )
+    budget: BudgetSection | None = Field(
+        default=None, description="Time in place of a number of measurements; needs `costs`. Default: no limit."
+    )
+    validation: ValidationSection | None = Field(
+        default=None, description="Rows of a plan kept for validation. Default: none."
     )
     resolution: dict[str, Positive] | None = Field(
         default=None,

@@ -85,7 +85,7 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         pop_size=settings.population,
         sampling=Population.new(X=np.unique(start, axis=0)),
         crossover=DesignCrossover(space),
-        mutation=DesignMutation(space, merge=problem.noise.shared_reference),
+        mutation=DesignMutation(space, merge=problem.noise.shared_reference or space.most_poses is not None),
         repair=CanonicalOrder(space),
         evaluator=Evaluator(),
     )

@@ -74,7 +74,7 @@ def search_single(
             pop_size=size,
             sampling=Population.new(X=np.unique(start, axis=0)),
             crossover=DesignCrossover(space),
-            mutation=DesignMutation(space, merge=problem.noise.shared_reference),
+            mutation=DesignMutation(space, merge=problem.noise.shared_reference or space.most_poses is not None),
             repair=CanonicalOrder(space),
         )
         algorithm.setup(designs, termination=("n_gen", generations or settings.generations), seed=seed)

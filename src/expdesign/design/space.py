@@ -5,6 +5,7 @@ for a discrete one. The quantities that the genes set are, in order, the configu
 parameters without gravity, and the tilt of the base.
 """
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -98,6 +99,7 @@ class DesignSpace:
             gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
         self.grid = Grid.between(gene_steps, self.lower, self.upper)
         self.required = Required()
+        self.most_poses: int | None = None
 
     @property
     def genes(self) -> int:
@@ -108,6 +110,14 @@ class DesignSpace:
     def tilts(self) -> bool:
         """Whether the base is, or can be, tilted."""
         return any(not isinstance(q, Interval) or q.low != 0.0 or q.high != 0.0 for q in self._tilt)
+
+    def with_structure(self, measurements: int, poses: int | None) -> "DesignSpace":
+        """The space of so many measurements at no more than so many distinct poses (None: any number)."""
+        other = copy.copy(self)
+        other.measurements, other.most_poses = measurements, poses
+        if poses is None:
+            other.required = Required()
+        return other
 
     def quantities(self, genes: FloatArray) -> FloatArray:
         """Quantities (..., n_q) that genes (..., g) stand for; indices are rounded and clipped to their tables."""
@@ -171,6 +181,7 @@ class DesignSpace:
                 rounded[tuple(rows.T)], wanted[within], self.of_pose, lambda tried: excess(self.decode(tried)[0])
             )
             rounded[tuple(rows.T)] = moved
+            rounded = self._grouped(rounded)
         return self._sorted(rounded)
 
     def _rounded(self, genes: FloatArray) -> FloatArray:
@@ -179,7 +190,34 @@ class DesignSpace:
         whole = genes.shape[-2] == self.measurements  # a part of a design need not meet what the whole has to
         for demanded in (self.required.poses, self.required.masses) if whole else ():
             rounded = self._with(demanded, rounded)
-        return rounded
+        return self._grouped(rounded)
+
+    def _grouped(self, genes: FloatArray) -> FloatArray:
+        """Designs (..., m, g) with no more than `most_poses` distinct poses: the two nearest become one until it holds.
+
+        The pose of the larger group stays, and one that has to occur always does.
+        """
+        if self.most_poses is None or genes.shape[-2] != self.measurements or self.measurements <= self.most_poses:
+            return genes
+        designs = genes.reshape(-1, *genes.shape[-2:]).copy()
+        span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)[self.of_pose]
+        wanted = [pose[self.of_pose] for pose in self.required.poses]
+        for design in designs:
+            poses, group, counts = np.unique(design[:, self.of_pose], axis=0, return_inverse=True, return_counts=True)
+            size = counts.astype(float)
+            for pose in wanted:
+                size[(poses == pose).all(axis=1)] = np.inf
+            distance = (((poses[:, None] - poses[None]) / span) ** 2).sum(axis=-1)
+            distance[(size == np.inf)[:, None] & (size == np.inf)] = np.inf
+            np.fill_diagonal(distance, np.inf)
+            for _ in range(len(poses) - self.most_poses):
+                first, second = divmod(int(np.argmin(distance)), len(poses))
+                kept, given_up = (first, second) if size[first] >= size[second] else (second, first)
+                group[group == given_up] = kept
+                size[kept] += size[given_up]
+                distance[given_up] = distance[:, given_up] = np.inf
+            design[:, self.of_pose] = poses[group]
+        return designs.reshape(genes.shape)
 
     def _with(self, demanded: tuple[FloatArray, ...], genes: FloatArray) -> FloatArray:
         """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""

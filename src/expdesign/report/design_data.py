@@ -31,6 +31,9 @@ def plan_cells(plan: pd.DataFrame) -> list[list[str]]:
     for name in plan.columns:
         factor = words.plan_column(str(name)).factor
         values = plan[name].to_numpy()
+        if values.dtype.kind not in "iuf":
+            shown.append([str(value) for value in values])
+            continue
         whole = np.issubdtype(values.dtype, np.integer)
         shown.append([str(value) if whole else words.fixed(float(value) * factor, 3) for value in values])
     return [list(row) for row in zip(*shown, strict=True)]

@@ -7,7 +7,7 @@ from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
-from expdesign.design.result import pareto_frame
+from expdesign.design.result import design_minutes, pareto_frame
 from expdesign.files.csv_writer import csv_text
 from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report import deviations as deviations_report
@@ -29,7 +29,7 @@ from expdesign.report.blocks import (
     Subheading,
 )
 from expdesign.report.design_data import design_data, design_summary
-from expdesign.report.design_figures import budget_figure, described, front_figure, parallel_figure, shown_criteria
+from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
 from expdesign.report.design_texts import next_steps, vocabulary
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
@@ -143,18 +143,24 @@ def _summary(
 def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Section:
     names = shown_criteria(front)
     first = tuple(dict.fromkeys((*front.objectives, "duir", "feir", "total")))
+    minutes = design_minutes(problem, front)
     rows = []
     for design in range(len(front)):
         marks = [name for name, index in (("recommended", front.recommended), ("knee", front.knee)) if index == design]
         label = " · ".join((str(design + 1), *marks))
         rows.append([label, *(words.number(float(front.criteria[name][design])) for name in first)])
+        if minutes is not None:
+            rows[-1].append(words.number(float(minutes[design])))
+    titles = ["Design", *(words.criterion_with_unit(name, described(name).unit) for name in first)]
+    if minutes is not None:
+        titles.append("Cost (min)")
     table = DataTable(
         "designs",
         "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below. The CSV has all "
         "criteria.",
-        ["Design", *(words.criterion_with_unit(name, described(name).unit) for name in first)],
+        titles,
         rows,
-        Download("pareto.csv", csv_text(pareto_frame(front))),
+        Download("pareto.csv", csv_text(pareto_frame(front, minutes))),
         choice="design",
         chosen=front.recommended,
         tall=True,

@@ -8,6 +8,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, criterion_values
 from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series
 from expdesign.design.problem import DesignProblem
+from expdesign.instrument.deflection_noise import series_by_pose
 
 
 class Objectives:
@@ -44,14 +45,17 @@ class Objectives:
         return result
 
     def tie(self, variables: FloatArray) -> Callable[[FloatArray, IntArray], FloatArray] | None:
-        """Projection that keeps poses equal where measurements of variables (b, m, g) share their unloaded reference.
+        """Projection that keeps poses equal where measurements of variables (b, m, g) share their unloaded reference,
+        or where distinct poses are few.
 
         It takes changes of variables (c, m, g) and the indices (c,) of the designs that they belong to.
         """
-        series = shared_series(self.problem, self.problem.space.quantities(variables))
+        space = self.problem.space
+        series = shared_series(self.problem, space.quantities(variables))
+        if series is None and space.most_poses is not None:
+            series = series_by_pose(space.decode(variables)[0])
         if series is None:
             return None
-        space = self.problem.space
         pose = np.array([variable.columns[0] < space.n_pose for variable in space.variables])
         same = (series[:, :, None] == series[:, None, :]).astype(float)
         mean = same / same.sum(axis=2, keepdims=True)

@@ -1,0 +1,138 @@
+"""A budget of time in place of a number of measurements, and rows that are kept for validation."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.design.problems import HEXAPOD, problem
+
+import expdesign
+from expdesign.design.budget import Budget, Structure
+from expdesign.design.budget_search import search_within_budget, with_structure
+from expdesign.design.laboratory_sheet import Costs, ordered
+from expdesign.design.measuring_time import most_minutes, plan_minutes
+from expdesign.design.plan import Plan
+from expdesign.design.result import design_minutes
+from expdesign.design.validation_rows import validation_genes
+from expdesign.errors import InputError
+from expdesign.instrument.deflection_noise import series_by_pose
+
+COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
+FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}
+SHARED = "experiment.deflection_noise.shared_reference"
+
+
+def limited(minutes: float, **changes: Any) -> Any:
+    base = {"experiment.costs": COSTS, "experiment.budget": {"minutes": minutes}, "optimiser": FEW}
+    return problem(HEXAPOD, {"experiment.measurements": None, **base, **changes})
+
+
+@pytest.mark.parametrize("shared", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_time_is_that_of_the_laboratory_sheet(shared: bool, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    poses = np.sort(generator.integers(4, size=(7, 1)), axis=0).astype(float)
+    plan = Plan(poses, generator.integers(3, size=(7, 1)).astype(float), series_by_pose(poses))
+    costs = Costs(2.0, 5.0, 0.7)
+    minutes = plan_minutes(plan, costs, referenced=True, shared=shared)
+    assert minutes == pytest.approx(ordered(plan, costs, referenced=True, shared=shared).minutes(costs), rel=1e-12)
+    for referenced in (True, False):
+        taken = plan_minutes(plan, costs, referenced=referenced, shared=shared)
+        most = most_minutes(7, len(np.unique(poses)), costs, referenced=referenced, shared=shared)
+        assert taken <= most + 1e-12
+
+
+def test_structures_fit_and_nothing_can_be_added() -> None:
+    budget = Budget(150.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False)
+    structures = budget.structures()
+    assert structures
+    for structure in structures:
+        assert budget.most_minutes(structure) <= 150.0
+        more = Structure(structure.measurements + 1, structure.poses)
+        assert budget.most_minutes(more) > 150.0
+    # One measurement: a pose, the load put on, two readings.
+    assert budget.most_minutes(Structure(1, 1)) == 10.0 + 3.0 + 2.0
+    # Where poses cost nothing, there is nothing to choose but the number.
+    free = Budget(150.0, Costs(0.0, 3.0, 1.0), referenced=True, shared=False).structures()
+    assert len(free) == 1
+    assert free[0].poses == free[0].measurements
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_every_design_stays_within_the_budget(shared: bool) -> None:
+    case = limited(90.0, **{SHARED: shared}, **{"experiment.validation": {"measurements": 1}})
+    fitted, front = search_within_budget(case)
+    minutes = design_minutes(fitted, front)
+    assert minutes is not None
+    assert (minutes <= 90.0 + 1e-9).all()
+    again, same = search_within_budget(case)
+    assert again.space.measurements == fitted.space.measurements
+    np.testing.assert_array_equal(front.genes, same.genes)
+
+
+def test_gradients_keep_measurements_at_one_pose_together() -> None:
+    polished = {**FEW, "polish": True}
+    case = with_structure(limited(120.0, optimiser=polished, **{"experiment.measurements": 4}), Structure(4, 2))
+    front = search_within_budget(case)[1]
+    poses = case.space.decode(front.genes)[0]
+    assert all(len(np.unique(design, axis=0)) <= 4 for design in poses)
+
+
+def test_poses_are_grouped_around_those_that_have_to_occur() -> None:
+    pose = [0.0123456, 0.0, 0.0, 0.05, 0.0, 0.0]
+    case = limited(90.0, **{"experiment.constraints": {"poses": [pose]}, "experiment.measurements": 5})
+    space = with_structure(case, Structure(5, 2)).space
+    designs = space.canonical(space.sample(200, np.random.default_rng(0)).reshape(40, 5, -1))
+    poses = space.decode(designs)[0]
+    for design in poses:
+        assert len(np.unique(design, axis=0)) <= 2
+        assert (np.abs(design - pose).max(axis=1) < 1e-12).any()
+    np.testing.assert_array_equal(space.canonical(designs), designs)
+
+
+def test_validation_rows_are_reachable_and_far_from_the_others() -> None:
+    case = problem(HEXAPOD, {"experiment.validation": {"measurements": 3}})
+    genes = case.space.canonical(case.space.sample(3, np.random.default_rng(1))[None])[0]
+    rows = validation_genes(case, genes)
+    assert len(np.unique(np.concatenate([genes, rows]), axis=0)) == 6
+    assert case.loaded.robot.usable(case.space.decode(rows)[0]).all()
+    np.testing.assert_array_equal(rows, validation_genes(case, genes))
+    span = np.where(case.space.upper > case.space.lower, case.space.upper - case.space.lower, 1.0)
+    generator = np.random.default_rng(7)
+    random = [np.linalg.norm((case.space.sample(1, generator) - genes) / span, axis=1).min() for _ in range(200)]
+    assert np.linalg.norm((rows[0] - genes) / span, axis=1).min() > np.quantile(random, 0.9)
+
+
+def test_criteria_of_the_plan_do_not_see_rows_for_validation(tmp_path: Path) -> None:
+    case = limited(90.0, **{"experiment.validation": {"measurements": 2}})
+    found = expdesign.run(case, timed=False)
+    assert (found.plan["split"] == "test").sum() == 2
+    judged = expdesign.evaluate(case, found.plan).criteria["value"]
+    best = found.pareto.iloc[found.front.recommended]
+    for name in ("duir", "feir", "total"):
+        assert judged[name] == pytest.approx(best[name], rel=1e-9)
+    assert found.record["cost_min"] == best["cost_min"] <= 90.0
+    sheet = expdesign.sheet(case, found.plan)
+    assert sheet.minutes == pytest.approx(best["cost_min"])
+    assert set(sheet.text["split"]) == {"train", "test"}
+    found.save(tmp_path / "run")
+    assert "Cost (min)" in (tmp_path / "run" / "report.json").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"experiment.budget": {"minutes": 14.9}}, "too little for one measurement, which takes 15 min"),
+        ({"experiment.budget": {"minutes": 29}, "experiment.validation": {"measurements": 2}}, "for validation"),
+        ({"experiment.costs": None}, "measuring costs nothing"),
+        ({"experiment.budget": None}, "the key is missing"),
+        ({"experiment.costs": {"pose_change": 1}}, "more than 200 measurements"),
+        ({"experiment.constraints": {"distinct_poses": 9}}, "the 9 measurements demanded"),
+        ({"experiment.constraints": {"distinct_poses": 4}, "experiment.measurements": 2}, "demand 4"),
+    ],
+)
+def test_bad_budgets(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words) as raised:
+        limited(40.0, **changes)
+    assert "experiment" in str(raised.value.where)
