@@ -29,7 +29,7 @@ from expdesign.report.blocks import (
     Subheading,
 )
 from expdesign.report.design_data import design_data, design_summary
-from expdesign.report.design_figures import budget_figure, front_figure, parallel_figure, shown_criteria
+from expdesign.report.design_figures import budget_figure, described, front_figure, parallel_figure, shown_criteria
 from expdesign.report.design_texts import next_steps, vocabulary
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
