@@ -15,14 +15,15 @@ from expdesign.diagnosis.confirmation import confirmed, gains
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.law_findings import law_findings
+from expdesign.diagnosis.laws import Laws, sought_laws
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
-from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
-from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_without, within_noise
+from expdesign.diagnosis.verdict import HALVED, PREDICTS, doubt, fits, verdict_without, within_noise
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
 from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
@@ -31,6 +32,10 @@ from expdesign.identification.suspicions import require_positive
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
+
+
+_GAINS = 0.98
+"""Factor on the held-out error that laws have to reach before predictions are made with them."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +49,13 @@ class Diagnosis:
         model: the chosen model, which is the base model where nothing was found.
         handed: what predictions shall be made with: the chosen model, or the base model where the chosen one explains
             too little of what was not fitted.
-        verdict: `consistent`, `explained` or `unexplained`.
+        verdict: `consistent`, `explained`, `modelled` (by laws at ports) or `unexplained`.
         p_before, p_after: of χ² of the base model and of the chosen one; NaN where the noise level is estimated.
         location: of the mismatch.
         findings: effects that are present together.
         errors: of the model handed on, on fitted and held-out rows.
         search: everything that was considered.
-        correction: of an unexplained mismatch, as far as it is smooth; None in other cases.
+        laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
     """
 
@@ -67,7 +72,7 @@ class Diagnosis:
     findings: tuple[Finding, ...]
     errors: HeldOut
     search: Search
-    correction: SmoothCorrection | None
+    laws: Laws | None
     caveats: tuple[str, ...] = ()
 
     @property
@@ -127,15 +132,26 @@ def diagnose(
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent" and sample.markers is None:
         require_positive(base, recordings, robot)
-    correction, handed = None, model
+    laws, handed = None, model
     if verdict == "unexplained":
+        factor = FITTING if fits(before, after) else TENTATIVE
+        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
         if errors.test_after > HALVED * errors.test_before:
             handed = search.base
             errors = held_out(base, handed.fit, sample, judged, handed.outliers)
-        report("fitting a smooth correction")
-        correction = smooth_correction(handed.fit, sample.restricted(~handed.outliers), judged)
-        factor = FITTING if fits(before, after) else TENTATIVE
-        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
+        laws = _laws(search, model, known_noise=noise.known, report=report)
+        if laws is not None:
+            modelled = held_out(base, laws.fit, sample, judged, model.outliers)
+            if laws.predicts and modelled.test_after < min(errors.test_after, _GAINS * modelled.test_before):
+                named = tuple(part.named for part in laws.parts if part.named is not None)
+                handed = model = Model(named, model.outliers, laws.fit, float("nan"))
+                errors = modelled
+                found = law_findings(laws, robot, variance)
+                p_after = _p_of_laws(laws, sample.restricted(~model.outliers), noise)
+                verdict = "modelled" if errors.test_surprise <= PREDICTS else verdict
+                if verdict == "modelled" and not any(part.named is None for part in laws.parts):
+                    verdict = "explained"
+            search.log.add_text("laws", laws.summary(verdict))
     return Diagnosis(
         robot=robot,
         recordings=recordings,
@@ -150,9 +166,28 @@ def diagnose(
         findings=found,
         errors=errors,
         search=search,
-        correction=correction,
+        laws=laws,
         caveats=caveats(sample, model, spread, errors),
     )
+
+
+def _laws(search: Search, model: Model, *, known_noise: bool, report: Callable[[str], None]) -> Laws | None:
+    """Laws at ports, sought in the rows that the chosen model does not set aside."""
+    sample = search.sample.restricted(~model.outliers)
+    base = search.base.fit
+    if model.outliers.any():
+        base = fit(base.chain, sample)
+    return sought_laws(search.robot, sample, base, search.library, known_noise=known_noise, report=report)
+
+
+def _p_of_laws(laws: Laws, sample: Sample, noise: NoiseLevel) -> float:
+    """Of χ² of a model with laws, whose weights count as far as the readings determine them (MacKay 1992)."""
+    if not noise.known:
+        return float("nan")
+    directions = as_matrix(laws.fit.sensitivities)
+    known = np.isfinite(laws.fit.covariance.diagonal())
+    used = np.einsum("ij,jk,ik->", directions[:, known], laws.fit.covariance[np.ix_(known, known)], directions[:, known])
+    return float(chi2_distribution.sf(float((laws.fit.residuals**2).sum()), max(sample.readings - float(used), 1.0)))
 
 
 def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:

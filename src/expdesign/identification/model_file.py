@@ -25,6 +25,7 @@ from expdesign.files.schema import Number, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.fit import Fit
 from expdesign.plugins import implementations
+from expdesign.ports.law import Law, form_data, form_of
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
@@ -65,6 +66,7 @@ class _EffectSection(Section):
     component: str
     variant: str = ""
     parameters: dict[str, Number]
+    law: dict[str, Any] | None = None
 
 
 class _ModelSection(Section):
@@ -90,14 +92,15 @@ def model_text(model: Model, folder: Path) -> str:
     effects = []
     for effect, part in zip(model.chain.effects, model.chain.slices, strict=True):
         names = [parameter.name for parameter in effect.parameters]
-        effects.append(
-            {
-                "physics": effect.physics,
-                "component": effect.component,
-                "variant": effect.variant,
-                "parameters": dict(zip(names, model.values[part].tolist(), strict=True)),
-            }
-        )
+        entry: dict[str, Any] = {
+            "physics": effect.physics,
+            "component": effect.component,
+            "variant": effect.variant,
+            "parameters": dict(zip(names, model.values[part].tolist(), strict=True)),
+        }
+        if isinstance(effect, Law):
+            entry["law"] = form_data(effect.form)
+        effects.append(entry)
     content = {
         "kind": "model",
         "schema_version": 1,
@@ -219,6 +222,8 @@ def robot_effect_classes() -> list[type[Effect]]:
 def _effect(entry: _EffectSection, known: list[type[Effect]], robot: Any, document: YamlDocument, index: int) -> Effect:
     """The effect of an entry: the known one of that physics whose parameters bear the same names."""
     where = document.where(("effects", index))
+    if entry.law is not None:
+        return _law(entry, robot, where)
     of_physics = [cls for cls in known if cls.physics == entry.physics]
     if not of_physics:
         remedy = f"Known: {', '.join(sorted({cls.physics for cls in known})) or 'none'}."
@@ -232,6 +237,20 @@ def _effect(entry: _EffectSection, known: list[type[Effect]], robot: Any, docume
             return effect
     what = f"`{entry.physics}` at `{entry.component}` does not have these parameters on this robot"
     raise InputError(what, where=where, remedy="Identify or diagnose the recordings again with this version.")
+
+
+def _law(entry: _EffectSection, robot: Robot, where: str) -> Law:
+    """The law of an entry, from its data."""
+    assert entry.law is not None
+    try:
+        law = Law(robot, form_of(entry.law, entry.component), int(entry.variant.split()[-1]))
+        known = {parameter.name for parameter in law.parameters} == set(entry.parameters)
+    except (KeyError, TypeError, ValueError, IndexError):
+        known = False
+    if not known:
+        remedy = "Diagnose the recordings again with this version."
+        raise InputError("this is not a law as this version writes it", where=where, remedy=remedy)
+    return law
 
 
 def _units(chain: Chain) -> FloatArray:
