@@ -34,6 +34,8 @@ from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 
 
+_SINGLE = 0.02
+"""Share of the rows that may be single mistakes beside laws."""
 _GAINS = 0.98
 """Factor on the held-out error that laws have to reach before predictions are made with them."""
 
@@ -139,18 +141,19 @@ def diagnose(
         if errors.test_after > HALVED * errors.test_before:
             handed = search.base
             errors = held_out(base, handed.fit, sample, judged, handed.outliers)
-        laws = _laws(search, model, known_noise=noise.known, report=report)
+        laws, aside = _laws(search, model, known_noise=noise.known, report=report)
         if laws is not None:
-            modelled = held_out(base, laws.fit, sample, judged, model.outliers)
-            if laws.predicts and modelled.test_after < min(errors.test_after, _GAINS * modelled.test_before):
+            # Rows marked `test` judge, and must not choose.
+            rival = handed if handed.candidates else search.base
+            alone = held_out(base, rival.fit, sample, np.zeros_like(judged), rival.outliers).test_after
+            if laws.predicts and laws.after < _GAINS * alone:
                 named = tuple(part.named for part in laws.parts if part.named is not None)
-                handed = model = Model(named, model.outliers, laws.fit, float("nan"))
-                errors = modelled
+                handed = model = Model(named, aside, laws.fit, float("nan"))
+                errors = held_out(base, laws.fit, sample, judged, aside)
                 found = law_findings(laws, robot, variance)
-                p_after = _p_of_laws(laws, sample.restricted(~model.outliers), noise)
-                verdict = "modelled" if errors.test_surprise <= PREDICTS else verdict
-                if verdict == "modelled" and not any(part.named is None for part in laws.parts):
-                    verdict = "explained"
+                p_after = _p_of_laws(laws, sample.restricted(~aside), noise)
+                if errors.test_surprise <= PREDICTS:
+                    verdict = "modelled" if any(part.named is None for part in laws.parts) else "explained"
             search.log.add_text("laws", laws.summary(verdict))
     return Diagnosis(
         robot=robot,
@@ -171,13 +174,20 @@ def diagnose(
     )
 
 
-def _laws(search: Search, model: Model, *, known_noise: bool, report: Callable[[str], None]) -> Laws | None:
-    """Laws at ports, sought in the rows that the chosen model does not set aside."""
-    sample = search.sample.restricted(~model.outliers)
-    base = search.base.fit
-    if model.outliers.any():
-        base = fit(base.chain, sample)
-    return sought_laws(search.robot, sample, base, search.library, known_noise=known_noise, report=report)
+def _laws(
+    search: Search, model: Model, *, known_noise: bool, report: Callable[[str], None]
+) -> tuple[Laws | None, BoolArray]:
+    """Laws at ports, and the rows that are set aside for them.
+
+    Where physics is missing, a model without it sets aside rows that show it: only few are taken for single mistakes.
+    """
+    aside = model.outliers
+    if aside.sum() > max(1.0, _SINGLE * search.sample.counts.sum()):
+        aside = np.zeros_like(aside)
+    sample = search.sample.restricted(~aside)
+    base = fit(search.base.fit.chain, sample) if aside.any() else search.base.fit
+    laws = sought_laws(search.robot, sample, base, search.library, known_noise=known_noise, report=report)
+    return laws, aside
 
 
 def _p_of_laws(laws: Laws, sample: Sample, noise: NoiseLevel) -> float:

@@ -33,8 +33,8 @@ def _points(middle: FloatArray, spread: FloatArray) -> FloatArray:
 
 
 class Payload(Port):
-    """u: extra wrench (N, N·m) at the origin of P along the axes of O: fields of force, and loads that are not as
-    stated.
+    """u: extra wrench (N, N·m) at the origin of P along the axes of O: forces of the environment, and payloads that are
+    not as stated.
     """
 
     name = "payload"
@@ -67,7 +67,7 @@ class Payload(Port):
         priors += [(prior, range(n)) for prior in (*kinks_over(sight, "contact", shown, 15),)]
         for prior, outputs in priors:
             channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(outputs))
-            yield Entry(self.name, "payload", prior.form, channels, prior.kernel, prior.scales, prior.rank)
+            yield Entry(self.name, "environment", prior.form, channels, prior.kernel, prior.scales, prior.rank)
         yield from self._towards_points(sight)
         yield from self._loads(sight)
 
@@ -86,7 +86,7 @@ class Payload(Port):
             channels = tuple(Channel(i, 0, (away,), Quantity("towards", i, setting)) for i in range(d))
             for factor in (0.5, 2.0):
                 scale = (factor * sight.spread(away),)
-                yield Entry(self.name, "payload", "field", channels, "squared_exponential", scale, 10)
+                yield Entry(self.name, "environment", "field", channels, "squared_exponential", scale, 10)
 
     def _loads(self, sight: Sight) -> Iterator[Entry]:
         """A share of the stated load, in any direction, that is the same always or changes."""
