@@ -53,7 +53,7 @@ def test_noise_is_consistent_with_the_base_model(name: str, seed: int) -> None:
     assert result.findings == ()
     assert result.model is result.search.base
     assert 1e-3 < result.p_before == result.p_after
-    assert result.correction is None
+    assert result.laws is None
     assert diagnosis_record(result, None)["location"] is None
 
 
@@ -130,7 +130,6 @@ def test_what_is_no_physics_is_not_explained(spoil: Callable[[pd.DataFrame], Non
     result = found(HEXAPOD, frame)
     assert result.verdict == "unexplained"
     assert result.p_before < 1e-3
-    assert result.correction is not None
     assert all(finding.probability <= 0.5 for finding in result.findings)
     location = diagnosis_record(result, None)["location"]
     assert location["component"]

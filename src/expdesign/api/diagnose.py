@@ -12,8 +12,8 @@ from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of
 from expdesign.design.plan import csv_text
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
-from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.law_findings import curves
+from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.record import diagnosis_record
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.model_file import Model, model_text

@@ -16,14 +16,14 @@ from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import Laws, sought_laws
+from expdesign.diagnosis.laws import Laws, laws_beside
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
-from expdesign.diagnosis.verdict import HALVED, PREDICTS, doubt, fits, verdict_without, within_noise
+from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
 from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
@@ -32,12 +32,6 @@ from expdesign.identification.suspicions import require_positive
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
-
-
-_SINGLE = 0.02
-"""Share of the rows that may be single mistakes beside laws."""
-_GAINS = 0.98
-"""Factor on the held-out error that laws have to reach before predictions are made with them."""
 
 
 @dataclass(frozen=True)
@@ -134,28 +128,14 @@ def diagnose(
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent" and sample.markers is None:
         require_positive(base, recordings, robot)
-    laws, handed = None, model
+    handed = model
     if verdict == "unexplained":
         factor = FITTING if fits(before, after) else TENTATIVE
         found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
         if errors.test_after > HALVED * errors.test_before:
             handed = search.base
             errors = held_out(base, handed.fit, sample, judged, handed.outliers)
-        laws, aside = _laws(search, model, known_noise=noise.known, report=report)
-        if laws is not None:
-            # Rows marked `test` judge, and must not choose.
-            rival = handed if handed.candidates else search.base
-            alone = held_out(base, rival.fit, sample, np.zeros_like(judged), rival.outliers).test_after
-            if laws.predicts and laws.after < _GAINS * alone:
-                named = tuple(part.named for part in laws.parts if part.named is not None)
-                handed = model = Model(named, aside, laws.fit, float("nan"))
-                errors = held_out(base, laws.fit, sample, judged, aside)
-                found = law_findings(laws, robot, variance)
-                p_after = _p_of_laws(laws, sample.restricted(~aside), noise)
-                if errors.test_surprise <= PREDICTS:
-                    verdict = "modelled" if any(part.named is None for part in laws.parts) else "explained"
-            search.log.add_text("laws", laws.summary(verdict))
-    return Diagnosis(
+    result = Diagnosis(
         robot=robot,
         recordings=recordings,
         noise=noise,
@@ -169,35 +149,36 @@ def diagnose(
         findings=found,
         errors=errors,
         search=search,
-        laws=laws,
+        laws=None,
         caveats=caveats(sample, model, spread, errors),
     )
+    return _with_laws(result, judged, report) if verdict == "unexplained" else result
 
 
-def _laws(
-    search: Search, model: Model, *, known_noise: bool, report: Callable[[str], None]
-) -> tuple[Laws | None, BoolArray]:
-    """Laws at ports, and the rows that are set aside for them.
-
-    Where physics is missing, a model without it sets aside rows that show it: only few are taken for single mistakes.
-    """
-    aside = model.outliers
-    if aside.sum() > max(1.0, _SINGLE * search.sample.counts.sum()):
-        aside = np.zeros_like(aside)
-    sample = search.sample.restricted(~aside)
-    base = fit(search.base.fit.chain, sample) if aside.any() else search.base.fit
-    laws = sought_laws(search.robot, sample, base, search.library, known_noise=known_noise, report=report)
-    return laws, aside
-
-
-def _p_of_laws(laws: Laws, sample: Sample, noise: NoiseLevel) -> float:
-    """Of χ² of a model with laws, whose weights count as far as the readings determine them (MacKay 1992)."""
-    if not noise.known:
-        return float("nan")
-    directions = as_matrix(laws.fit.sensitivities)
-    known = np.isfinite(laws.fit.covariance.diagonal())
-    used = np.einsum("ij,jk,ik->", directions[:, known], laws.fit.covariance[np.ix_(known, known)], directions[:, known])
-    return float(chi2_distribution.sf(float((laws.fit.residuals**2).sum()), max(sample.readings - float(used), 1.0)))
+def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
+    """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
+    search, base = result.search, result.base
+    rival = result.handed if result.handed.candidates else search.base
+    found = laws_beside(search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report)
+    if found.laws is None:
+        return result
+    laws = found.laws
+    changed = replace(result, laws=laws)
+    if found.wins:
+        named = tuple(part.named for part in laws.parts if part.named is not None)
+        model = Model(named, found.aside, laws.fit, float("nan"))
+        errors = held_out(base, laws.fit, search.sample, judged, found.aside)
+        changed = replace(
+            changed,
+            model=model,
+            handed=model,
+            errors=errors,
+            findings=law_findings(laws, result.robot, 1.0),
+            p_after=laws.p_value if result.noise.known else float("nan"),
+            verdict=verdict_with(laws, errors),
+        )
+    search.log.add_text("laws", laws.summary(changed.verdict))
+    return changed
 
 
 def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:

@@ -60,7 +60,8 @@ def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
 def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
     """What a technician should know of a law: where, what it does, on what it depends, how large, what does that."""
     effect, curve = part.effect, part.curve
-    assert isinstance(effect, Law) and curve is not None
+    assert isinstance(effect, Law)
+    assert curve is not None
     names = depends_on(effect.form.depends_on, robot)
     shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
     component = effect.component[0].upper() + effect.component[1:]
@@ -72,10 +73,9 @@ def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
         relative = curve.mean[at] / middle - 1.0
         half = 1.96 * curve.deviation[at] / abs(middle)
         unit = unit_of(curve.quantities[0], robot)
-        text += (
-            f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {'softer' if relative > 0.0 else 'stiffer'} than "
-            f"usual where {quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
-        )
+        how = "softer" if relative > 0.0 else "stiffer"
+        where = f"{quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
+        text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
     text += f"; {usually(effect.form.kind)}."
     if others:
         text += f" The recordings do not rule out that it is {' or '.join(others)}."
@@ -93,5 +93,3 @@ def curve_file(findings: tuple[Finding, ...], finding: Finding) -> str | None:
         if one is finding:
             return f"law-{number}.csv"
     return None
-
-

@@ -5,16 +5,18 @@ sought together; where a named form carries as much evidence it wins, having few
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.held_out import folds_of
+from expdesign.diagnosis.held_out import folds_of, held_out
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Model, Search
 from expdesign.identification.fit import Fit, fit
 from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Dictionary, known_form
@@ -31,6 +33,11 @@ FEWEST = 12
 PREDICTS = 0.5
 """Share of the excess of left-out squares over the noise that laws may leave before predictions are those of the base
 model: functions that change faster than the rows sample them are located, not modelled."""
+
+_SINGLE = 0.02
+"""Share of the rows that may be single mistakes beside laws."""
+_GAINS = 0.98
+"""Factor on the left-out error that laws have to reach before predictions are made with them."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,16 @@ class Laws:
     predicts: bool
     log: tuple[str, ...] = ()
 
+    @property
+    def p_value(self) -> float:
+        """Of χ², weights counting as far as the readings determine them (MacKay 1992)."""
+        directions = as_matrix(self.fit.sensitivities)
+        known = np.isfinite(self.fit.covariance.diagonal())
+        inner = self.fit.covariance[np.ix_(known, known)]
+        used = float(np.einsum("ij,jk,ik->", directions[:, known], inner, directions[:, known]))
+        readings = int((directions != 0.0).any(axis=1).sum())
+        return float(chi2_distribution.sf(float((self.fit.residuals**2).sum()), max(readings - used, 1.0)))
+
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
         listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
@@ -90,6 +107,48 @@ def measured_of(sample: Sample, *, known_noise: bool) -> Measured:
         sample.rows, tuple(int(a) for a in recordings.axes), sample.counts, sample.whiten, blocks,
         recordings.time is not None, sample.markers, known_noise,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What laws do beside what was found without them.
+
+    Attributes:
+        laws: that were found, or None.
+        aside: rows that were set aside for them, shape (N,).
+        wins: whether left-out rows are predicted better with them.
+    """
+
+    laws: Laws | None
+    aside: BoolArray
+    wins: bool
+
+
+def laws_beside(
+    search: Search,
+    base: Fit,
+    outliers: BoolArray,
+    rival: Model,
+    *,
+    known_noise: bool,
+    report: Callable[[str], None],
+) -> Beside:
+    """Laws at ports, compared with a model without them.
+
+    Rows marked `test` judge, and must not choose: the comparison is by rows left out of the fitted ones. Where physics
+    is missing, a model without it sets aside rows that show it, so that only few are taken for single mistakes.
+    """
+    aside = outliers
+    if aside.sum() > max(1.0, _SINGLE * search.sample.counts.sum()):
+        aside = np.zeros_like(aside)
+    sample = search.sample.restricted(~aside)
+    start = fit(base.chain, sample) if aside.any() else base
+    laws = sought_laws(search.robot, sample, start, search.library, known_noise=known_noise, report=report)
+    if laws is None or not laws.predicts:
+        return Beside(laws, aside, False)
+    none = np.zeros_like(aside)
+    alone = held_out(base, rival.fit, search.sample, none, rival.outliers).test_after
+    return Beside(laws, aside, laws.after < _GAINS * alone)
 
 
 def sought_laws(
@@ -168,7 +227,8 @@ def _fitted(
         share = float(np.clip((state.readings @ (rest.projected - state.projected)) / excess, 0.0, 1.0))
         where = places(search.atoms, search.propose(rest).gains)
         if atom.entry is None:
-            candidate, start = atom.named  # type: ignore[misc]
+            assert atom.named is not None
+            candidate, start = atom.named
             values = candidate.starts[start].copy()
             free = np.array([not p.shape for p in candidate.effect.parameters])
             values[free] += scales[index] * own
@@ -189,5 +249,3 @@ def _fitted(
     parts.sort(key=lambda item: -item.share)
     left = max(chosen.error**2 - 1.0, 0.0) / max(before**2 - 1.0, 1e-9)
     return Laws(tuple(parts), result, before, chosen.error, left <= PREDICTS, tuple(search.log))
-
-

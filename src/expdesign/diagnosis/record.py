@@ -76,7 +76,12 @@ def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     if diagnosis.laws is None:
         return []
     return [
-        {"component": place.component, "law": number, "log_evidence": place.log_evidence, "probability": place.probability}
+        {
+            "component": place.component,
+            "law": number,
+            "log_evidence": place.log_evidence,
+            "probability": place.probability,
+        }
         for number, part in enumerate(diagnosis.laws.parts, start=1)
         for place in part.places
         if place.probability >= _LISTED

@@ -55,7 +55,9 @@ class Curve:
         return pd.DataFrame(columns)
 
 
-def curve_of(law: Law, robot: Robot, values: FloatArray, covariance: FloatArray, part: slice, seen: FloatArray) -> Curve:
+def curve_of(
+    law: Law, robot: Robot, values: FloatArray, covariance: FloatArray, part: slice, seen: FloatArray
+) -> Curve:
     """The curve of a law in a fitted model.
 
     What the springs do anyway cannot be told from a law of an actuator's force or compliance, so that of these the
@@ -64,7 +66,8 @@ def curve_of(law: Law, robot: Robot, values: FloatArray, covariance: FloatArray,
     Args:
         law: the link.
         robot: the robot.
-        values, covariance: of all parameters of the model; compliances come first.
+        values: parameters of the model, compliances first.
+        covariance: of all of them.
         part: parameters of the law.
         seen: inputs of its first channel in the fitted rows, shape (N, d).
     """

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -28,14 +29,14 @@ class Atom:
         entry: the law, whose channels have gains that make the mean prior variance of the readings 1; None for physics
             of known form.
         basis: features of the law.
-        named: identifies physics of known form for who put it there.
+        named: physics of known form, for who put it there: what, and which of its starts.
     """
 
     component: str
     directions: FloatArray
     entry: Entry | None = None
     basis: Basis | None = None
-    named: object = None
+    named: tuple[Any, int] | None = None
 
 
 class Dictionary:
@@ -52,9 +53,7 @@ class Dictionary:
         sight: what ports see.
     """
 
-    def __init__(
-        self, robot: Robot, measured: Measured, values: FloatArray, effects: tuple[Effect, ...] = ()
-    ) -> None:
+    def __init__(self, robot: Robot, measured: Measured, values: FloatArray, effects: tuple[Effect, ...] = ()) -> None:
         chain = Chain(robot, effects, markers=measured.markers)
         self.sight = Sight(
             robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
@@ -77,9 +76,7 @@ class Dictionary:
         return _atom(entry, self._maps[entry.port], self.sight, {})
 
 
-def port_map(
-    port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]
-) -> FloatArray:
+def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]) -> FloatArray:
     """Whitened derivatives of the readings with respect to u, shape (N, k, width)."""
     injection = Injection(robot, port, port.name)
     chain = Chain(robot, (*effects, injection), markers=measured.markers)
@@ -119,7 +116,7 @@ def _atom(entry: Entry, maps: FloatArray, sight: Sight, known: dict[object, Basi
     return Atom(entry.component, flat * factor, replace(entry, channels=scaled), basis)
 
 
-def known_form(component: str, directions: FloatArray, named: object) -> tuple[Atom, FloatArray] | None:
+def known_form(component: str, directions: FloatArray, named: tuple[Any, int]) -> tuple[Atom, FloatArray] | None:
     """Physics of known form with parameters of unknown size, and what its weights are in units of these (d,).
 
     Args:

@@ -1,8 +1,8 @@
 """Evidence for laws: y = A·c + Σ_k Φ_k·w_k + e with c unknown, w_k ~ N(0, σ_k²·I) and e ~ N(0, I).
 
-The precision projected on what c cannot do, P = V⁻¹ − V⁻¹A(AᵀV⁻¹A)⁻¹AᵀV⁻¹ with V = I + Σ σ_k²·Φ_k·Φ_kᵀ, is I − F·Fᵀ with
-F = H·L⁻ᵀ, H = [A, Φ_1, ...], L·Lᵀ = HᵀH + diag(prior precisions). The restricted log evidence (Patterson and Thompson
-1971) is −½(yᵀPy + ln det(HᵀH + D) + Σ f_k·ln σ_k²) up to a constant.
+The precision projected on what c cannot do, P = V⁻¹ − V⁻¹A(AᵀV⁻¹A)⁻¹AᵀV⁻¹ with V = I + Σ σ_k²·Φ_k·Φ_kᵀ, is I − F·Fᵀ
+with F = H·L⁻ᵀ, H = [A, Φ_1, ...], L·Lᵀ = HᵀH + diag(prior precisions). The restricted log evidence (Patterson and
+Thompson 1971) is −½(yᵀPy + ln det(HᵀH + D) + Σ f_k·ln σ_k²) up to a constant.
 """
 
 from collections.abc import Sequence
@@ -111,14 +111,15 @@ class Present:
             for k, width in enumerate(widths):
                 part = slice(edges[k], edges[k + 1])
                 slope.append(
-                    0.5 * ((float(weights[part] @ weights[part]) + float(variance[part].sum())) / np.exp(logs[k]) - width)
+                    0.5
+                    * ((float(weights[part] @ weights[part]) + float(variance[part].sum())) / np.exp(logs[k]) - width)
                 )
             return -state.log_evidence, -np.array(slope)
 
         bounds = [(np.log(_LEAST), np.log(_MOST))] * len(widths)
         found = minimize(
             misfit, np.log(self.variances), jac=True, method="L-BFGS-B", bounds=bounds,
-            options={"maxiter": 25, "ftol": 1e-5},
+            options={"maxiter": 25, "ftol": 1e-9},
         )  # fmt: skip
         return self.with_variances(np.exp(found.x).tolist())
 
@@ -169,5 +170,3 @@ class Present:
             matrix[np.diag_indices_from(matrix)] += 1e-9
             errors[inside] = np.linalg.solve(matrix, self.projected[inside])
         return errors
-
-

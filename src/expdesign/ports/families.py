@@ -1,4 +1,4 @@
-"""Prior families that several ports share: covariance functions over what a port sees, length scales on a fixed grid."""
+"""Prior families that several ports share: covariance functions over what a port sees, lengths on a fixed grid."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ FINE = (0.25, 0.5, 1.0, 2.0)
 COARSE = (1.0, 2.0, 4.0)
 """The same over several inputs."""
 PERIODS = 14
-"""Periods that are tried between a fifth of the spread and four spreads of a length."""
+"""Periods that are tried, so that at least about three of them fit into the range of a length."""
 _THRESHOLDS = (0.05, 0.15, 0.3, 0.6, 1.0)
 
 
@@ -110,12 +110,12 @@ def time_constants(sight: Sight) -> tuple[float, ...]:
     return tuple(round(float(t), 6) for t in np.geomspace(shortest, max(longest, 2.0 * shortest), 5))
 
 
-def repeating(sight: Sight, length: Quantity) -> Iterator[Prior]:
+def repeating(sight: Sight, form: str, length: Quantity) -> Iterator[Prior]:
     """Errors that repeat with a length: a grid of periods."""
     spread = sight.spread(length)
     if spread > 0.0:
-        for period in np.geomspace(0.2 * spread, 4.0 * spread, PERIODS):
-            yield Prior("periodic", "periodic", (length,), (float(period),), 4)
+        for period in np.geomspace(0.1 * spread, 1.2 * spread, PERIODS):
+            yield Prior(form, "periodic", (length,), (float(period),), 4)
 
 
 Family = Callable[[Sight], Iterator[Prior]]

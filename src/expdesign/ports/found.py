@@ -19,7 +19,8 @@ def law_of(
 ) -> tuple[Law, FloatArray]:
     """The link of a law and its parameters, from its weights in the dictionary's features (f,)."""
     entry, basis = atom.entry, atom.basis
-    assert entry is not None and basis is not None
+    assert entry is not None
+    assert basis is not None
     blocks, rank = entry.blocks, basis.rank
     gram = np.zeros((rank, rank))
     for block in range(blocks):

@@ -1,7 +1,7 @@
 """Covariance functions of unknown laws, for numbers and for expressions of the chain alike.
 
-Inputs are scaled: a length scale of 1 is meant. Sources: Rasmussen and Williams (2006) chapter 4 for the stationary ones
-and the (integrated) Wiener process, Cho and Saul (2009) for the arc-cosine kernel of first order.
+Inputs are scaled: a length scale of 1 is meant. Sources: Rasmussen and Williams (2006) chapter 4 for the stationary
+ones and the (integrated) Wiener process, Cho and Saul (2009) for the arc-cosine kernel of first order.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,12 +27,12 @@ def _square(x: Inputs, z: Inputs) -> Any:
 
 
 def constant(x: Inputs, z: Inputs) -> Any:
-    """k = 1: an unknown factor."""
+    """Covariance k = 1: an unknown factor."""
     return 1.0 + 0.0 * (x[0] - z[0])
 
 
 def linear(x: Inputs, z: Inputs) -> Any:
-    """k = x·z: an unknown coefficient for every input."""
+    """Covariance k = x·z: an unknown coefficient for every input."""
     total: Any = 0.0
     for a, b in zip(x, z, strict=True):
         total = total + a * b
@@ -40,12 +40,12 @@ def linear(x: Inputs, z: Inputs) -> Any:
 
 
 def squared_exponential(x: Inputs, z: Inputs) -> Any:
-    """k = exp(−½|x − z|²): smooth."""
+    """Covariance k = exp(−½|x − z|²): smooth."""
     return _of("exp", -0.5 * _square(x, z))
 
 
 def matern(x: Inputs, z: Inputs) -> Any:
-    """k = (1 + √3·r)·exp(−√3·r): continuous with a continuous slope (Matérn 3/2)."""
+    """Covariance k = (1 + √3·r)·exp(−√3·r): continuous with a continuous slope (Matérn 3/2)."""
     distance = np.sqrt(3.0) * _of("sqrt", _square(x, z) + 1e-12)
     return (1.0 + distance) * _of("exp", -distance)
 
@@ -57,12 +57,12 @@ def pinned(x: Inputs, z: Inputs) -> Any:
 
 
 def wiener(x: Inputs, z: Inputs) -> Any:
-    """k = ½(|x| + |z| − |x − z|), in one dimension: steps and corners, nothing at 0."""
+    """Covariance k = ½(|x| + |z| − |x − z|), in one dimension: steps and corners, nothing at 0."""
     return 0.5 * (_of("fabs", x[0]) + _of("fabs", z[0]) - _of("fabs", x[0] - z[0]))
 
 
 def integrated_wiener(x: Inputs, z: Inputs) -> Any:
-    """k = m²(3M − m)/6 for x and z on one side of 0 (m, M: smaller and larger modulus), else 0: a changing slope."""
+    """Covariance k = m²(3M − m)/6 for x and z on one side of 0 (m, M: their moduli), else 0: a changing slope."""
     one, other = _of("fabs", x[0]), _of("fabs", z[0])
     least = 0.5 * (one + other - _of("fabs", one - other))
     most = one + other - least
@@ -71,7 +71,7 @@ def integrated_wiener(x: Inputs, z: Inputs) -> Any:
 
 
 def arc_cosine(x: Inputs, z: Inputs) -> Any:
-    """k = |x̃||z̃|(sin θ + (π − θ)·cos θ)/π with x̃ = (1, x): what sums of half-planes max(0, a·x + b) can do."""
+    """Covariance k = |x̃||z̃|(sin θ + (π − θ)·cos θ)/π with x̃ = (1, x): sums of max(0, a·x + b)."""
     a, b, dot = 1.0 + _square(x, [0.0 for _ in x]), 1.0 + _square([0.0 for _ in z], z), 1.0 + linear(x, z)
     size = _of("sqrt", a * b)
     cosine = (1.0 - 1e-9) * dot / size
@@ -80,7 +80,7 @@ def arc_cosine(x: Inputs, z: Inputs) -> Any:
 
 
 def step_cosine(x: Inputs, z: Inputs) -> Any:
-    """k = 1 − θ/π with x̃ = (b, x), b small: sums of steps at half-planes (arc-cosine kernel of order 0), odd and even."""
+    """Covariance k = 1 − θ/π with x̃ = (b, x), b small: sums of steps at planes (order 0)."""
     bias = 1e-2
     a, b = bias + _square(x, [0.0 for _ in x]), bias + _square([0.0 for _ in z], z)
     cosine = (1.0 - 1e-9) * (bias + linear(x, z)) / _of("sqrt", a * b)
@@ -88,7 +88,7 @@ def step_cosine(x: Inputs, z: Inputs) -> Any:
 
 
 def periodic(x: Inputs, z: Inputs) -> Any:
-    """k = cos 2πΔ + ½·cos 4πΔ, in one dimension: two harmonics of an error that repeats with the scale."""
+    """Covariance k = cos 2πΔ + ½·cos 4πΔ, in one dimension: two harmonics of an error that repeats with the scale."""
     difference = 2.0 * np.pi * (x[0] - z[0])
     return _of("cos", difference) + 0.5 * _of("cos", 2.0 * difference)
 

@@ -47,7 +47,7 @@ class _AtPort(Effect):
         return []
 
     def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """u (width,) and the next states."""
+        """What the port adds, u (width,), and the next states."""
         raise NotImplementedError
 
     def _u(self, row: Row, theta: ca.SX) -> ca.SX:

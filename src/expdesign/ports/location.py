@@ -14,7 +14,7 @@ from expdesign.ports.dictionary import Atom
 
 TEMPERATURE = 4.0
 """Divides differences of log evidence."""
-SHARE = 0.02
+SHARE = 0.005
 """Differences of log evidence count at most in this proportion to the evidence itself: no model is exact."""
 OPEN = 0.05
 """Probability from which a component belongs to the set that cannot be told apart."""

@@ -37,8 +37,8 @@ class Quantity:
         """The quantity in one row and the states after it.
 
         `stop`: s ← clip(s + Δτ, ±r), the stop operator of rate-independent hysteresis (Prandtl and Ishlinskii; Visintin
-        1994). `latched`: the direction of the last force, along the platform's axes (or in its x-y plane), that exceeded
-        a limit. `lag`: the slow part y of a force, T·dy/dt = τ − y, under the force of the row before until this one.
+        1994). `latched`: the direction of the last force, along the platform's axes (or in its x-y plane), that
+        exceeded a limit. `lag`: the slow part y of a force, T·dy/dt = τ − y; τ changes within the interval.
         """
         if self.kind == "stop":
             force, (limit,) = _effort(row)[self.index], self.setting
@@ -141,5 +141,5 @@ def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, stiffness:
             chosen = np.flatnonzero(rows.series == number)
             chosen = chosen[np.argsort(rows.position[chosen], kind="stable")]
             outputs = step.mapaccum(len(chosen))(np.zeros(state.shape[0]), rows.values[chosen].T)
-            found[np.ix_(chosen, memory)] = np.asarray(outputs[1]).T
+            found[chosen[:, None], np.array(memory)] = np.asarray(outputs[1]).T
     return found

@@ -83,15 +83,11 @@ def _dropped(entry: Entry, index: int) -> Entry:
     """Without one input."""
     if len(entry.scales) < 2 or index >= len(entry.scales):
         return entry
-    channels = tuple(
-        replace(c, inputs=tuple(q for i, q in enumerate(c.inputs) if i != index)) for c in entry.channels
-    )
+    channels = tuple(replace(c, inputs=tuple(q for i, q in enumerate(c.inputs) if i != index)) for c in entry.channels)
     return replace(entry, channels=channels, scales=tuple(s for i, s in enumerate(entry.scales) if i != index))
 
 
-def _other_settings(
-    kind: str, setting: tuple[float, ...], index: int, factor: float
-) -> Iterator[tuple[float, ...]]:
+def _other_settings(kind: str, setting: tuple[float, ...], index: int, factor: float) -> Iterator[tuple[float, ...]]:
     value = setting[index]
     if kind == "lag" and index == 1:
         changed = [min(max(value + d, 0.0), 1.0) for d in (0.5 * (factor - 1.0), -0.5 * (factor - 1.0))]

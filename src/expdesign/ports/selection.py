@@ -21,6 +21,8 @@ MOST_LAWS = 6
 _BEST, _NEAR = 4, 0.6
 _ALIKE = 1.02
 """Factor on left-out errors within which evidence decides."""
+_SEVERAL = 4.0
+"""Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
 _MORE = 0.995
 """Factor on the left-out error that every further law has to reach."""
 
@@ -33,11 +35,13 @@ class Chosen:
         indices: in the dictionary.
         state: with their sizes.
         error: RMS of left-out readings.
+        evidence: log evidence, less what laws of several actuators at once cost.
     """
 
     indices: tuple[int, ...]
     state: Present
     error: float
+    evidence: float
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,7 @@ class LawSearch:
         self.dictionary, self.base, self.blocks = dictionary, base, blocks
         self.atoms = dictionary.atoms
         self._grams = [atom.directions.T @ atom.directions for atom in self.atoms]
+        self._dearer = np.array([_SEVERAL * _of_each(atom) for atom in self.atoms])
         self.log: list[str] = []
 
     def run(self, *, alarm: float = ALARM, most: int = MOST_LAWS) -> Chosen:
@@ -82,7 +87,7 @@ class LawSearch:
         """The whole dictionary beside some laws."""
         pairs = [state.gain(atom.directions, gram) for atom, gram in zip(self.atoms, self._grams, strict=True)]
         gains, variances = np.array(pairs).reshape(-1, 2).T
-        return Proposal(gains, variances)
+        return Proposal(gains - self._dearer, variances)
 
     def error_of(self, state: Present) -> float:
         """RMS of readings left out block by block."""
@@ -90,7 +95,8 @@ class LawSearch:
 
     def _chosen(self, indices: tuple[int, ...], state: Present) -> Chosen:
         errors = state.left_out(self.blocks)
-        return Chosen(indices, state, float(np.sqrt((errors**2).mean())))
+        evidence = state.log_evidence - float(self._dearer[list(indices)].sum())
+        return Chosen(indices, state, float(np.sqrt((errors**2).mean())), evidence)
 
     def _best(self, current: Chosen, proposal: Proposal) -> Chosen:
         """The best of the laws that are worth a trial beside the present ones."""
@@ -110,6 +116,7 @@ class LawSearch:
         atom, variance = better
         self.atoms.append(atom)
         self._grams.append(atom.directions.T @ atom.directions)
+        self._dearer = np.append(self._dearer, _SEVERAL * _of_each(atom))
         return self._beside(rest, len(self.atoms) - 1, variance)
 
     def _beside(self, current: Chosen, index: int, variance: float) -> Chosen:
@@ -154,4 +161,9 @@ class LawSearch:
 def preferred(trials: list[Chosen]) -> Chosen:
     """Of several: the least left-out error, and within 2 % of it the largest evidence."""
     least = min(trial.error for trial in trials)
-    return max((t for t in trials if t.error <= _ALIKE * least), key=lambda t: t.state.log_evidence)
+    return max((t for t in trials if t.error <= _ALIKE * least), key=lambda t: t.evidence)
+
+
+def _of_each(atom: Atom) -> bool:
+    """Whether an entry has a law of its own for every actuator."""
+    return atom.entry is not None and atom.component.startswith("all ") and atom.entry.blocks > 1

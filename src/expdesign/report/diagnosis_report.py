@@ -24,6 +24,7 @@ from expdesign.report.blocks import (
     SideBySide,
     Steps,
 )
+from expdesign.report.law_figures import law_blocks
 from expdesign.report.page import Page
 
 MOST_POINTS = 2000
@@ -51,6 +52,9 @@ def diagnosis_report(result: Diagnosis) -> Page:
     ]
     if result.findings:
         sections.insert(1, Section("physics", "What was left out", [_effects_table(result)]))
+    laws = law_blocks(result)
+    if laws:
+        sections.insert(2 if result.findings else 1, Section("laws", "Laws at ports", laws))
     sections += [
         Section("considered", "What was considered", [_considered_table(result)]),
         Section("next", "Next steps", [_next_steps(result)]),

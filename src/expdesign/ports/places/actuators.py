@@ -14,8 +14,8 @@ from expdesign.ports.sight import Sight
 class Actuators(Port):
     """u: extra elongation of every actuator (m, rad).
 
-    Laws of one actuator; of all, alike; of all, each its own. A compliance that varies is force times a law, a force law
-    depends on the force and vanishes with it, and an offset is there without load.
+    Laws of one actuator; of all, alike; of all, each its own. A compliance that varies is force times a law, a force
+    law depends on the force and vanishes with it, and an offset is there without load.
     """
 
     name = "actuators"
@@ -75,8 +75,9 @@ def _laws(sight: Sight, actuator: int) -> Iterator[tuple[Prior, bool]]:
         yield prior, False
     for prior in memory_of(sight, effort):
         yield prior, False
-    for prior in repeating(sight, length):
+    for prior in repeating(sight, "compliance", length):
         yield prior, True
+    for prior in repeating(sight, "periodic", length):
         yield prior, False
     for prior in smooth_over(sight, "offset", (length,)):
         yield prior, False

@@ -42,7 +42,10 @@ class Instrument(Port):
                     )
             for a in axes:
                 if sight.varies(shown[a]):
-                    for prior in (*smooth_over(sight, "reading law", (shown[a],)), *repeating(sight, shown[a])):
+                    for prior in (
+                        *smooth_over(sight, "reading law", (shown[a],)),
+                        *repeating(sight, "reading law", shown[a]),
+                    ):
                         yield Entry(
                             self.name, "instrument", "reading law", (Channel(a, 0, prior.inputs),), prior.kernel,
                             prior.scales, prior.rank,

@@ -12,7 +12,6 @@ from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
 
-
 _DIRECTIONS = 24
 _DISTANCES = (1.0, 2.0, 4.0, 10.0, 40.0)
 """Of sources of force from the middle of the places, in spreads of these."""
