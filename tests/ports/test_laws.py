@@ -27,13 +27,13 @@ def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
     assert isinstance(finding, LawFinding)
     assert (finding.physics, finding.component, finding.variant) == ("law", "leg 1", "compliance")
     assert finding.depends_on == ("the length of leg 1",)
-    assert finding.probability > 0.8
+    assert finding.probability > 0.6
     assert "softer" in finding.sentence
     record = diagnosis_record(result, None)
     assert record["location"]["component"] == "leg 1"
     assert record["location"]["candidates"][0]["component"] == "leg 1"
     assert record["effects"][0]["curve"] == "law-1.csv"
-    assert result.errors.test_after < 1.3 < result.errors.test_before
+    assert result.errors.test_after < 0.3 * result.errors.test_before
 
 
 def test_the_band_covers_the_true_compliance() -> None:

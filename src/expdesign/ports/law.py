@@ -157,18 +157,18 @@ class Law(_AtPort):
         return self.port.geometry(geometry, values)
 
     def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        form, stiffness = self.form, self.robot.stiffness
+        form, robot = self.form, self.robot
         remembered, following, offset = {}, [ca.SX.zeros(0)], 0
         for quantity in self._memory:
             own = state[offset : offset + quantity.states]
-            remembered[quantity], after = quantity.expression(row, stiffness, own)
+            remembered[quantity], after = quantity.expression(row, robot, own)
             following.append(after)
             offset += quantity.states
 
         def seen(quantity: Quantity) -> ca.SX:
             if quantity.states:
                 return remembered[quantity]
-            return quantity.expression(row, stiffness, ca.SX.zeros(0))[0]
+            return quantity.expression(row, robot, ca.SX.zeros(0))[0]
 
         extra = ca.SX.zeros(self.port.width)
         rank, blocks = form.basis.rank, form.blocks

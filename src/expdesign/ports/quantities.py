@@ -7,7 +7,9 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.arm import arm_of, moment_at, with_links_beyond
 from expdesign.chain.row import Row, RowData
+from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
 _STATES = {"stop": 2, "lag": 2, "latched": 3}
@@ -33,7 +35,7 @@ class Quantity:
         """States carried from row to row of a series."""
         return _STATES.get(self.kind, 0)
 
-    def expression(self, row: Row, stiffness: FloatArray, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.
 
         `stop`: s ← clip(s + Δτ, ±r), the stop operator of rate-independent hysteresis (Prandtl and Ishlinskii; Visintin
@@ -58,7 +60,7 @@ class Quantity:
             turned = ca.vertcat(within / size, ca.SX.zeros(3 - within.shape[0]))
             kept = ca.if_else(size > limit, turned, state)
             return kept[self.index], kept
-        value = _VALUES[self.kind](row, stiffness)
+        value = _VALUES[self.kind](row, robot)
         if self.kind in ("distance", "towards"):
             away = value - ca.SX(list(self.setting))
             length = ca.sqrt(ca.sumsqr(away) + 1e-12)
@@ -67,8 +69,9 @@ class Quantity:
 
 
 def _effort(row: Row) -> ca.SX:
-    """Actuator forces (N, N·m) that what is measured shows, followed by the wrench at the platform."""
-    return ca.vertcat(row.forward.T @ row.wrench + row.carried, row.wrench + row.weight)
+    """Actuator forces (N, N·m) that what is measured shows, the wrench at the platform, and the same about O."""
+    forces = row.forward.T @ row.wrench + row.carried if row.carried.shape[0] else ca.SX.zeros(0)
+    return ca.vertcat(forces, row.wrench + row.weight, _ground(row))
 
 
 def _carried(row: Row) -> ca.SX:
@@ -78,11 +81,21 @@ def _carried(row: Row) -> ca.SX:
     return ca.vertcat(turn @ wrench[:d], *([turn @ wrench[d:]] if wrench.shape[0] == 2 * d else []))
 
 
-def _own_deflection(row: Row, stiffness: FloatArray) -> ca.SX:
+def _own_deflection(row: Row, robot: Robot) -> ca.SX:
     """Deflection by the actuators' springs as the robot file has them."""
-    if not len(stiffness):
+    if not len(robot.stiffness):
         return 0.0 * row.wrench
-    return row.pose_map @ (_effort(row)[: len(stiffness)] / ca.SX(stiffness))
+    return row.pose_map @ (_effort(row)[: len(robot.stiffness)] / ca.SX(robot.stiffness))
+
+
+def _joint_moments(row: Row, robot: Robot) -> ca.SX:
+    """Moments about every joint of an arm along the joint's own axes, joint after joint."""
+    arm = arm_of(robot)
+    found = []
+    for joint in range(len(robot.stiffness)):
+        point, frame = arm.tree.joint_frame(row.pose, joint)
+        found.append(frame.T @ moment_at(with_links_beyond(arm, row.wrench, row, joint + 1), row, point))
+    return ca.vertcat(*found)
 
 
 def _turned_gravity(row: Row) -> ca.SX:
@@ -99,40 +112,41 @@ def _ground(row: Row) -> ca.SX:
 
 
 _VALUES = {
-    "effort": lambda row, stiffness: _effort(row),
-    "effort_sign": lambda row, stiffness: ca.sign(_effort(row)),
-    "ground": lambda row, stiffness: _ground(row),
-    "length": lambda row, stiffness: row.lengths,
-    "pose": lambda row, stiffness: row.pose,
-    "position": lambda row, stiffness: row.position,
-    "distance": lambda row, stiffness: row.position,
-    "towards": lambda row, stiffness: row.position,
-    "rotation": lambda row, stiffness: ca.vec(row.rotation),
-    "clock": lambda row, stiffness: row.clock,
-    "elapsed": lambda row, stiffness: row.elapsed,
-    "warming": lambda row, stiffness: row.warming,
-    "loaded": lambda row, stiffness: ca.SX(row.payload),
-    "gravity": lambda row, stiffness: row.gravity,
-    "carried": lambda row, stiffness: _carried(row),
-    "own_gravity": lambda row, stiffness: _turned_gravity(row),
+    "effort": lambda row, robot: _effort(row),
+    "effort_sign": lambda row, robot: ca.sign(_effort(row)),
+    "ground": lambda row, robot: _ground(row),
+    "length": lambda row, robot: row.lengths,
+    "pose": lambda row, robot: row.pose,
+    "position": lambda row, robot: row.position,
+    "distance": lambda row, robot: row.position,
+    "towards": lambda row, robot: row.position,
+    "rotation": lambda row, robot: ca.vec(row.rotation),
+    "clock": lambda row, robot: row.clock,
+    "elapsed": lambda row, robot: row.elapsed,
+    "warming": lambda row, robot: row.warming,
+    "loaded": lambda row, robot: ca.SX(row.payload),
+    "gravity": lambda row, robot: row.gravity,
+    "carried": lambda row, robot: _carried(row),
+    "own_gravity": lambda row, robot: _turned_gravity(row),
     "deflection": _own_deflection,
+    "joint_moment": _joint_moments,
 }
 
 
-def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, stiffness: FloatArray) -> FloatArray:
+def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, robot: Robot) -> FloatArray:
     """Quantities of all rows, shape (N, Q); those with memory follow the rows of every series in order."""
     found = np.empty((len(rows), len(quantities)))
     plain = [i for i, quantity in enumerate(quantities) if not quantity.states]
     memory = [i for i, quantity in enumerate(quantities) if quantity.states]
     if plain:
-        values = [quantities[i].expression(row, stiffness, ca.SX.zeros(0))[0] for i in plain]
+        values = [quantities[i].expression(row, robot, ca.SX.zeros(0))[0] for i in plain]
         found[:, plain] = BatchFunction("quantities", [row.flat()], [ca.vertcat(*values)])(rows.values)[0]
     if memory:
         state = ca.SX.sym("state", sum(quantities[i].states for i in memory))
         values, following, offset = [], [], 0
         for i in memory:
             width = quantities[i].states
-            value, after = quantities[i].expression(row, stiffness, state[offset : offset + width])
+            value, after = quantities[i].expression(row, robot, state[offset : offset + width])
             values.append(value)
             following.append(after)
             offset += width

@@ -36,7 +36,7 @@ class Sight:
         """Evaluate quantities together."""
         missing = [quantity for quantity in dict.fromkeys(quantities) if quantity not in self._values]
         if missing:
-            values = evaluate(missing, self.rows, self.row, self.robot.stiffness)
+            values = evaluate(missing, self.rows, self.row, self.robot)
             self._values |= dict(zip(missing, values.T, strict=True))
 
     def values(self, quantity: Quantity) -> FloatArray:

@@ -51,6 +51,7 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         prefix = {"effort_sign": "the sign of ", "stop": "the history of ", "lag": "the history of "}
         return prefix.get(kind, "") + what
     names = {
+        "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
         "length": f"the length of {robot.actuators[index]}" if index < count else "length",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],

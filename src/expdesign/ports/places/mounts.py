@@ -69,8 +69,8 @@ class Mount(Port):
         every = self._efforts()
         for a in axes:
             priors = list(of_effort(sight, every[a]))
-            if self.effort == "carried":
-                whole = Quantity("effort", len(self.robot.stiffness) + a)
+            first = len(self.robot.stiffness) + (0 if self.effort == "carried" else self.width)
+            for whole in (Quantity("effort", first + a),):
                 priors += [prior for prior in memory_of(sight, whole) if len(prior.inputs) > 1]
             for prior in priors:
                 channels = tuple(Channel(b, b, prior.inputs) for b in range(self.width))
