@@ -47,13 +47,22 @@ class Dictionary:
         measured: the rows that laws are sought in.
         values: parameters of the model.
         effects: of the model.
+        only: names of ports, or all.
 
     Attributes:
         atoms: laws at ports, and what `add` has put beside them.
         sight: what ports see.
     """
 
-    def __init__(self, robot: Robot, measured: Measured, values: FloatArray, effects: tuple[Effect, ...] = ()) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        measured: Measured,
+        values: FloatArray,
+        effects: tuple[Effect, ...] = (),
+        *,
+        only: tuple[str, ...] = (),
+    ) -> None:
         chain = Chain(robot, effects, markers=measured.markers)
         self.sight = Sight(
             robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
@@ -62,6 +71,8 @@ class Dictionary:
         self._maps: dict[str, FloatArray] = {}
         known: dict[object, Basis | None] = {}
         for port in ports_of(robot):
+            if only and port.name not in only:
+                continue
             maps = port_map(port, robot, measured, values, effects)
             if not np.any(maps):
                 continue
