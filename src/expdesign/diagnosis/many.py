@@ -191,7 +191,7 @@ def _blocks(sample: Sample, kept: BoolArray) -> IntArray:
 
 def _as_fit(chain: Chain, sample: Sample, found: Everything) -> Fit:
     residuals, slopes = sample.residuals_with_sensitivities(chain, found.values)
-    rank = int(round(float(found.determined.sum()))) + chain.base
+    rank = round(float(found.determined.sum())) + chain.base
     determined = np.ones(len(found.values), dtype=bool)
     chi2 = float((residuals**2).sum())
     return Fit(

@@ -74,7 +74,7 @@ class Everything:
     slopes: FloatArray
 
     def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
-        """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linearised fit, shape (M,)."""
+        """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
         precision = _precision(priors, self.factors, self.noise)
         lower = np.linalg.cholesky(_regular(self.slopes.T @ self.slopes + np.diag(precision)))
         root = np.linalg.solve(lower, self.slopes.T).T
