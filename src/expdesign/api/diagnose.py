@@ -11,8 +11,9 @@ from expdesign.api.identify import RecordingsInput, recordings_of
 from expdesign.api.inputs import PathLike, RobotFile, RobotInput, robot_of
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
+from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
-from expdesign.diagnosis.record import correction_frame, diagnosis_record
+from expdesign.diagnosis.record import diagnosis_record
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.model_file import Model, model_text
@@ -76,8 +77,9 @@ class Diagnosed:
         with output_folder(Path(folder)) as scratch:
             if plan is not None:
                 write_file(scratch / NEXT_PLAN, csv_text(plan))
-            if self.result.correction is not None:
-                write_file(scratch / "correction.csv", csv_text(correction_frame(self.result)))
+            for number, finding in enumerate(curves(self.result.findings), start=1):
+                if finding.curve is not None:
+                    write_file(scratch / f"law-{number}.csv", csv_text(finding.curve.frame(list(finding.columns))))
             write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
             write_file(scratch / "diagnosis.json", json_text(self.record))
             write_report(scratch, self.page())
