@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import pytest
 import yaml
 from tests.cases import robot
 from tests.ports.machines import BIPOD, lengths_of_leg_1, recordings_of, softened
@@ -11,7 +12,9 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.law_findings import LawFinding
+from expdesign.diagnosis.library import library
 from expdesign.diagnosis.record import diagnosis_record
+from expdesign.errors import InputError
 from expdesign.ports.law import Law, form_data, form_of
 
 
@@ -26,7 +29,8 @@ def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
     (finding, *_) = result.findings
     assert isinstance(finding, LawFinding)
     assert (finding.physics, finding.component, finding.variant) == ("law", "leg 1", "compliance")
-    assert finding.depends_on == ("the length of leg 1",)
+    assert finding.depends_on == ("length",)
+    assert finding.columns == ("length_m",)
     assert finding.probability > 0.6
     assert "softer" in finding.sentence
     record = diagnosis_record(result, None)
@@ -96,3 +100,20 @@ def test_a_law_written_as_data_predicts_the_same_number_for_number() -> None:
     assert [p.name for p in chain.parameters] == [p.name for p in fitted.chain.parameters]
     rows = row_data(result.recordings, result.robot)
     np.testing.assert_array_equal(chain.predict(rows, fitted.values), fitted.chain.predict(rows, fitted.values))
+
+
+def test_physics_that_is_left_out_of_the_library_is_not_named() -> None:
+    """A leg of another stiffness at another length, without the entry that says so, is a law at that leg."""
+    robot_, recordings = robot(BIPOD), recordings_of(softened())
+    known = {effect.physics for effect in library(robot_, recordings)}
+    without = frozenset({"leg_backlash"})
+    assert "leg_backlash" in known
+    assert {effect.physics for effect in library(robot_, recordings, without=without)} == known - without
+    result = diagnose(robot_, recordings, without=frozenset(known))
+    assert result.verdict == "modelled"
+    assert {finding.physics for finding in result.findings} == {"law"}
+
+
+def test_physics_that_nobody_knows_cannot_be_left_out() -> None:
+    with pytest.raises(InputError, match="no physics is called `leg_backlsh`"):
+        diagnose(robot(BIPOD), recordings_of(None), without=frozenset({"leg_backlsh"}))

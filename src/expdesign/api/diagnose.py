@@ -40,7 +40,7 @@ class Diagnosed:
 
     @property
     def verdict(self) -> str:
-        """`consistent`, `explained` or `unexplained`."""
+        """`consistent`, `explained`, `modelled` or `unexplained`."""
         return self.result.verdict
 
     @property
@@ -92,6 +92,7 @@ def diagnose(
     *,
     series: int = 3,
     shared_reference: bool = False,
+    without: frozenset[str] = frozenset(),
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosed:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -101,6 +102,8 @@ def diagnose(
         recordings: in one or more files, or as a frame.
         series: number of series of a plan that separates two explanations.
         shared_reference: whether the rows of a series share the noise of their reference.
+        without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
+            it is then taken for, and how well a law at a port stands in for it.
         report: called with a sentence on what is being done.
 
     Raises:
@@ -110,6 +113,8 @@ def diagnose(
     """
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
-    result = diagnose_recordings(machine.robot, measured, shared_reference=shared_reference, report=report)
+    result = diagnose_recordings(
+        machine.robot, measured, shared_reference=shared_reference, without=without, report=report
+    )
     model = Model.from_fit(result.handed.fit, machine.document, measured.source)
     return Diagnosed(machine, result, model, series)

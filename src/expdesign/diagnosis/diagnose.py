@@ -17,7 +17,7 @@ from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import Laws, laws_beside
-from expdesign.diagnosis.library import candidates, library
+from expdesign.diagnosis.library import OUTLIERS, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
@@ -82,9 +82,17 @@ def diagnose(
     recordings: Recordings,
     *,
     shared_reference: bool = False,
+    without: frozenset[str] = frozenset(),
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Say where the base model and the recordings differ, which physics was left out, and whether adding it helps.
+
+    Args:
+        robot: the robot.
+        recordings: what was measured.
+        shared_reference: whether the rows of a series share the noise of their reference.
+        without: identifiers of physics that the library shall not offer.
+        report: is told what is being done.
 
     Raises:
         InputError: no row may be fitted, or the deflections have the wrong sign.
@@ -105,9 +113,9 @@ def diagnose(
     if sample.reading.linear:
         _require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
-    entries = candidates(library(robot, recordings), sample, robot, base.values)
+    entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    model = _sought(search, sample, robot)
+    model = search.run(outliers=False) if OUTLIERS in without else _sought(search, sample, robot)
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
     report("weighing alternatives")

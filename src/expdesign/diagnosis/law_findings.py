@@ -9,7 +9,7 @@ from expdesign.diagnosis.laws import Laws, Part
 from expdesign.ports.curve import Curve
 from expdesign.ports.law import Law
 from expdesign.ports.location import OPEN
-from expdesign.ports.words import FORMS, depends_on, quantity_name, unit_of, usually
+from expdesign.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.robots.robot import Robot
 
 NAMED_BESIDE_LAWS = 0.6
@@ -21,7 +21,7 @@ class LawFinding(Finding):
     """A law that is present.
 
     Attributes:
-        depends_on: names of its inputs.
+        depends_on: identifiers of its inputs (`words.identifier`).
         columns: the same as columns of the curve.
         curve: with its band.
     """
@@ -50,10 +50,10 @@ def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
         )  # fmt: skip
     inputs = effect.form.channels[0].inputs
     every = effect.form.depends_on
-    columns = tuple(f"{q.kind}_{q.index + 1}" + ("".join(f"_{v:g}" for v in q.setting)) for q in inputs)
+    names = tuple(dict.fromkeys(identifier(q, robot) for q in every))
     return LawFinding(
         "law", str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
-        depends_on=tuple(depends_on(every, robot)), columns=columns, curve=part.curve,
+        depends_on=names, columns=columns(inputs, robot), curve=part.curve,
     )  # fmt: skip
 
 

@@ -73,6 +73,42 @@ def depends_on(quantities: tuple[Quantity, ...], robot: Robot) -> list[str]:
     return list(dict.fromkeys(quantity_name(q, robot) for q in quantities))
 
 
+def identifier(quantity: Quantity, robot: Robot) -> str:
+    """A quantity as files name it (file-formats.md, diagnosis.json), e.g. `length`; of whose, the component says."""
+    count, kind, index = len(robot.stiffness), quantity.kind, quantity.index
+    wrench = robot.coordinates.wrench
+    if kind in ("effort", "effort_sign", "stop", "lag"):
+        ending = {"effort_sign": "_sign", "stop": "_history", "lag": "_history"}.get(kind, "")
+        own = "moment" if index < count and robot.units[index] == "rad" else "force"
+        return (own if index < count else wrench[(index - count) % len(wrench)]) + ending
+    names = {
+        "joint_moment": f"moment_{'xyz'[index % 3]}",
+        "ground": f"{wrench[index % len(wrench)]}_about_O",
+        "length": "angle" if index < count and robot.units[index] == "rad" else "length",
+        "pose": robot.configuration[index % max(len(robot.configuration), 1)],
+        "position": f"position_{'xyz'[index % 3]}",
+        "clock": "time",
+        "elapsed": "time_in_series",
+        "warming": "temperature_change",
+        "deflection": f"deflection_{robot.coordinates.deflection[index % robot.coordinates.n]}",
+        "carried": f"{wrench[index % len(wrench)]}_along_platform",
+        "latched": "force_history",
+        "own_gravity": f"gravity_{'xyz'[index % 3]}",
+    }
+    return names.get(kind, kind)
+
+
+def columns(quantities: tuple[Quantity, ...], robot: Robot) -> tuple[str, ...]:
+    """Columns of a curve's table, with units: `length_m`; what has one name is numbered."""
+    names = [identifier(q, robot) for q in quantities]
+    units = [unit_of(q, robot).replace("·", "") for q in quantities]
+    found = []
+    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+        number = f"_{names[: i + 1].count(name)}" if names.count(name) > 1 else ""
+        found.append(name + number + (f"_{unit}" if unit else ""))
+    return tuple(found)
+
+
 def unit_of(quantity: Quantity, robot: Robot) -> str:
     """SI unit of a quantity."""
     if quantity.kind in ("stop", "lag", "effort"):
