@@ -22,6 +22,7 @@ from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Dictionary, known_form
 from expdesign.ports.evidence import Present
 from expdesign.ports.found import law_of
+from expdesign.ports.guard import LeftOut
 from expdesign.ports.law import Law
 from expdesign.ports.location import Place, places
 from expdesign.ports.measured import Measured
@@ -30,10 +31,6 @@ from expdesign.robots.robot import Robot
 
 FEWEST = 12
 """Rows below which no law is sought."""
-PREDICTS = 0.5
-"""Share of the excess of left-out squares over the noise that laws may leave before predictions are those of the base
-model: functions that change faster than the rows sample them are located, not modelled."""
-
 _SINGLE = 0.02
 """Share of the rows that may be single mistakes beside laws."""
 _GAINS = 0.98
@@ -66,17 +63,29 @@ class Laws:
     Attributes:
         parts: by what they take away, most first.
         fit: of the chain with all of them.
-        before, after: RMS of left-out readings without and with them, in standard deviations.
-        predicts: whether left-out readings are predicted well enough to be predicted with the laws.
+        left_out: errors of left-out readings without and with them, which decide whether they are predicted with.
         log: what was decided and why.
     """
 
     parts: tuple[Part, ...]
     fit: Fit
-    before: float
-    after: float
-    predicts: bool
+    left_out: LeftOut
     log: tuple[str, ...] = ()
+
+    @property
+    def before(self) -> float:
+        """RMS of left-out readings without laws, in standard deviations."""
+        return self.left_out.rms_before
+
+    @property
+    def after(self) -> float:
+        """RMS of left-out readings with laws, in standard deviations."""
+        return self.left_out.rms_after
+
+    @property
+    def predicts(self) -> bool:
+        """Whether left-out readings are predicted well enough to be predicted with the laws."""
+        return not self.left_out.doubt
 
     @property
     def p_value(self) -> float:
@@ -93,7 +102,7 @@ class Laws:
         listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
         return (
             f"laws at ports: {listed}; left-out error {self.after:.3g} instead of {self.before:.3g}"
-            + ("" if self.predicts else ", too large to predict with")
+            + ("" if self.predicts else f", not predicted with: {self.left_out.doubt}")
             + f"; verdict {verdict}"
         )
 
@@ -183,18 +192,18 @@ def sought_laws(
             if known is not None:
                 scales[len(dictionary.atoms)] = known[1]
                 dictionary.atoms.append(known[0])
-    present = _present(base, sample, kept)
+    present = base_alone(base, sample, kept)
     blocks = np.repeat(measured.blocks, len(sample.recordings.axes))[kept]
     search = LawSearch(dictionary, present, blocks)
     report("weighing laws at ports")
     chosen = search.run()
     if not chosen.indices:
         return None
-    before = search.error_of(present)
-    return _fitted(robot, sample, base, scales, search, chosen, before)
+    left_out = LeftOut(present.left_out(blocks), chosen.state.left_out(blocks), blocks)
+    return _fitted(robot, sample, base, scales, search, chosen, left_out)
 
 
-def _present(base: Fit, sample: Sample, kept: BoolArray) -> Present:
+def base_alone(base: Fit, sample: Sample, kept: BoolArray) -> Present:
     """The base model, with what is known of its parameters."""
     directions = as_matrix(base.sensitivities)[kept]
     knowledge = base.chain.knowledge()
@@ -212,7 +221,7 @@ def _fitted(
     scales: dict[int, FloatArray],
     search: LawSearch,
     chosen: Chosen,
-    before: float,
+    left_out: LeftOut,
 ) -> Laws:
     """The chain with the chosen laws, and what each of them says."""
     state, atoms, sight = chosen.state, search.atoms, search.dictionary.sight
@@ -247,5 +256,4 @@ def _fitted(
             curve = curve_of(effect, robot, result.values, result.covariance, part, seen)
         parts.append(Part(effect, where, share, named, curve))
     parts.sort(key=lambda item: -item.share)
-    left = max(chosen.error**2 - 1.0, 0.0) / max(before**2 - 1.0, 1e-9)
-    return Laws(tuple(parts), result, before, chosen.error, left <= PREDICTS, tuple(search.log))
+    return Laws(tuple(parts), result, left_out, tuple(search.log))

@@ -94,8 +94,11 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
     location = diagnosis.location
     candidates = _candidates(diagnosis)
     components = list(dict.fromkeys(finding.component for finding in diagnosis.findings))
-    if not components or diagnosis.verdict == "unexplained":
-        components = components or [c["component"] for c in candidates[:1]] or [location.components[0].name]
+    drawn = any(isinstance(finding, LawFinding) for finding in diagnosis.findings)
+    if diagnosis.verdict == "unexplained" and not drawn:
+        # Named physics that does not explain imitates something; where that is, laws of any form tell better.
+        components = [c["component"] for c in candidates[:1]] or components
+    components = components or [location.components[0].name]
     excess = max(diagnosis.base.chi2 - (diagnosis.search.sample.readings - diagnosis.base.rank), 1e-300)
     if diagnosis.findings:
         share = (diagnosis.base.chi2 - diagnosis.model.fit.chi2) / excess
