@@ -17,7 +17,7 @@ from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import Laws, laws_beside
-from expdesign.diagnosis.library import OUTLIERS, candidates, library
+from expdesign.diagnosis.library import OUTLIER, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
@@ -115,7 +115,7 @@ def diagnose(
     report("preparing the library")
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    model = search.run(outliers=False) if OUTLIERS in without else _sought(search, sample, robot)
+    model = search.run(outliers=False) if OUTLIER in without else _sought(search, sample, robot)
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
     report("weighing alternatives")

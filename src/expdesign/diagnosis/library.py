@@ -16,7 +16,7 @@ from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
-OUTLIERS = "outliers"
+OUTLIER = "outlier"
 """Identifier of single wrong rows, which are no effect of the chain."""
 
 
@@ -32,7 +32,7 @@ def library(robot: Robot, points: LoadedPoints, *, without: frozenset[str] = fro
         InputError: no physics has such an identifier.
     """
     kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
-    unknown = without - {kind.physics for kind in kinds} - {OUTLIERS}
+    unknown = without - {kind.physics for kind in kinds} - {OUTLIER}
     if unknown:
         what = f"no physics is called {', '.join(f'`{name}`' for name in sorted(unknown))}"
         raise InputError(what, where="without", remedy="Take identifiers from file-formats.md, Identifiers of physics.")

@@ -16,8 +16,8 @@ from expdesign.ports.evidence import Present
 from expdesign.ports.refinement import refined
 
 ALARM = 8.0
-"""Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about 1,200
-entries exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
+"""Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about
+1,200 entries exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
 MOST_LAWS = 6
 _BEST, _NEAR = 4, 0.6
 _ALIKE = 1.02
