@@ -19,6 +19,7 @@ from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import Laws, laws_beside
 from expdesign.diagnosis.library import OUTLIER, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
+from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
@@ -168,6 +169,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
     search, base = result.search, result.base
     rival = result.handed if result.handed.candidates else search.base
     found = laws_beside(search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report)
+    result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
     if found.laws is None:
         return result
     laws = found.laws
