@@ -47,7 +47,7 @@ def main() -> None:
         mark = "right" if right[0] else "wrong"
         print(f"{case.truth['case']} {sorted(accepted)}: {first}; {mark}; {found.verdict}", flush=True)
     for share in (0.0, SHARE, 0.01, 0.02, 0.04, 0.08):
-        for temperature in (1.0, 2.0, TEMPERATURE, 8.0, 16.0):
+        for temperature in (1.0, 2.0, 4.0, 8.0, TEMPERATURE, 32.0):
             each = [float(probabilities(e, temperature, share)[r > 0].sum()) for e, r in seen]
             likelihood = float(np.log(np.maximum(each, 1e-6)).mean()) if each else float("nan")
             print(f"share {share:g}, temperature {temperature:g}: mean log probability {likelihood:.3f}")
