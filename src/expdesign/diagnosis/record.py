@@ -98,6 +98,10 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if diagnosis.verdict == "unexplained" and not drawn:
         # Named physics that does not explain imitates something; where that is, laws of any form tell better.
         components = [c["component"] for c in candidates[:1]] or components
+    if drawn and diagnosis.laws is not None:
+        # A law is drawn where it predicts best; where it is, the evidence says.
+        parts = [part for part in diagnosis.laws.parts if part.places]
+        components = list(dict.fromkeys(str(part.places[0].component) for part in parts)) or components
     components = components or [location.components[0].name]
     excess = max(diagnosis.base.chi2 - (diagnosis.search.sample.readings - diagnosis.base.rank), 1e-300)
     if diagnosis.findings:
