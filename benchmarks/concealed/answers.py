@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-VERDICTS = ("consistent", "explained", "unexplained")
+VERDICTS = ("consistent", "explained", "modelled", "unexplained")
 COMPONENTS = {"all legs", "all joints", "platform", "base", "payload", "instrument", "environment", "geometry"}
 FIT = ("noise_rms", "train_before", "train_after", "test_before", "test_after")
 

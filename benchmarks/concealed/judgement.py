@@ -10,6 +10,7 @@ from .answers import Answer, Conclusion
 from .held_out import HeldOut
 
 UNKNOWN = "unknown"
+LAW = "law"
 
 
 @dataclass(frozen=True)
@@ -74,13 +75,16 @@ class Case:
         """Whether the answer is that no known physics accounts for the mismatch."""
         if self.answer is None or not self.alarmed:
             return False
-        return self.answer.verdict == "unexplained" or any(c.physics == UNKNOWN for c in self.answer.conclusions)
+        unnamed = any(c.physics in (UNKNOWN, LAW) for c in self.answer.conclusions)
+        return self.answer.verdict in ("modelled", "unexplained") or unnamed
 
     def conclusions(self) -> Iterator[tuple[Conclusion, bool]]:
         """Every conclusion, and whether that physics is really there at that component."""
         for each in self.answer.conclusions if self.answer else ():
             if each.physics == UNKNOWN:
                 yield each, self.kind == "outside"
+            elif each.physics == LAW:
+                yield each, any(_at(each.component, effect) for effect in self.truth["effects"])
             else:
                 real = [effect for effect in self.truth["effects"] if effect["physics"] == each.physics]
                 yield each, any(_at(each.component, effect) for effect in real)

@@ -88,11 +88,6 @@ def _remainder(result: Diagnosis) -> str:
         return "none that held-out rows show above the stated noise."
     share = (errors.test_after**2 - 1.0) / max(errors.test_before**2 - 1.0, 1e-9)
     text = f"{100 * max(share, 0.0):.2g} % of the excess of the held-out mean square over the stated noise"
-    if result.correction is not None and result.correction.helps:
-        text += (
-            f"; an interpolation over pose, load and time would take held-out rows to "
-            f"{result.correction.test_after:.3g}, so that part of it is systematic"
-        )
     return text + "."
 
 

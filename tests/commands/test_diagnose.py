@@ -157,16 +157,13 @@ def test_recordings_of_the_base_robot_are_consistent(tmp_path: Path) -> None:
     assert "nothing is missing" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-def test_the_unexplained_gets_a_correction_and_no_name(tmp_path: Path) -> None:
+def test_the_unexplained_gets_no_name(tmp_path: Path) -> None:
     assert call("diagnose", ROBOT, recordings(tmp_path, gap=0.0, spoilt=True), "--out", tmp_path / "out") == 0
     record = record_of(tmp_path / "out")
     check_record(record)
     assert record["verdict"] == "unexplained"
     assert record["location"] is not None
     assert all(effect["probability"] <= 0.5 for effect in record["effects"])
-    correction = pd.read_csv(tmp_path / "out" / record["smooth_correction"]["file"])
-    assert correction.columns.tolist() == ["sequence", "correction_dx_m", "correction_dy_m"]
-    assert len(correction) == 40
 
 
 def test_without_standard_deviations_chi_squared_is_null(tmp_path: Path) -> None:

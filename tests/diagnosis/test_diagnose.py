@@ -53,7 +53,7 @@ def test_noise_is_consistent_with_the_base_model(name: str, seed: int) -> None:
     assert result.findings == ()
     assert result.model is result.search.base
     assert 1e-3 < result.p_before == result.p_after
-    assert result.correction is None
+    assert result.laws is None
     assert diagnosis_record(result, None)["location"] is None
 
 
@@ -130,7 +130,6 @@ def test_what_is_no_physics_is_not_explained(spoil: Callable[[pd.DataFrame], Non
     result = found(HEXAPOD, frame)
     assert result.verdict == "unexplained"
     assert result.p_before < 1e-3
-    assert result.correction is not None
     assert all(finding.probability <= 0.5 for finding in result.findings)
     location = diagnosis_record(result, None)["location"]
     assert location["component"]
@@ -139,15 +138,16 @@ def test_what_is_no_physics_is_not_explained(spoil: Callable[[pd.DataFrame], Non
     assert 0.0 <= location["share"] <= 1.0
 
 
-def test_what_lies_outside_the_library_is_not_explained() -> None:
+def test_what_lies_outside_the_library_is_modelled_and_not_named() -> None:
     """A stop that the platform touches under some loads."""
     stop = {
         "physics": "unilateral_stop", "platform_m": [0.1, 0, 0], "clearance_m": 2e-6, "stiffness_N_per_m": 2e7,
     }  # fmt: skip
     result = found(HEXAPOD, recordings_of(HEXAPOD, stop))
-    assert result.verdict == "unexplained"
+    assert result.verdict == "modelled"
     assert result.p_before < 1e-6
-    assert all(finding.probability <= 0.5 for finding in result.findings)
+    assert all(finding.physics == "law" or finding.probability <= 0.5 for finding in result.findings)
+    assert result.errors.test_after < 0.5 * result.errors.test_before
 
 
 def test_single_mistakes_are_named_with_their_rows() -> None:

@@ -13,7 +13,6 @@ from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
 from expdesign.diagnosis.selection import ACCEPTANCE, Search
-from expdesign.diagnosis.smooth import smooth_correction
 from expdesign.identification.fit import Fit
 from expdesign.recordings.recordings import Recordings
 
@@ -166,19 +165,3 @@ def test_ignorance_excuses_held_out_errors_up_to_the_size_of_the_noise() -> None
     vague = replace(base, covariance=1e12 * base.covariance)
     errors = held_out(base, vague, sample, test, np.zeros(24, dtype=bool))
     assert errors.test_surprise == pytest.approx(errors.test_after / np.sqrt(2.0), rel=1e-6)
-
-
-def test_a_smooth_mismatch_is_corrected_and_noise_is_not() -> None:
-    noise = simulated(NAME, series=12)
-    x, fx = noise.configurations[:, 0], noise.wrenches[:, 0]
-    bump = 6.0 * np.sin(4.0 * x) * np.sign(fx) ** 2
-    bent = type(noise)(**{**vars(noise), "deflections": noise.deflections + bump[:, None] * np.array(noise.deviations)})
-    test = noise.series % 4 == 0
-    results = []
-    for recordings in (bent, noise):
-        sample = sample_of(NAME, recordings, ~test)
-        results.append(smooth_correction(base_fit(NAME, sample), sample, test))
-    assert results[0].test_after < 0.5 * results[0].test_before
-    assert results[0].helps
-    assert results[1].test_after < 1.1 * results[1].test_before
-    assert results[0].correction.shape == (48, 2)

@@ -12,8 +12,9 @@ from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, proble
 from expdesign.design.problem import DesignProblem
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
+from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
-from expdesign.diagnosis.record import correction_frame, diagnosis_record
+from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
@@ -47,7 +48,7 @@ class Diagnosed:
 
     @property
     def verdict(self) -> str:
-        """`consistent`, `explained` or `unexplained`."""
+        """`consistent`, `explained`, `modelled` or `unexplained`."""
         return self.result.verdict
 
     @property
@@ -95,8 +96,9 @@ class Diagnosed:
         with output_folder(Path(folder)) as scratch:
             if plan is not None:
                 write_file(scratch / NEXT_PLAN, csv_text(plan))
-            if self.result.correction is not None:
-                write_file(scratch / "correction.csv", csv_text(correction_frame(self.result)))
+            for number, finding in enumerate(curves(self.result.findings), start=1):
+                if finding.curve is not None:
+                    write_file(scratch / f"law-{number}.csv", csv_text(finding.curve.frame(list(finding.columns))))
             write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
             write_file(scratch / "diagnosis.json", json_text(self.record))
             write_report(scratch, self.page())
@@ -110,6 +112,7 @@ def diagnose(
     series: int = 3,
     shared_reference: bool = False,
     targets: Config | None = None,
+    without: frozenset[str] = frozenset(),
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosed:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -121,6 +124,8 @@ def diagnose(
         shared_reference: whether the rows of a series share the noise of their reference.
         targets: run configuration of this robot; where the recordings are consistent, it is said what may still be
             hidden at its targets.
+        without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
+            it is then taken for, and how well a law at a port stands in for it.
         report: called with a sentence on what is being done.
 
     Raises:
@@ -131,7 +136,9 @@ def diagnose(
     machine = robot_of(robot)
     problem = None if targets is None else _problem_for(targets, machine)
     measured = recordings_of(recordings, machine)
-    result = diagnose_recordings(machine.robot, measured, shared_reference=shared_reference, report=report)
+    result = diagnose_recordings(
+        machine.robot, measured, shared_reference=shared_reference, without=without, report=report
+    )
     model = Model.from_fit(result.handed.fit, machine.document, measured.source)
     hidden = None
     if problem is not None and result.verdict == "consistent":

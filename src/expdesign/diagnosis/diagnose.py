@@ -15,14 +15,16 @@ from expdesign.diagnosis.confirmation import confirmed, gains
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
-from expdesign.diagnosis.library import candidates, library
+from expdesign.diagnosis.law_findings import law_findings
+from expdesign.diagnosis.laws import Laws, laws_beside
+from expdesign.diagnosis.library import OUTLIER, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
+from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
-from expdesign.diagnosis.smooth import SmoothCorrection, smooth_correction
-from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_without, within_noise
+from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
 from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
@@ -44,13 +46,13 @@ class Diagnosis:
         model: the chosen model, which is the base model where nothing was found.
         handed: what predictions shall be made with: the chosen model, or the base model where the chosen one explains
             too little of what was not fitted.
-        verdict: `consistent`, `explained` or `unexplained`.
+        verdict: `consistent`, `explained`, `modelled` (by laws at ports) or `unexplained`.
         p_before, p_after: of χ² of the base model and of the chosen one; NaN where the noise level is estimated.
         location: of the mismatch.
         findings: effects that are present together.
         errors: of the model handed on, on fitted and held-out rows.
         search: everything that was considered.
-        correction: of an unexplained mismatch, as far as it is smooth; None in other cases.
+        laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
     """
 
@@ -67,7 +69,7 @@ class Diagnosis:
     findings: tuple[Finding, ...]
     errors: HeldOut
     search: Search
-    correction: SmoothCorrection | None
+    laws: Laws | None
     caveats: tuple[str, ...] = ()
 
     @property
@@ -81,9 +83,17 @@ def diagnose(
     recordings: Recordings,
     *,
     shared_reference: bool = False,
+    without: frozenset[str] = frozenset(),
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Say where the base model and the recordings differ, which physics was left out, and whether adding it helps.
+
+    Args:
+        robot: the robot.
+        recordings: what was measured.
+        shared_reference: whether the rows of a series share the noise of their reference.
+        without: identifiers of physics that the library shall not offer.
+        report: is told what is being done.
 
     Raises:
         InputError: no row may be fitted, or the deflections have the wrong sign.
@@ -104,9 +114,9 @@ def diagnose(
     if sample.reading.linear:
         _require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
-    entries = candidates(library(robot, recordings), sample, robot, base.values)
+    entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    model = _sought(search, sample, robot)
+    model = search.run(outliers=False) if OUTLIER in without else _sought(search, sample, robot)
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
     report("weighing alternatives")
@@ -127,16 +137,14 @@ def diagnose(
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent" and sample.reading.linear:
         require_positive(base, recordings, robot)
-    correction, handed = None, model
+    handed = model
     if verdict == "unexplained":
+        factor = FITTING if fits(before, after) else TENTATIVE
+        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
         if errors.test_after > HALVED * errors.test_before:
             handed = search.base
             errors = held_out(base, handed.fit, sample, judged, handed.outliers)
-        report("fitting a smooth correction")
-        correction = smooth_correction(handed.fit, sample.restricted(~handed.outliers), judged)
-        factor = FITTING if fits(before, after) else TENTATIVE
-        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
-    return Diagnosis(
+    result = Diagnosis(
         robot=robot,
         recordings=recordings,
         noise=noise,
@@ -150,9 +158,37 @@ def diagnose(
         findings=found,
         errors=errors,
         search=search,
-        correction=correction,
+        laws=None,
         caveats=caveats(sample, model, spread, errors),
     )
+    return _with_laws(result, judged, report) if verdict == "unexplained" else result
+
+
+def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
+    """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
+    search, base = result.search, result.base
+    rival = result.handed if result.handed.candidates else search.base
+    found = laws_beside(search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report)
+    result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
+    if found.laws is None:
+        return result
+    laws = found.laws
+    changed = replace(result, laws=laws)
+    if found.wins:
+        named = tuple(part.named for part in laws.parts if part.named is not None)
+        model = Model(named, found.aside, laws.fit, float("nan"))
+        errors = held_out(base, laws.fit, search.sample, judged, found.aside)
+        changed = replace(
+            changed,
+            model=model,
+            handed=model,
+            errors=errors,
+            findings=law_findings(laws, result.robot, 1.0),
+            p_after=laws.p_value if result.noise.known else float("nan"),
+            verdict=verdict_with(laws, errors),
+        )
+    search.log.add_text("laws", laws.summary(changed.verdict))
+    return changed
 
 
 def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:

@@ -9,17 +9,34 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.sample import Sample
+from expdesign.errors import InputError
 from expdesign.identification.fit import Fit
 from expdesign.plugins import implementations
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
+OUTLIER = "outlier"
+"""Identifier of single wrong rows, which are no effect of the chain."""
 
-def library(robot: Robot, points: LoadedPoints) -> list[Effect]:
-    """Every effect at every place that these recordings could show, in a fixed order."""
+
+def library(robot: Robot, points: LoadedPoints, *, without: frozenset[str] = frozenset()) -> list[Effect]:
+    """Every effect at every place that these recordings could show, in a fixed order.
+
+    Args:
+        robot: the robot.
+        points: the recordings.
+        without: identifiers of physics that are left out.
+
+    Raises:
+        InputError: no physics has such an identifier.
+    """
     kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
-    return [effect for kind in kinds for effect in kind.candidates(robot, points)]
+    unknown = without - {kind.physics for kind in kinds} - {OUTLIER}
+    if unknown:
+        what = f"no physics is called {', '.join(f'`{name}`' for name in sorted(unknown))}"
+        raise InputError(what, where="without", remedy="Take identifiers from file-formats.md, Identifiers of physics.")
+    return [effect for kind in kinds if kind.physics not in without for effect in kind.candidates(robot, points)]
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,14 @@
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.law_findings import LawFinding, curve_file
 from expdesign.diagnosis.locate import LEVEL
+
+_LISTED = 0.001
+"""Probability from which a component is listed."""
 
 
 def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[str, Any]:
@@ -25,7 +28,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "p_value_after": diagnosis.p_after if known else None,
         },
         "location": _location(diagnosis),
-        "effects": [_effect(finding) for finding in diagnosis.findings],
+        "effects": [_effect(diagnosis, finding) for finding in diagnosis.findings],
         "fit": {
             "noise_rms": 1.0,
             "train_before": errors.train_before,
@@ -35,38 +38,13 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "test_surprise": errors.test_surprise,
             "held_out": errors.how,
         },
-        "smooth_correction": _correction(diagnosis),
         "caveats": list(diagnosis.caveats),
         "next_experiment": next_experiment,
         "considered": diagnosis.search.log.entries,
     }
 
 
-def _correction(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """What an interpolation of an unexplained mismatch would gain; it is no physics, and no part of the model."""
-    correction = diagnosis.correction
-    if correction is None:
-        return None
-    return {
-        "test_before": correction.test_before,
-        "test_after": correction.test_after,
-        "helps": correction.helps,
-        "file": "correction.csv",
-    }
-
-
-def correction_frame(diagnosis: Diagnosis) -> pd.DataFrame:
-    """The smooth correction of every row, to be added to the prediction, in the units of the readings."""
-    recordings = diagnosis.recordings
-    assert diagnosis.correction is not None
-    values = diagnosis.correction.correction * diagnosis.noise.deviations
-    names = [recordings.components(diagnosis.robot.coordinates)[axis] for axis in recordings.axes]
-    columns: dict[str, object] = {"sequence": recordings.sequence}
-    columns |= {f"correction_{name}": values[:, i] for i, name in enumerate(names)}
-    return pd.DataFrame(columns)
-
-
-def _effect(finding: Finding) -> dict[str, Any]:
+def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
     record: dict[str, Any] = {
         "physics": finding.physics,
         "component": finding.component,
@@ -76,6 +54,11 @@ def _effect(finding: Finding) -> dict[str, Any]:
         "indistinguishable_from": list(finding.indistinguishable),
         "sentence": finding.sentence,
     }
+    if isinstance(finding, LawFinding):
+        record["depends_on"] = list(finding.depends_on)
+        record["curve"] = curve_file(diagnosis.findings, finding)
+        if finding.curve is not None:
+            record["quantity"] = finding.curve.meaning
     if finding.gain is not None:
         gain = finding.gain
         record["held_out"] = {"without": gain.without, "with": gain.with_it, "p_value": gain.p_value}
@@ -88,13 +71,38 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) and abs(value) < 1e299 else None
 
 
+def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Components with log evidence and probability, of every law by what it explains, most probable first."""
+    if diagnosis.laws is None:
+        return []
+    return [
+        {
+            "component": str(place.component),
+            "law": number,
+            "log_evidence": place.log_evidence,
+            "probability": place.probability,
+        }
+        for number, part in enumerate(diagnosis.laws.parts, start=1)
+        for place in part.places
+        if place.probability >= _LISTED
+    ]
+
+
 def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if diagnosis.verdict == "consistent":
         return None
     location = diagnosis.location
+    candidates = _candidates(diagnosis)
     components = list(dict.fromkeys(finding.component for finding in diagnosis.findings))
-    if not components or diagnosis.verdict == "unexplained":
-        components = components or [location.components[0].name]
+    drawn = any(isinstance(finding, LawFinding) for finding in diagnosis.findings)
+    if diagnosis.verdict == "unexplained" and not drawn:
+        # Named physics that does not explain imitates something; where that is, laws of any form tell better.
+        components = [c["component"] for c in candidates[:1]] or components
+    if drawn and diagnosis.laws is not None:
+        # A law is drawn where it predicts best; where it is, the evidence says.
+        parts = [part for part in diagnosis.laws.parts if part.places]
+        components = list(dict.fromkeys(str(part.places[0].component) for part in parts)) or components
+    components = components or [location.components[0].name]
     excess = max(diagnosis.base.chi2 - (diagnosis.search.sample.readings - diagnosis.base.rank), 1e-300)
     if diagnosis.findings:
         share = (diagnosis.base.chi2 - diagnosis.model.fit.chi2) / excess
@@ -102,6 +110,7 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
         share = (location.components[0].explained - location.components[0].dimension) / excess
     return {
         "component": components[0] if len(components) == 1 else components,
+        "candidates": candidates,
         "axes": list(location.axes),
         "region": location.region,
         "share": float(np.clip(share, 0.0, 1.0)),

@@ -80,6 +80,18 @@ class Log:
         }
         self.entries.append(entry)
 
+    def add_text(self, step: str, reason: str) -> None:
+        """Note something that concerns no single model of the library."""
+        entry: dict[str, object] = {
+            "step": step,
+            "effects": [],
+            "chi2": None,
+            "penalised_misfit": None,
+            "kept": True,
+            "reason": reason,
+        }
+        self.entries.append(entry)
+
 
 class Search:
     """The search for the physics behind one set of recordings.

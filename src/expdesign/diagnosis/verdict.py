@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.selection import Model
 
 CONSISTENT = 1e-3
@@ -29,6 +30,13 @@ _SHOWS = 3.0
 def verdict_without(p_value: float, *, known_noise: bool) -> str:
     """Verdict where nothing was found."""
     return "consistent" if not known_noise or p_value >= CONSISTENT else "unexplained"
+
+
+def verdict_with(laws: Laws, errors: HeldOut) -> str:
+    """Verdict where laws at ports are predicted with: whether they bring rows that were not fitted to the noise."""
+    if errors.test_surprise > PREDICTS:
+        return "unexplained"
+    return "modelled" if any(part.named is None for part in laws.parts) else "explained"
 
 
 def doubt(

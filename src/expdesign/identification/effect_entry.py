@@ -1,11 +1,14 @@
 """One effect in a model file: the only place where texts become components, variants and classes of effects."""
 
+from typing import Any
+
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
 from expdesign.errors import InputError
 from expdesign.files.schema import Number, Section
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.plugins import implementations
+from expdesign.ports.law import Law, form_data, form_of
 from expdesign.robots.robot import Robot
 
 _AGAIN = "Identify or diagnose the recordings again with this version."
@@ -19,6 +22,7 @@ class EffectSection(Section):
     component: str
     variant: str = ""
     parameters: dict[str, Number]
+    law: dict[str, Any] | None = None
 
 
 def effect_classes() -> list[type[Effect]]:
@@ -32,14 +36,17 @@ def effect_classes() -> list[type[Effect]]:
 
 
 def effect_entry(effect: Effect, values: list[float]) -> dict[str, object]:
-    """The entry of an effect with the values of its parameters."""
-    return {
+    """The entry of an effect with the values of its parameters; a law has its form beside them."""
+    entry: dict[str, object] = {
         "identifier": effect.identifier,
         "physics": effect.physics,
         "component": str(effect.component),
         "variant": str(effect.variant),
         "parameters": {parameter.name: value for parameter, value in zip(effect.parameters, values, strict=True)},
     }
+    if isinstance(effect, Law):
+        entry["law"] = form_data(effect.form)
+    return entry
 
 
 def effect_of(entry: EffectSection, robot: Robot, document: YamlDocument) -> Effect:
@@ -57,6 +64,8 @@ def effect_of(entry: EffectSection, robot: Robot, document: YamlDocument) -> Eff
         InputError: the effect is not known, is at a component that the robot does not have or in a form that the
             effect does not have, has other parameters, or may be several effects.
     """
+    if entry.law is not None:
+        return _law(entry, robot, document)
     known = effect_classes()
     if entry.identifier:
         known = [cls for cls in known if cls.identifier == entry.identifier]
@@ -110,3 +119,16 @@ def _only(found: list[Effect], entry: EffectSection, document: YamlDocument) -> 
         what = f"`{entry.physics}` at `{entry.component}` may be several effects: {names}"
         raise InputError(what, where=document.where(), remedy="Write which one as `identifier`.")
     return fitting[0]
+
+
+def _law(entry: EffectSection, robot: Robot, document: YamlDocument) -> Law:
+    """The law of an entry, from its data."""
+    assert entry.law is not None
+    try:
+        law = Law(robot, form_of(entry.law, component_from_text(entry.component)), int(entry.variant.split()[-1]))
+        known = {parameter.name for parameter in law.parameters} == set(entry.parameters)
+    except (KeyError, TypeError, ValueError, IndexError):
+        known = False
+    if not known:
+        raise InputError("this is not a law as this version writes it", where=document.where(("law",)), remedy=_AGAIN)
+    return law

@@ -26,6 +26,7 @@ from expdesign.report.blocks import (
     Steps,
 )
 from expdesign.report.hidden_physics import recordings_section
+from expdesign.report.law_figures import law_blocks
 from expdesign.report.page import Page
 
 MOST_POINTS = 2000
@@ -33,6 +34,8 @@ MOST_MODELS = 60
 _VERDICTS = {
     "consistent": "The base model explains these recordings to within their noise: nothing is missing that they show.",
     "explained": "The base model does not explain these recordings; with the physics named below it does.",
+    "modelled": "The base model does not explain these recordings, and no named physics does; laws drawn from the "
+    "recordings, at the places named below, do.",
     "unexplained": "Something is missing that no physics in the library accounts for. It is located below, not named.",
 }
 
@@ -53,6 +56,9 @@ def diagnosis_report(result: Diagnosis, hidden: HiddenByRecordings | None = None
         sections.insert(1, Section("physics", "What was left out", [_effects_table(result)]))
     if hidden is not None:
         sections.append(recordings_section(hidden))
+    laws = law_blocks(result)
+    if laws:
+        sections.insert(2 if result.findings else 1, Section("laws", "Laws at ports", laws))
     sections += [
         Section("considered", "What was considered", [_considered_table(result)]),
         Section("next", "Next steps", [_next_steps(result)]),
@@ -85,17 +91,6 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
     texts += result.caveats
-    if result.correction is not None and result.correction.helps:
-        correction = result.correction
-        texts.append(
-            f"A smooth interpolation of the residuals over pose, load and time (correction.csv) would predict held-out "
-            f"recordings to {words.number(correction.test_after)} instead of {words.number(correction.test_before)} "
-            "standard deviations; it says nothing about the cause and is no part of the model."
-        )
-    elif result.correction is not None:
-        texts.append(
-            "A smooth interpolation of the residuals over pose, load and time predicts held-out recordings no better."
-        )
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
     return texts
@@ -348,8 +343,8 @@ def _considered_table(result: Diagnosis) -> DataTable:
             [
                 str(entry["step"]),
                 "; ".join(effects).replace("_", " ") or "base model",
-                words.number(float(str(entry["chi2"])), 5),
-                words.number(float(str(entry["penalised_misfit"])), 5),
+                _shown(entry["chi2"]),
+                _shown(entry["penalised_misfit"]),
                 "kept" if entry["kept"] else "not kept",
                 str(entry["reason"]),
             ]
@@ -365,6 +360,11 @@ def _considered_table(result: Diagnosis) -> DataTable:
         Download("considered.csv", csv_text(frame)) if entries else None,
         tall=True,
     )
+
+
+def _shown(value: object) -> str:
+    """A number of the log, or nothing where the entry concerns no single model."""
+    return "" if value is None else words.number(float(str(value)), 5)
 
 
 def _next_steps(result: Diagnosis) -> Steps:

@@ -1,0 +1,94 @@
+"""Laws that were found, as findings: sentences, probabilities and curves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.diagnosis.findings import Finding, reported
+from expdesign.diagnosis.laws import Laws, Part
+from expdesign.ports.curve import Curve
+from expdesign.ports.law import Law
+from expdesign.ports.location import OPEN
+from expdesign.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
+from expdesign.robots.robot import Robot
+
+NAMED_BESIDE_LAWS = 0.6
+"""Factor on the probability of a named effect that stands beside laws, part of which it may imitate."""
+
+
+@dataclass(frozen=True)
+class LawFinding(Finding):
+    """A law that is present.
+
+    Attributes:
+        depends_on: identifiers of its inputs (`words.identifier`).
+        columns: the same as columns of the curve.
+        curve: with its band.
+    """
+
+    depends_on: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    curve: Curve | None = None
+
+
+def law_findings(laws: Laws, robot: Robot, scale: float) -> tuple[Finding, ...]:
+    """Findings of laws and of the named effects beside them; `scale` multiplies covariances."""
+    return tuple(_finding(laws, index, robot, scale) for index in range(len(laws.parts)))
+
+
+def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
+    part = laws.parts[index]
+    where = laws.fit.chain.effects.index(part.effect)
+    others = tuple(str(place.component) for place in part.places[1:] if place.probability >= OPEN)
+    probability = next((p.probability for p in part.places if p.component == part.effect.component), 0.0)
+    effect = part.effect
+    if not isinstance(effect, Law):
+        values = reported(effect, laws.fit, laws.fit.chain.slices[where], scale)
+        return Finding(
+            effect.physics, str(effect.component), str(effect.variant), values, NAMED_BESIDE_LAWS * probability, (),
+            effect.sentence(values),
+        )  # fmt: skip
+    inputs = effect.form.channels[0].inputs
+    every = effect.form.depends_on
+    names = tuple(dict.fromkeys(identifier(q, robot) for q in every))
+    return LawFinding(
+        "law", str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
+        depends_on=names, columns=columns(inputs, robot), curve=part.curve,
+    )  # fmt: skip
+
+
+def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
+    """What a technician should know of a law: where, what it does, on what it depends, how large, what does that."""
+    effect, curve = part.effect, part.curve
+    assert isinstance(effect, Law)
+    assert curve is not None
+    names = depends_on(effect.form.depends_on, robot)
+    shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
+    text = f"{effect.subject} {FORMS[effect.form.kind]} {shown}"
+    text += f" ({100.0 * part.share:.0f} % of what the base model leaves over)"
+    if curve.meaning == "compliance" and len(curve.quantities) == 1:
+        middle = float(np.median(curve.mean))
+        at = int(np.argmax(np.abs(curve.mean - middle)))
+        relative = curve.mean[at] / middle - 1.0
+        half = 1.96 * curve.deviation[at] / abs(middle)
+        unit = unit_of(curve.quantities[0], robot)
+        how = "softer" if relative > 0.0 else "stiffer"
+        where = f"{quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
+        text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
+    text += f"; {usually(effect.form.kind)}."
+    if others:
+        text += f" The recordings do not rule out that it is {' or '.join(others)}."
+    return text
+
+
+def curves(findings: tuple[Finding, ...]) -> tuple[LawFinding, ...]:
+    """The findings that have a curve, in the order of their files."""
+    return tuple(f for f in findings if isinstance(f, LawFinding) and f.curve is not None)
+
+
+def curve_file(findings: tuple[Finding, ...], finding: Finding) -> str | None:
+    """Name of the file with the curve of a finding."""
+    for number, one in enumerate(curves(findings), start=1):
+        if one is finding:
+            return f"law-{number}.csv"
+    return None

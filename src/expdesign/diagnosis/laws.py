@@ -1,0 +1,259 @@
+"""Laws at ports for a mismatch that named physics does not explain: located, fitted into the chain, and judged.
+
+Named effects take part as laws of known form, linear about their starts, so that what is named and what is not are
+sought together; where a named form carries as much evidence it wins, having fewer weights.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2 as chi2_distribution
+
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.diagnosis.held_out import folds_of, held_out
+from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Model, Search
+from expdesign.identification.fit import Fit, fit
+from expdesign.ports.curve import Curve, curve_of
+from expdesign.ports.dictionary import Dictionary, known_form
+from expdesign.ports.evidence import Present
+from expdesign.ports.found import law_of
+from expdesign.ports.guard import LeftOut
+from expdesign.ports.law import Law
+from expdesign.ports.location import Place, places
+from expdesign.ports.measured import Measured
+from expdesign.ports.selection import Chosen, LawSearch
+from expdesign.robots.robot import Robot
+
+FEWEST = 12
+"""Rows below which no law is sought."""
+_SINGLE = 0.02
+"""Share of the rows that may be single mistakes beside laws."""
+_GAINS = 0.98
+"""Factor on the left-out error that laws have to reach before predictions are made with them."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One law, or one named effect beside laws.
+
+    Attributes:
+        effect: the link of the chain.
+        places: where it may be, most probable first.
+        share: of the excess of χ² that it alone takes away.
+        named: the candidate of the library, or None for a law.
+        curve: of a law.
+    """
+
+    effect: Effect
+    places: tuple[Place, ...]
+    share: float
+    named: Candidate | None = None
+    curve: Curve | None = None
+
+
+@dataclass(frozen=True)
+class Laws:
+    """Laws that were found.
+
+    Attributes:
+        parts: by what they take away, most first.
+        fit: of the chain with all of them.
+        left_out: errors of left-out readings without and with them, which decide whether they are predicted with.
+        log: what was decided and why.
+    """
+
+    parts: tuple[Part, ...]
+    fit: Fit
+    left_out: LeftOut
+    log: tuple[str, ...] = ()
+
+    @property
+    def before(self) -> float:
+        """RMS of left-out readings without laws, in standard deviations."""
+        return self.left_out.rms_before
+
+    @property
+    def after(self) -> float:
+        """RMS of left-out readings with laws, in standard deviations."""
+        return self.left_out.rms_after
+
+    @property
+    def predicts(self) -> bool:
+        """Whether left-out readings are predicted well enough to be predicted with the laws."""
+        return not self.left_out.doubt
+
+    @property
+    def p_value(self) -> float:
+        """Of χ², weights counting as far as the readings determine them (MacKay 1992)."""
+        directions = as_matrix(self.fit.sensitivities)
+        known = np.isfinite(self.fit.covariance.diagonal())
+        inner = self.fit.covariance[np.ix_(known, known)]
+        used = float(np.einsum("ij,jk,ik->", directions[:, known], inner, directions[:, known]))
+        readings = int((directions != 0.0).any(axis=1).sum())
+        return float(chi2_distribution.sf(float((self.fit.residuals**2).sum()), max(readings - used, 1.0)))
+
+    def summary(self, verdict: str) -> str:
+        """What was decided, in one sentence."""
+        listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
+        return (
+            f"laws at ports: {listed}; left-out error {self.after:.3g} instead of {self.before:.3g}"
+            + ("" if self.predicts else f", not predicted with: {self.left_out.doubt}")
+            + f"; verdict {verdict}"
+        )
+
+
+def measured_of(sample: Sample, *, known_noise: bool) -> Measured:
+    """What laws are sought in."""
+    recordings = sample.recordings
+    series = sample.rows.series
+    blocks = series if len(np.unique(series[sample.counts])) >= 5 else folds_of(sample)
+    return Measured(
+        sample.rows, tuple(int(a) for a in recordings.axes), sample.counts, sample.whiten, blocks,
+        recordings.time is not None, sample.reading, known_noise,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What laws do beside what was found without them.
+
+    Attributes:
+        laws: that were found, or None.
+        aside: rows that were set aside for them, shape (N,).
+        wins: whether left-out rows are predicted better with them.
+    """
+
+    laws: Laws | None
+    aside: BoolArray
+    wins: bool
+
+
+def laws_beside(
+    search: Search,
+    base: Fit,
+    outliers: BoolArray,
+    rival: Model,
+    *,
+    known_noise: bool,
+    report: Callable[[str], None],
+) -> Beside:
+    """Laws at ports, compared with a model without them.
+
+    Rows marked `test` judge, and must not choose: the comparison is by rows left out of the fitted ones. Where physics
+    is missing, a model without it sets aside rows that show it, so that only few are taken for single mistakes.
+    """
+    aside = outliers
+    if aside.sum() > max(1.0, _SINGLE * search.sample.counts.sum()):
+        aside = np.zeros_like(aside)
+    sample = search.sample.restricted(~aside)
+    start = fit(base.chain, sample) if aside.any() else base
+    laws = sought_laws(search.robot, sample, start, search.library, known_noise=known_noise, report=report)
+    if laws is None or not laws.predicts:
+        return Beside(laws, aside, False)
+    none = np.zeros_like(aside)
+    alone = held_out(base, rival.fit, search.sample, none, rival.outliers).test_after
+    return Beside(laws, aside, laws.after < _GAINS * alone)
+
+
+def sought_laws(
+    robot: Robot,
+    sample: Sample,
+    base: Fit,
+    library: list[Candidate],
+    *,
+    known_noise: bool,
+    report: Callable[[str], None] = lambda text: None,
+) -> Laws | None:
+    """The laws that these rows show; None where they show none, or are too few.
+
+    Args:
+        robot: the robot.
+        sample: the rows that may be fitted and belong to some physics.
+        base: fit of the base model.
+        library: named physics.
+        known_noise: whether the noise is stated.
+        report: is told what is being done.
+    """
+    if int(sample.counts.sum()) < FEWEST:
+        return None
+    report("preparing laws at ports")
+    measured = measured_of(sample, known_noise=known_noise)
+    dictionary = Dictionary(robot, measured, base.values)
+    kept = np.repeat(sample.counts, len(sample.recordings.axes))
+    scales: dict[int, FloatArray] = {}
+    for candidate in library:
+        for start, directions in enumerate(candidate.directions):
+            known = known_form(candidate.effect.component, directions[kept], (candidate, start))
+            if known is not None:
+                scales[len(dictionary.atoms)] = known[1]
+                dictionary.atoms.append(known[0])
+    present = base_alone(base, sample, kept)
+    blocks = np.repeat(measured.blocks, len(sample.recordings.axes))[kept]
+    search = LawSearch(dictionary, present, blocks)
+    report("weighing laws at ports")
+    chosen = search.run()
+    if not chosen.indices:
+        return None
+    left_out = LeftOut(present.left_out(blocks), chosen.state.left_out(blocks), blocks)
+    return _fitted(robot, sample, base, scales, search, chosen, left_out)
+
+
+def base_alone(base: Fit, sample: Sample, kept: BoolArray) -> Present:
+    """The base model, with what is known of its parameters."""
+    directions = as_matrix(base.sensitivities)[kept]
+    knowledge = base.chain.knowledge()
+    precision = np.zeros(directions.shape[1]) if knowledge is None else 1.0 / knowledge[1] ** 2
+    # A parameter that the rows do not determine must not make the equations singular.
+    sizes = (directions**2).sum(axis=0)
+    precision = np.maximum(precision, 1e-12 * np.where(sizes > 0.0, sizes, 1.0))
+    return Present(directions, precision, base.residuals.ravel()[kept])
+
+
+def _fitted(
+    robot: Robot,
+    sample: Sample,
+    base: Fit,
+    scales: dict[int, FloatArray],
+    search: LawSearch,
+    chosen: Chosen,
+    left_out: LeftOut,
+) -> Laws:
+    """The chain with the chosen laws, and what each of them says."""
+    state, atoms, sight = chosen.state, search.atoms, search.dictionary.sight
+    weights, first = state.weights, state.base.shape[1]
+    found: list[tuple[Effect, FloatArray, tuple[Place, ...], float, Candidate | None]] = []
+    excess = max(float(state.readings @ search.base.projected) - len(state.readings), 1e-9)
+    for position, index in enumerate(chosen.indices):
+        atom = atoms[index]
+        own = weights[first : first + atom.directions.shape[1]]
+        first += atom.directions.shape[1]
+        rest = state.without(position)
+        share = float(np.clip((state.readings @ (rest.projected - state.projected)) / excess, 0.0, 1.0))
+        where = places(search.atoms, search.propose(rest).gains)
+        if atom.entry is None:
+            assert atom.named is not None
+            candidate, start = atom.named
+            values = candidate.starts[start].copy()
+            free = np.array([not p.shape for p in candidate.effect.parameters])
+            values[free] += scales[index] * own
+            found.append((candidate.effect, values, where, share, candidate))
+        else:
+            law, values = law_of(atom, state.variances[position], own, sight, robot, position + 1)
+            found.append((law, values, where, share, None))
+    chain = Chain(robot, tuple(item[0] for item in found), reading=sample.reading)
+    start_values = np.concatenate([base.values, *(item[1] for item in found)])
+    result = fit(chain, sample, start_values, enough=1e-2)
+    parts = []
+    for (effect, _, where, share, named), part in zip(found, chain.slices, strict=True):
+        curve = None
+        if isinstance(effect, Law):
+            seen = np.column_stack([sight.values(q)[sight.counts] for q in effect.form.channels[0].inputs])
+            curve = curve_of(effect, robot, result.values, result.covariance, part, seen)
+        parts.append(Part(effect, where, share, named, curve))
+    parts.sort(key=lambda item: -item.share)
+    return Laws(tuple(parts), result, left_out, tuple(search.log))

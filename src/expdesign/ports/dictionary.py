@@ -1,0 +1,170 @@
+"""All laws that recordings could show, as whitened directions of the readings with unit mean prior variance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect
+from expdesign.ports.features import Basis, basis_of
+from expdesign.ports.law import Injection, ports_of
+from expdesign.ports.measured import Measured
+from expdesign.ports.port import Channel, Entry, Port
+from expdesign.ports.sight import Sight
+from expdesign.robots.robot import Robot
+
+MOST_FEATURES = 90
+
+
+@dataclass(frozen=True)
+class Atom:
+    """One entry with its directions.
+
+    Attributes:
+        component: where it acts.
+        directions: whitened derivatives of the readings that count with respect to its weights, shape (M, f).
+        entry: the law, whose channels have gains that make the mean prior variance of the readings 1; None for physics
+            of known form.
+        basis: features of the law.
+        named: physics of known form, for who put it there: what, and which of its starts.
+    """
+
+    component: Component
+    directions: FloatArray
+    entry: Entry | None = None
+    basis: Basis | None = None
+    named: tuple[Any, int] | None = None
+
+
+class Dictionary:
+    """Every law at every port, beside a fitted model.
+
+    Args:
+        robot: the robot.
+        measured: the rows that laws are sought in.
+        values: parameters of the model.
+        effects: of the model.
+        only: names of ports, or all.
+
+    Attributes:
+        atoms: laws at ports, and what `add` has put beside them.
+        sight: what ports see.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        measured: Measured,
+        values: FloatArray,
+        effects: tuple[Effect, ...] = (),
+        *,
+        only: tuple[str, ...] = (),
+    ) -> None:
+        chain = Chain(robot, effects, reading=measured.reading)
+        self.sight = Sight(
+            robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
+        )
+        self.atoms: list[Atom] = []
+        self._maps: dict[str, FloatArray] = {}
+        known: dict[object, Basis | None] = {}
+        for port in ports_of(robot):
+            if only and port.name not in only:
+                continue
+            maps = port_map(port, robot, measured, values, effects)
+            if not np.any(maps):
+                continue
+            self._maps[port.name] = maps
+            entries = list(port.entries(self.sight))
+            self.sight.look([quantity for entry in entries for quantity in entry.quantities])
+            made = (_atom(entry, maps, self.sight, known) for entry in entries)
+            self.atoms += [atom for atom in made if atom is not None]
+
+    def made(self, entry: Entry) -> Atom | None:
+        """The atom of another entry at a known port; gains of its channels are taken anew."""
+        return _atom(entry, self._maps[entry.port], self.sight, {})
+
+
+def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]) -> FloatArray:
+    """Whitened derivatives of the readings with respect to u, shape (N, k, width)."""
+    injection = Injection(robot, port, port.components[0])
+    chain = Chain(robot, (*effects, injection), reading=measured.reading)
+    start = np.concatenate([values, np.zeros(port.width)])
+    sensitivities = chain.predict_with_sensitivities(measured.rows, start)[1][:, list(measured.axes)]
+    maps: FloatArray = measured.whiten(sensitivities[..., len(values) :])
+    return maps
+
+
+def _atom(entry: Entry, maps: FloatArray, sight: Sight, known: dict[object, Basis | None]) -> Atom | None:
+    counts = sight.counts
+    pooled = tuple(dict.fromkeys(channel.inputs for channel in entry.channels))
+    key = (pooled, entry.kernel, entry.scales, entry.rank)
+    if key not in known:
+        inputs = np.concatenate([_inputs(sight, group)[counts] for group in pooled])
+        rank = max(1, min(entry.rank, MOST_FEATURES // max(entry.blocks, 1)))
+        known[key] = basis_of(entry.kernel, np.array(entry.scales), inputs, rank)
+    basis = known[key]
+    if basis is None:
+        return None
+    features = {group: basis.values(_inputs(sight, group)) for group in pooled}
+    rank = basis.rank
+    channels = _commensurable(entry.channels, maps, sight)
+    rows, readings, _ = maps.shape
+    directions = np.zeros((rows, readings, entry.blocks * rank))
+    for channel in channels:
+        amplitude = channel.gain * (1.0 if channel.amplitude is None else sight.values(channel.amplitude))
+        driven = features[channel.inputs] * np.reshape(amplitude, (-1, 1))
+        part = slice(channel.block * rank, (channel.block + 1) * rank)
+        directions[:, :, part] += maps[:, :, channel.output, None] * driven[:, None, :]
+    flat = directions.reshape(rows * readings, -1)[np.repeat(counts, readings)]
+    size = float((flat**2).sum() / max(int(counts.sum()) * readings, 1))
+    if not np.isfinite(size) or size <= 0.0:
+        return None
+    factor = 1.0 / np.sqrt(size)
+    scaled = tuple(replace(channel, gain=channel.gain * factor) for channel in channels)
+    return Atom(entry.component, flat * factor, replace(entry, channels=scaled), basis)
+
+
+def known_form(component: Component, directions: FloatArray, named: tuple[Any, int]) -> tuple[Atom, FloatArray] | None:
+    """Physics of known form with parameters of unknown size, and what its weights are in units of these (d,).
+
+    Args:
+        component: where it acts.
+        directions: whitened derivatives of the readings (M, d).
+        named: see `Atom`.
+    """
+    sizes = np.sqrt((directions**2).mean(axis=0))
+    shown = sizes > 0.0
+    if not shown.any() or not np.isfinite(sizes).all():
+        return None
+    scale = np.where(shown, 1.0 / np.where(shown, sizes, 1.0), 0.0) / np.sqrt(shown.sum())
+    return Atom(component, directions * scale, named=named), scale
+
+
+def _inputs(sight: Sight, quantities: tuple[object, ...]) -> FloatArray:
+    return np.column_stack([sight.values(quantity) for quantity in quantities])  # type: ignore[arg-type]
+
+
+def _commensurable(channels: tuple[Channel, ...], maps: FloatArray, sight: Sight) -> tuple[Channel, ...]:
+    """Gains that make amplitudes of different units alike, and translations and rotations of u alike in the readings.
+
+    Channels of one block follow one law, and keep their sizes relative to each other.
+    """
+    if len({channel.block for channel in channels}) == 1:
+        return channels
+    d = len(sight.robot.gravity)
+    several = maps.shape[2] == sight.robot.coordinates.n and maps.shape[2] > d
+    sizes = np.sqrt((maps**2).mean(axis=(0, 1)))
+    groups = [np.sqrt((sizes[:d] ** 2).mean()), np.sqrt((sizes[d:] ** 2).mean())] if several else [1.0, 1.0]
+    found = []
+    for channel in channels:
+        size = groups[0 if channel.output < d or not several else 1] or 1.0
+        amplitude = 1.0 if channel.amplitude is None else (sight.largest(channel.amplitude) or 1.0)
+        if several or channel.amplitude is None or channel.amplitude.kind != "effort":
+            found.append(replace(channel, gain=channel.gain / (size * amplitude)))
+        else:
+            found.append(channel)
+    return tuple(found)

@@ -1,0 +1,215 @@
+"""Many small effects at once: start with everything, and let the evidence switch groups off.
+
+Greedy growth ends early on a machine in which ten things are a little wrong. Here all effects are there from the start,
+with prior deviations of physical size times one factor per group, and MacKay's fixed point (1992, section 4) sets the
+factors and the noise on the linearised problem:
+
+    γ_g = Σ_(i in g) (1 − C_ii/d_i²),   f_g² = Σ (θ_i/δ_i)²/γ_g,   s² = |r|²/(M − Σγ − rank of what has no factor),
+
+d_i = f_g·δ_i being the prior deviation of parameter i and C the posterior covariance. The problem is linearised again
+after every damped Gauss-Newton step. Where the data do not identify a group its factor would grow without end: it is
+held at `MOST`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+
+MOST = 3.0
+"""Largest factor on deviations of physical size."""
+GONE = 0.02
+"""Factor below which a group is not there."""
+_LEAST = 1e-3
+_ROUNDS, _FIXED = 12, 30
+_SETTLED = 1e-3
+
+_ABSENT = 1e-8
+"""Factor on the deviations of what is left out."""
+_BETTER = 0.995
+"""Factor on the left-out error that a group has to bring, or it is left out."""
+
+Linearised = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Whitened residuals (M,) and derivatives of the prediction (M, p) at parameters (p,)."""
+
+
+@dataclass(frozen=True)
+class Priors:
+    """What is known beforehand.
+
+    Attributes:
+        mean, deviation: of every parameter, shape (p,); infinite where nothing is known.
+        group: of every parameter, shape (p,); −1 where the deviation stays as it is.
+        low, high: bounds, shape (p,).
+    """
+
+    mean: FloatArray
+    deviation: FloatArray
+    group: IntArray
+    low: FloatArray
+    high: FloatArray
+
+
+@dataclass(frozen=True)
+class Everything:
+    """All effects, fitted together.
+
+    Attributes:
+        values: shape (p,).
+        covariance: with the noise as it was learnt, shape (p, p).
+        factors: of the groups.
+        determined: γ_g, how many parameters of each group the data determine.
+        noise: standard deviation of the whitened residuals.
+        residuals, slopes: at the values, shapes (M,) and (M, p).
+    """
+
+    values: FloatArray
+    covariance: FloatArray
+    factors: FloatArray
+    determined: FloatArray
+    noise: float
+    residuals: FloatArray
+    slopes: FloatArray
+
+    def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
+        """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
+        precision = _precision(priors, self.factors, self.noise)
+        lower = np.linalg.cholesky(_regular(self.slopes.T @ self.slopes + np.diag(precision)))
+        root = np.linalg.solve(lower, self.slopes.T).T
+        errors = np.empty_like(self.residuals)
+        for block in np.unique(blocks):
+            inside = np.flatnonzero(blocks == block)
+            own = root[inside]
+            matrix = np.eye(len(inside)) - own @ own.T + 1e-9 * np.eye(len(inside))
+            errors[inside] = np.linalg.solve(matrix, self.residuals[inside])
+        return errors
+
+
+def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, known_noise: bool = False) -> Everything:
+    """All effects at once; see the module.
+
+    Args:
+        linearised: residuals and derivatives.
+        priors: what is known beforehand.
+        start: parameters to start from, shape (p,).
+        known_noise: whether the noise is 1 and must not grow.
+    """
+    count = int(priors.group.max()) + 1
+    factors, noise = np.full(count, 0.3), 1.0 if known_noise else 3.0
+    values = np.clip(start, priors.low, priors.high)
+    residuals, slopes = linearised(values)
+    determined = np.zeros(count)
+    cost = np.inf
+    for _ in range(_ROUNDS):
+        readings = residuals + slopes @ (values - priors.mean)
+        step = np.zeros_like(values)
+        gram, right = slopes.T @ slopes, slopes.T @ readings
+        for _ in range(_FIXED):
+            before = factors.copy()
+            precision = _precision(priors, factors, noise)
+            inverse = np.linalg.inv(_regular(gram + np.diag(precision)))
+            step = inverse @ right
+            gamma = 1.0 - inverse.diagonal() * precision
+            sizes = step / priors.deviation
+            for group in range(count):
+                own = priors.group == group
+                if not own.any():
+                    factors[group], determined[group] = _LEAST, 0.0
+                    continue
+                determined[group] = max(float(gamma[own].sum()), 1e-9)
+                factors[group] = np.clip(np.sqrt(float((sizes[own] ** 2).sum()) / determined[group]), _LEAST, MOST)
+            if not known_noise:
+                left = readings - slopes @ step
+                noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
+            if np.abs(np.log(factors / before)).max() < _SETTLED:
+                break
+        target = np.clip(priors.mean + step, priors.low, priors.high)
+        precision = _precision(priors, factors, noise)
+        cost = _cost(residuals, values, priors, precision)
+        share, moved = 1.0, False
+        while share > 1e-3:
+            trial = values + share * (target - values)
+            fresh, steeper = linearised(trial)
+            lower = _cost(fresh, trial, priors, precision)
+            if np.isfinite(lower) and lower <= cost * (1.0 + 1e-12):
+                moved = cost - lower > 1e-4 * cost
+                values, residuals, slopes, cost = trial, fresh, steeper, lower
+                break
+            share *= 0.5
+        if not moved:
+            break
+    precision = _precision(priors, factors, noise)
+    covariance = noise**2 * np.linalg.inv(_regular(slopes.T @ slopes + np.diag(precision)))
+    return Everything(values, covariance, factors, determined, noise, residuals, slopes)
+
+
+def chosen_groups(
+    linearised: Linearised, priors: Priors, start: FloatArray, blocks: IntArray, *, rounds: int = 2
+) -> tuple[Everything, Priors]:
+    """Everything, less the groups without which blocks of rows that are left out are predicted better.
+
+    Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
+    seen. Groups are left out one at a time on the linearised problem, the most harmful first, and the rest is fitted
+    again.
+
+    Args:
+        linearised: residuals and derivatives.
+        priors: what is known beforehand.
+        start: parameters to start from, shape (p,).
+        blocks: block of every reading, shape (M,).
+        rounds: of linearising and choosing.
+    """
+    found = everything(linearised, priors, start)
+    for _ in range(rounds):
+        state, current = found, priors
+        error = _rms(state.left_out(blocks, current))
+
+        def fixed(values: FloatArray, at: Everything = found) -> tuple[FloatArray, FloatArray]:
+            return at.residuals - at.slopes @ (values - at.values), at.slopes
+
+        groups = set(np.unique(current.group[current.group >= 0]).tolist())
+        while len(groups) > 1:
+            trials = []
+            for group in groups:
+                smaller = without_group(current, group)
+                trial = everything(fixed, smaller, state.values)
+                trials.append((_rms(trial.left_out(blocks, smaller)), group, smaller, trial))
+            least = min(trials, key=lambda item: item[0])
+            if least[0] * _BETTER > error:
+                break
+            error, group, current, state = least
+            groups.remove(group)
+        if len(groups) == len(np.unique(priors.group[priors.group >= 0])):
+            break
+        priors = current
+        found = everything(linearised, priors, state.values)
+    return found, priors
+
+
+def without_group(priors: Priors, group: int) -> Priors:
+    """The same with one group held at what it is known to be beforehand."""
+    own = priors.group == group
+    deviation = np.where(own, _ABSENT * priors.deviation, priors.deviation)
+    return Priors(priors.mean, deviation, np.where(own, -1, priors.group), priors.low, priors.high)
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt((errors**2).mean()))
+
+
+def _precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
+    """Prior precisions in units of the noise, shape (p,)."""
+    scale = np.where(priors.group >= 0, factors[np.maximum(priors.group, 0)], 1.0)
+    precision: FloatArray = (noise / (scale * priors.deviation)) ** 2
+    return precision
+
+
+def _cost(residuals: FloatArray, values: FloatArray, priors: Priors, precision: FloatArray) -> float:
+    return float(residuals @ residuals + ((values - priors.mean) ** 2 * precision).sum())
+
+
+def _regular(matrix: FloatArray) -> FloatArray:
+    """With a rounding's worth added to the diagonal."""
+    return matrix + 1e-12 * np.diag(np.maximum(matrix.diagonal(), 1e-300))

@@ -1,0 +1,80 @@
+"""Whether laws may be predicted with: blocks of rows that were left out have to be predicted better, and nearly all.
+
+A law that takes much away in a few series and adds a little in all others lowers the left-out sum of squares, and is
+still worse than the base model wherever the few do not come again. So the gain is judged block by block: its mean must
+stand out of its scatter over the blocks (a one-sided paired t test), and blocks must be better more often than not.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as t_distribution
+
+from expdesign.arrays import FloatArray, IntArray
+
+REMAINS = 0.5
+"""Share of the excess of left-out squares over the noise that laws may leave before predictions are those of the base
+model: functions that change faster than the rows sample them are located, not modelled."""
+LEVEL = 0.05
+"""Of the paired t test over blocks."""
+MOSTLY = 0.6
+"""Share of the blocks with a visible change that laws have to predict better."""
+_VISIBLE = 0.02
+"""Change of a block's mean square error, in variances of the noise, that counts as one."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Errors of readings predicted without the block that they belong to, in standard deviations of the noise.
+
+    Attributes:
+        before, after: without and with laws, shape (M,).
+        blocks: of every reading, shape (M,).
+    """
+
+    before: FloatArray
+    after: FloatArray
+    blocks: IntArray
+
+    @property
+    def rms_before(self) -> float:
+        """RMS without laws."""
+        return float(np.sqrt((self.before**2).mean()))
+
+    @property
+    def rms_after(self) -> float:
+        """RMS with laws."""
+        return float(np.sqrt((self.after**2).mean()))
+
+    @property
+    def p_value(self) -> float:
+        """That the mean gain of a block is no gain (paired t test, one-sided)."""
+        gains = self._gains
+        scatter = float(gains.std(ddof=1)) / np.sqrt(len(gains)) if len(gains) > 1 else float("inf")
+        if scatter == 0.0:
+            return 0.0 if gains.mean() > 0.0 else 1.0
+        return float(t_distribution.sf(float(gains.mean()) / scatter, max(len(gains) - 1, 1)))
+
+    @property
+    def better(self) -> float:
+        """Share of the blocks with a visible change that are predicted better; 0 where there is none."""
+        visible = self._gains[np.abs(self._gains) > _VISIBLE]
+        return float((visible > 0.0).mean()) if visible.size else 0.0
+
+    @property
+    def doubt(self) -> str:
+        """Why the base model predicts instead; empty where laws may."""
+        left = max(self.rms_after**2 - 1.0, 0.0) / max(self.rms_before**2 - 1.0, 1e-9)
+        if left > REMAINS:
+            return f"they leave {100.0 * left:.0f} % of the excess of left-out rows"
+        if self.better < MOSTLY:
+            return f"only {100.0 * self.better:.0f} % of the blocks that were left out are predicted better"
+        if self.p_value > LEVEL:
+            return f"the gain does not stand out of its scatter over blocks that were left out (p = {self.p_value:.2g})"
+        return ""
+
+    @property
+    def _gains(self) -> FloatArray:
+        """Falls of the mean square error by block."""
+        falls = self.before**2 - self.after**2
+        return np.array([falls[self.blocks == block].mean() for block in np.unique(self.blocks)])

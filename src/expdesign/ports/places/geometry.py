@@ -1,0 +1,32 @@
+"""Geometry that is not as the robot file says."""
+
+from collections.abc import Iterator, Sequence
+
+import casadi as ca
+
+from expdesign.chain.component import GEOMETRY, Component
+from expdesign.ports.port import Channel, Entry, Port
+from expdesign.ports.quantities import Quantity
+from expdesign.ports.sight import Sight
+
+
+class Geometry(Port):
+    """u: what is added to the geometric parameters of a parallel robot (coordinates of its joints, m)."""
+
+    name = "geometry"
+
+    def components_of_motion(self) -> int:
+        return int(getattr(self.robot, "geometry", ca.DM(0, 1)).shape[0])
+
+    def geometry(self, geometry: ca.SX, extra: ca.SX) -> ca.SX:
+        return geometry + extra
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return (GEOMETRY,)
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        always = Quantity("clock")
+        channels = tuple(Channel(a, a, (always,)) for a in range(self.width))
+        if channels:
+            yield Entry(self.name, GEOMETRY, "geometry", channels, "constant", (1.0,), 1)

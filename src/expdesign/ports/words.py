@@ -1,0 +1,124 @@
+"""Laws in words that a technician understands: what kind, on what it depends, and what usually behaves like that."""
+
+from expdesign.ports.quantities import Quantity
+from expdesign.robots.robot import Robot
+
+FORMS = {
+    "compliance": "yields more or less, depending on",
+    "force law": "does not yield in proportion: its deflection follows a curve of",
+    "step at zero": "jumps where the sign changes of",
+    "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
+    "latch": "gives way and stays there until it is pushed back; it remembers",
+    "creep": "goes on moving under a load that stays; it remembers",
+    "periodic": "has an error that repeats with",
+    "offset": "is displaced, whatever the load, depending on",
+    "field": "is acted on by a force that nothing in the recordings states, depending on",
+    "contact": "is pushed by something that it touches, depending on",
+    "load": "carries another load than stated, depending on",
+    "scale": "shows deflections too large, too small or turned, depending on",
+    "reading law": "does not read in proportion; its error depends on",
+    "drift": "drifts with",
+    "geometry": "is not as the robot file says",
+    "twist": "tilts or shifts, depending on",
+}
+_USUAL = {
+    "compliance": "a guide, a bearing or a spindle that is worn, clamped or free in part of its travel does that",
+    "force law": "play, preload, rubber, contact and opening joints do that",
+    "step at zero": "play and stick-slip do that",
+    "friction": "guides, seals and clamped joints do that",
+    "latch": "a clamp or a mount that slips does that",
+    "creep": "plastics, rubber, adhesive and grease do that",
+    "periodic": "screws, gears and encoders do that",
+    "offset": "a scale that is off, or heat, does that",
+    "field": "cables, hoses, springs, magnets and stops beside the machine do that",
+    "contact": "stops, collisions and tight cables do that",
+    "load": "a wrong mass or centre of mass, and loads that shift or spill, do that",
+    "scale": "optics, calibration and mounting of the instrument do that",
+    "reading law": "the scale or the electronics of the instrument do that",
+    "drift": "heat and settling feet do that",
+    "geometry": "joints that are not where the drawing has them do that",
+    "twist": "bearings, guides and flanges do that",
+}
+_UNITS = {"effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "warming": "K"}
+
+
+def quantity_name(quantity: Quantity, robot: Robot) -> str:
+    """A quantity as people speak of it, with the actuator, axis or coordinate."""
+    count = len(robot.stiffness)
+    kind, index = quantity.kind, quantity.index
+    if kind in ("effort", "effort_sign", "stop", "lag"):
+        what = f"the force in {robot.actuators[index]}" if index < count else robot.coordinates.wrench[index - count]
+        prefix = {"effort_sign": "the sign of ", "stop": "the history of ", "lag": "the history of "}
+        return prefix.get(kind, "") + what
+    names = {
+        "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
+        "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
+        "length": f"the length of {robot.actuators[index]}" if index < count else "length",
+        "pose": robot.configuration[index % max(len(robot.configuration), 1)],
+        "position": f"the place of P along {'xyz'[index % 3]}",
+        "distance": "the distance from (" + ", ".join(f"{v:.3g}" for v in quantity.setting) + ") m",
+        "clock": "the time since the first row",
+        "elapsed": "the time since the series' first row",
+        "warming": "the warming",
+        "deflection": f"the deflection along {robot.coordinates.deflection[index % robot.coordinates.n]}",
+        "carried": f"{robot.coordinates.wrench[index % robot.coordinates.n]} along the platform's axes",
+        "latched": "the direction of the last force that was large enough",
+        "own_gravity": f"gravity along the platform's {'xyz'[index % 3]}",
+    }
+    return names.get(kind, kind)
+
+
+def depends_on(quantities: tuple[Quantity, ...], robot: Robot) -> list[str]:
+    """Names of what a law depends on, each once."""
+    return list(dict.fromkeys(quantity_name(q, robot) for q in quantities))
+
+
+def identifier(quantity: Quantity, robot: Robot) -> str:
+    """A quantity as files name it (file-formats.md, diagnosis.json), e.g. `length`; of whose, the component says."""
+    count, kind, index = len(robot.stiffness), quantity.kind, quantity.index
+    wrench = robot.coordinates.wrench
+    if kind in ("effort", "effort_sign", "stop", "lag"):
+        ending = {"effort_sign": "_sign", "stop": "_history", "lag": "_history"}.get(kind, "")
+        own = "moment" if index < count and robot.units[index] == "rad" else "force"
+        return (own if index < count else wrench[(index - count) % len(wrench)]) + ending
+    names = {
+        "joint_moment": f"moment_{'xyz'[index % 3]}",
+        "ground": f"{wrench[index % len(wrench)]}_about_O",
+        "length": "angle" if index < count and robot.units[index] == "rad" else "length",
+        "pose": robot.configuration[index % max(len(robot.configuration), 1)],
+        "position": f"position_{'xyz'[index % 3]}",
+        "clock": "time",
+        "elapsed": "time_in_series",
+        "warming": "temperature_change",
+        "deflection": f"deflection_{robot.coordinates.deflection[index % robot.coordinates.n]}",
+        "carried": f"{wrench[index % len(wrench)]}_along_platform",
+        "latched": "force_history",
+        "own_gravity": f"gravity_{'xyz'[index % 3]}",
+    }
+    return names.get(kind, kind)
+
+
+def columns(quantities: tuple[Quantity, ...], robot: Robot) -> tuple[str, ...]:
+    """Columns of a curve's table, with units: `length_m`; what has one name is numbered."""
+    names = [identifier(q, robot) for q in quantities]
+    units = [unit_of(q, robot).replace("·", "") for q in quantities]
+    found = []
+    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+        number = f"_{names[: i + 1].count(name)}" if names.count(name) > 1 else ""
+        found.append(name + number + (f"_{unit}" if unit else ""))
+    return tuple(found)
+
+
+def unit_of(quantity: Quantity, robot: Robot) -> str:
+    """SI unit of a quantity."""
+    if quantity.kind in ("stop", "lag", "effort"):
+        first = quantity.index - len(robot.stiffness)
+        return "N·m" if first >= len(robot.gravity) else "N"
+    if quantity.kind in ("pose", "deflection"):
+        return "m" if quantity.index < len(robot.gravity) else "rad"
+    return _UNITS.get(quantity.kind, "")
+
+
+def usually(form: str) -> str:
+    """What usually behaves like that."""
+    return _USUAL.get(form, "")

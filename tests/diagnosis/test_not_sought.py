@@ -1,0 +1,48 @@
+"""Recordings that cannot show a law say so in one sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+from tests.cases import robot
+from tests.ports.machines import BIPOD, recordings_of, softened
+
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.not_sought import not_sought
+from expdesign.diagnosis.sample import Sample
+from expdesign.identification.fit import Data
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+
+
+def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
+    assert recordings.deviations is not None
+    data = Data(
+        recordings,
+        row_data(recordings, robot(BIPOD)),
+        Whitening(recordings.deviations, recordings.series, shared_reference=False),
+    )
+    counts = np.ones(len(recordings), dtype=bool)
+    if rows is not None:
+        counts[rows:] = False
+    return Sample.of(data, counts)
+
+
+def test_too_few_rows_are_the_only_thing_that_is_said() -> None:
+    (sentence,) = not_sought(_sample(recordings_of(softened()), rows=7))
+    assert "7 rows" in sentence
+    assert "12" in sentence
+
+
+def test_missing_times_and_loads_that_never_change_are_said() -> None:
+    recordings = recordings_of(softened())
+    still = replace(recordings, time=None, wrenches=np.ones_like(recordings.wrenches))
+    text = " ".join(not_sought(_sample(still)))
+    assert "`time_s`" in text
+    assert "same load" in text
+    assert "one pose" not in text
+
+
+def test_recordings_that_show_everything_say_nothing_of_place_and_force() -> None:
+    text = " ".join(not_sought(_sample(recordings_of(softened()))))
+    assert "place" not in text
+    assert "force" not in text

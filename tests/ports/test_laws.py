@@ -1,0 +1,119 @@
+"""Physics that no list holds: located, drawn, predicted with, and absent where there is none."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import yaml
+from tests.cases import robot
+from tests.ports.machines import BIPOD, lengths_of_leg_1, recordings_of, softened
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.law_findings import LawFinding
+from expdesign.diagnosis.library import library
+from expdesign.diagnosis.record import diagnosis_record
+from expdesign.errors import InputError
+from expdesign.ports.law import Law, form_data, form_of
+
+
+@cache
+def found(seed: int = 0) -> Diagnosis:
+    return diagnose(robot(BIPOD), recordings_of(softened(), seed=seed))
+
+
+def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
+    result = found()
+    assert result.verdict == "modelled"
+    (finding, *_) = result.findings
+    assert isinstance(finding, LawFinding)
+    assert (finding.physics, finding.component, finding.variant) == ("law", "leg 1", "compliance")
+    assert finding.depends_on == ("length",)
+    assert finding.columns == ("length_m",)
+    assert finding.probability > 0.6
+    assert "softer" in finding.sentence
+    record = diagnosis_record(result, None)
+    assert record["location"]["component"] == "leg 1"
+    assert record["location"]["candidates"][0]["component"] == "leg 1"
+    assert record["effects"][0]["curve"] == "law-1.csv"
+    assert result.errors.test_after < 0.3 * result.errors.test_before
+
+
+def test_the_band_covers_the_true_compliance() -> None:
+    """Of five experiments together, at least 85 % of the points of the curve have the truth within the 95 % band."""
+    middle, spread = lengths_of_leg_1()
+    inside = []
+    for seed in range(5):
+        finding = found(seed).findings[0]
+        assert isinstance(finding, LawFinding)
+        curve = finding.curve
+        assert curve is not None
+        truth = 1.0 + 0.4 * np.exp(-0.5 * ((curve.inputs[:, 0] - middle) / (0.7 * spread)) ** 2)
+        truth *= robot(BIPOD).compliance[0]
+        chosen = np.array(curve.output) == "leg 1"
+        inside.append(((curve.low < truth) & (truth < curve.high))[chosen])
+    assert np.concatenate(inside).mean() > 0.85
+
+
+def test_consistent_recordings_have_no_law() -> None:
+    result = diagnose(robot(BIPOD), recordings_of(None))
+    assert result.verdict == "consistent"
+    assert result.laws is None
+
+
+def test_beyond_the_range_of_its_inputs_a_law_fades_and_says_so() -> None:
+    result = found()
+    chain, values = result.handed.fit.chain, result.handed.fit.values
+    (law,) = (effect for effect in chain.effects if isinstance(effect, Law))
+    rows = row_data(result.recordings, result.robot)
+    base = Chain(result.robot)
+    far = rows.values.copy()
+    where = [i for i, name in enumerate(_names(chain)) if name == "lengths"]
+    far[:, where] += 10.0 * (law.form.high[0, 0] - law.form.low[0, 0])
+    moved = type(rows)(far, rows.series, rows.position)
+    np.testing.assert_allclose(
+        chain.predict(moved, values), base.predict(moved, values[: base.base]), rtol=0.0, atol=1e-12
+    )
+    inside = chain.predict_with_sensitivities(rows, values)[1]
+    outside = chain.predict_with_sensitivities(moved, values)[1]
+    covariance = result.handed.fit.covariance
+    spread = [np.sqrt(np.einsum("nkp,pq,nkq->nk", s, covariance, s)).mean() for s in (inside, outside)]
+    assert spread[1] > 3.0 * spread[0]
+
+
+def _names(chain: Chain) -> list[str]:
+    """Name of every number of a row, in the order of `Row.flat`."""
+    row = chain.row_symbols()
+    return [name for name, value in vars(row).items() for _ in range(value.numel())]
+
+
+def test_a_law_written_as_data_predicts_the_same_number_for_number() -> None:
+    result = found()
+    fitted = result.handed.fit
+    effects = []
+    for effect in fitted.chain.effects:
+        assert isinstance(effect, Law)
+        data = yaml.safe_load(yaml.safe_dump(form_data(effect.form)))
+        effects.append(Law(result.robot, form_of(data, effect.component), effect.variant.number))
+    chain = Chain(result.robot, tuple(effects))
+    assert [p.name for p in chain.parameters] == [p.name for p in fitted.chain.parameters]
+    rows = row_data(result.recordings, result.robot)
+    np.testing.assert_array_equal(chain.predict(rows, fitted.values), fitted.chain.predict(rows, fitted.values))
+
+
+def test_physics_that_is_left_out_of_the_library_is_not_named() -> None:
+    """A leg of another stiffness at another length, without the entry that says so, is a law at that leg."""
+    robot_, recordings = robot(BIPOD), recordings_of(softened())
+    known = {effect.physics for effect in library(robot_, recordings)}
+    without = frozenset({"leg_backlash"})
+    assert "leg_backlash" in known
+    assert {effect.physics for effect in library(robot_, recordings, without=without)} == known - without
+    result = diagnose(robot_, recordings, without=frozenset(known))
+    assert result.verdict == "modelled"
+    assert {finding.physics for finding in result.findings} == {"law"}
+
+
+def test_physics_that_nobody_knows_cannot_be_left_out() -> None:
+    with pytest.raises(InputError, match="no physics is called `leg_backlsh`"):
+        diagnose(robot(BIPOD), recordings_of(None), without=frozenset({"leg_backlsh"}))
