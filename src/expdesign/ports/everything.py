@@ -25,6 +25,8 @@ GONE = 0.02
 _LEAST = 1e-3
 _ROUNDS, _FIXED = 12, 30
 _SETTLED = 1e-3
+_HELD = 20
+"""Times that parameters are held at their bounds."""
 
 _ABSENT = 1e-8
 """Factor on the deviations of what is left out."""
@@ -125,8 +127,8 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
                 noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
             if np.abs(np.log(factors / before)).max() < _SETTLED:
                 break
-        target = np.clip(priors.mean + step, priors.low, priors.high)
         precision = _precision(priors, factors, noise)
+        target = priors.mean + _bounded(gram + np.diag(precision), right, priors)
         cost = _cost(residuals, values, priors, precision)
         share, moved = 1.0, False
         while share > 1e-3:
@@ -186,6 +188,26 @@ def chosen_groups(
         priors = current
         found = everything(linearised, priors, state.values)
     return found, priors
+
+
+def _bounded(matrix: FloatArray, right: FloatArray, priors: Priors) -> FloatArray:
+    """Solution of matrix·z = right within the bounds: what leaves them is held there, and the rest is solved again.
+
+    To clip a solution instead would leave the others where they made up for what is clipped.
+    """
+    low, high = priors.low - priors.mean, priors.high - priors.mean
+    regular = _regular(matrix)
+    solution: FloatArray = np.linalg.solve(regular, right)
+    free = np.ones(len(right), dtype=bool)
+    for _ in range(_HELD):
+        beyond = free & ((solution < low) | (solution > high))
+        if not beyond.any():
+            break
+        free &= ~beyond
+        solution[beyond] = np.clip(solution[beyond], low[beyond], high[beyond])
+        rest = right[free] - regular[np.ix_(free, ~free)] @ solution[~free]
+        solution[free] = np.linalg.solve(regular[np.ix_(free, free)], rest)
+    return np.clip(solution, low, high)
 
 
 def without_group(priors: Priors, group: int) -> Priors:
