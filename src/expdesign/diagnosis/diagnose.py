@@ -17,12 +17,21 @@ from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import Laws, laws_beside
-from expdesign.diagnosis.library import candidates, library
+from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
+from expdesign.diagnosis.many import Many
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.together import (
+    LAWS,
+    Method,
+    errors_together,
+    group_findings,
+    together,
+    verdict_together,
+)
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
@@ -52,6 +61,7 @@ class Diagnosis:
         errors: of the model handed on, on fitted and held-out rows.
         search: everything that was considered.
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
+        method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
     """
 
@@ -69,12 +79,26 @@ class Diagnosis:
     errors: HeldOut
     search: Search
     laws: Laws | None
+    method: Method
     caveats: tuple[str, ...] = ()
 
     @property
     def rival(self) -> Model | None:
         """A model with other physics that explains the recordings as well, where there is one."""
         return next((finding.rival for finding in self.findings if finding.rival is not None), None)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """What is known before effects are sought."""
+
+    robot: Robot
+    recordings: Recordings
+    noise: NoiseLevel
+    base: Fit
+    search: Search
+    entries: list[Candidate]
+    method: Method
 
 
 def diagnose(
@@ -107,6 +131,12 @@ def diagnose(
     report("preparing the library")
     entries = candidates(library(robot, recordings), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
+    many, method = together(robot, sample, base, entries, report)
+    search.log.add_text("method", f"{method.name}: {method.reason}")
+    if many is not None:
+        errors = errors_together(many, base, sample, judged)
+        if errors.test_after < errors.test_before:
+            return _of_all(_Frame(robot, recordings, noise, base, search, entries, method), many, errors)
     model = _sought(search, sample, robot)
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
@@ -150,9 +180,39 @@ def diagnose(
         errors=errors,
         search=search,
         laws=None,
+        method=method,
         caveats=caveats(sample, model, spread, errors),
     )
     return _with_laws(result, judged, report) if verdict == "unexplained" else result
+
+
+def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
+    """The diagnosis with all effects at once."""
+    search, base, sample = known.search, known.base, known.search.sample
+    aside = np.zeros(len(sample.counts), dtype=bool)
+    model = Model((), aside, many.fit, float("nan"))
+    verdict = verdict_together(errors)
+    spread = dispersion(many.fit.residuals, sample)
+    variance = 1.0 if known.noise.known else many.noise**2
+    search.log.add_text("verdict", f"{len(many.groups)} groups of effects; verdict {verdict}")
+    return Diagnosis(
+        robot=known.robot,
+        recordings=known.recordings,
+        noise=known.noise,
+        base=base,
+        model=model,
+        handed=model,
+        verdict=verdict,
+        p_before=_p_value((base.chi2, _dof(base, sample)), known.noise),
+        p_after=_p_value((many.fit.chi2, _dof(many.fit, sample)), known.noise),
+        location=locate(base, sample, known.robot, known.entries, variance),
+        findings=group_findings(many),
+        errors=errors,
+        search=search,
+        laws=None,
+        method=known.method,
+        caveats=caveats(sample, model, spread, errors),
+    )
 
 
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
@@ -174,6 +234,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
             handed=model,
             errors=errors,
             findings=law_findings(laws, result.robot, 1.0),
+            method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
             p_after=laws.p_value if result.noise.known else float("nan"),
             verdict=verdict_with(laws, errors),
         )
