@@ -18,7 +18,6 @@ from expdesign.ports.dictionary import Dictionary
 from expdesign.ports.everything import Everything, Priors, chosen_groups, few_suffice
 from expdesign.ports.found import law_of
 from expdesign.ports.law import Law
-from expdesign.ports.port import Entry
 from expdesign.robots.robot import Robot
 
 _ANGLE, _LENGTH = 0.006, 0.0015
@@ -92,29 +91,29 @@ def many_effects(library: list[Candidate]) -> tuple[Effect, ...]:
 
 
 def many_laws(robot: Robot, sample: Sample, base: Fit) -> tuple[Law, ...]:
-    """Smooth laws of every port of a joint, of low rank: of where it stands, and of the moments that it carries there.
+    """Smooth laws of every port of a joint, of low rank.
 
-    Compliances that change with the place are those of sliding joints, whose guides overlap more or less; with a turn
-    of a revolute joint repeats what its bearing does.
+    Of sliding joints, whose guides overlap more or less: compliances and motions that change with the place as smoothly
+    as the dictionary has them, and motions that follow the moments that the guides carry, with kinks where these change
+    sides (Wiener processes). Of revolute joints: what repeats with every turn.
     """
     dictionary = Dictionary(robot, measured_of(sample, known_noise=False), base.values, only=("joints",))
+    entries = [(atom, atom.entry) for atom in dictionary.atoms if atom.entry is not None]
+    entries = [(atom, e) for atom, e in entries if not e.component.several and len(e.inputs) == 1]
+    turning = {entry.component for _, entry in entries if entry.kernel == "periodic"}
+    widest: dict[Component, float] = {}
+    for _, entry in entries:
+        if entry.kernel == "squared_exponential" and entry.inputs[0].kind == "length":
+            widest[entry.component] = max(widest.get(entry.component, 0.0), entry.scales[0])
     found: list[Law] = []
-    for atom in dictionary.atoms:
-        entry = atom.entry
-        assert entry is not None
-        if entry.component.several or len(entry.inputs) > 1 or entry.inputs[0].kind != "length":
-            continue
-        slides = not any(e.kernel == "periodic" and e.component == entry.component for e in _entries(dictionary))
-        spread = dictionary.sight.spread(entry.inputs[0])
-        smooth = entry.kernel == "squared_exponential" and np.isclose(entry.scales[0], spread)
-        if (slides and smooth and entry.form in ("twist", "compliance")) or entry.kernel == "periodic":
+    for atom, entry in entries:
+        seen = entry.inputs[0].kind
+        smooth = entry.kernel == "squared_exponential" and entry.scales[0] == widest.get(entry.component)
+        slides = (smooth and seen == "length") or (entry.kernel == "wiener" and seen == "joint_moment")
+        if slides if entry.component not in turning else entry.kernel == "periodic":
             zero = np.zeros(atom.directions.shape[1])
             found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     return tuple(found)
-
-
-def _entries(dictionary: Dictionary) -> list[Entry]:
-    return [atom.entry for atom in dictionary.atoms if atom.entry is not None]
 
 
 def start_with_everything(
@@ -188,7 +187,8 @@ def _group_name(chain: Chain, index: int) -> str:
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         if part.start <= index < part.stop:
             if isinstance(effect, Law):
-                return f"{effect.component}, {effect.form.kind} over its own place"
+                seen = "place" if effect.form.depends_on[0].kind == "length" else "moments"
+                return f"{effect.component}, {effect.form.kind} of its {seen}"
             parameter = effect.parameters[index - part.start]
             kind = "angles" if parameter.name.endswith("_rad") else "lengths"
             return f"{effect.physics.replace('_', ' ')}" + (f", {kind}" if np.isfinite(parameter.spread) else "")
