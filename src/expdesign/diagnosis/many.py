@@ -24,6 +24,8 @@ _ANGLE, _LENGTH = 0.006, 0.0015
 """rad, m; how well joints are zeroed and links are made, where an effect says what is known of it beforehand."""
 _EXTRAPOLATED = ("thermal_drift", "joint_backlash", "leg_nonlinear_stiffness")
 """Physics that a block of time that was left out would be extrapolated with, or that is not linear enough."""
+_SERIES = 5
+"""Series from which the machine may have settled between them, and from which they are left out as wholes."""
 _APART = 1.96
 """Standard deviations beyond which a member is told from what is known beforehand."""
 
@@ -125,16 +127,18 @@ def start_with_everything(
     kept = np.repeat(sample.counts, len(sample.recordings.axes))
     blocks = _blocks(sample, kept)
     start = np.concatenate([base.values, *(effect.neutral() for effect in effects)])
-    linearised = _linearised(chain, sample, kept)
-    priors, _ = _priors(chain, base, linearised(start)[1])
+    settling = _settling(chain, sample, kept)
+    start = np.concatenate([start, np.zeros(settling.count)])
+    linearised = _linearised(chain, sample, kept, settling)
+    priors = _priors(chain, base, linearised(start)[1])
     found, priors = chosen_groups(linearised, priors, start, blocks)
     there = tuple(e for e, part in zip(chain.effects, chain.slices, strict=True) if (priors.group[part] >= 0).any())
     if there and len(there) < len(effects):
-        start = _restricted(found.values, chain, there)
+        start = np.concatenate([_restricted(found.values, chain, there), found.values[len(chain.parameters) :]])
         chain = Chain(robot, there, reading=sample.reading)
-        linearised = _linearised(chain, sample, kept)
-        neutral = np.concatenate([base.values, *(effect.neutral() for effect in there)])
-        priors, _ = _priors(chain, base, linearised(neutral)[1])
+        linearised = _linearised(chain, sample, kept, settling)
+        neutral = np.concatenate([base.values, *(effect.neutral() for effect in there), np.zeros(settling.count)])
+        priors = _priors(chain, base, linearised(neutral)[1])
         found, priors = chosen_groups(linearised, priors, start, blocks)
     after = float(np.sqrt((found.left_out(blocks, priors) ** 2).mean()))
     alone = _alone(base, kept)
@@ -160,6 +164,8 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
     groups = []
     for index in np.unique(priors.group[priors.group >= 0]):
         own = np.flatnonzero(priors.group == index)
+        if own[0] >= len(chain.parameters):
+            continue
         moved = found.slopes[:, own] @ (found.values - priors.mean)[own]
         away = np.abs(found.values - priors.mean)[own] > _APART * deviations[own]
         physics = kinds[own[0]][0]
@@ -195,15 +201,55 @@ def _group_name(chain: Chain, index: int) -> str:
     raise IndexError(index)
 
 
-def _linearised(chain: Chain, sample: Sample, kept: BoolArray) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+@dataclass(frozen=True)
+class _Settling:
+    """Motion of the whole machine against the instrument from one series to the next, besides all effects.
+
+    It predicts nothing, but without it whatever moves whole series would be laid to effects that happen to differ
+    between them. Its parameters come after those of the chain, per series as many as the instrument's pose has.
+
+    Attributes:
+        pose: indices of the instrument's pose among the parameters of the chain.
+        inside: rows of readings of every series, shape (K, M).
+    """
+
+    pose: IntArray
+    inside: BoolArray
+
+    @property
+    def count(self) -> int:
+        return len(self.pose) * len(self.inside)
+
+    def directions(self, slopes: FloatArray) -> FloatArray:
+        """Shape (M, count)."""
+        return np.hstack([slopes[:, self.pose] * own[:, None] for own in self.inside] or [slopes[:, :0]])
+
+
+def _settling(chain: Chain, sample: Sample, kept: BoolArray) -> _Settling:
+    names = [parameter.name for parameter in chain.parameters[: chain.base]]
+    pose = np.array([i for i, name in enumerate(names) if name.startswith("instrument ")], dtype=np.int64)
+    series = np.repeat(sample.rows.series, len(sample.recordings.axes))[kept]
+    numbers = np.unique(series)
+    if len(numbers) < _SERIES:
+        numbers = numbers[:0]
+    return _Settling(pose, series == numbers[:, None])
+
+
+def _linearised(
+    chain: Chain, sample: Sample, kept: BoolArray, settling: _Settling
+) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+    count = len(chain.parameters)
+
     def of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        residuals, slopes = sample.residuals_with_sensitivities(chain, values)
-        return residuals.ravel()[kept], slopes.reshape(-1, slopes.shape[-1])[kept]
+        residuals, slopes = sample.residuals_with_sensitivities(chain, values[:count])
+        own = slopes.reshape(-1, slopes.shape[-1])[kept]
+        moved = settling.directions(own)
+        return residuals.ravel()[kept] - moved @ values[count:], np.hstack([own, moved])
 
     return of
 
 
-def _priors(chain: Chain, base: Fit, slopes: FloatArray) -> tuple[Priors, list[str]]:
+def _priors(chain: Chain, base: Fit, slopes: FloatArray) -> Priors:
     """Deviations of physical size: what an effect says of itself, else what would show as much as all that shows."""
     knowledge = chain.knowledge()
     count = len(chain.parameters)
@@ -233,7 +279,16 @@ def _priors(chain: Chain, base: Fit, slopes: FloatArray) -> tuple[Priors, list[s
                 # What does not show at all stays where it is.
                 deviation[index] = misfit / shows[index] if shows[index] > 0.0 else parameter.scale
     low, high = chain.bounds()
-    return Priors(mean, deviation, group, low, high), names
+    more = slopes.shape[1] - count
+    free = np.full(more, np.inf)
+    settling = misfit / np.maximum(shows[count:], 1e-9 * shows.max())
+    return Priors(
+        np.concatenate([mean, np.zeros(more)]),
+        np.concatenate([deviation, settling]),
+        np.concatenate([group, np.full(more, len(names))]),
+        np.concatenate([low, -free]),
+        np.concatenate([high, free]),
+    )
 
 
 def _alone(base: Fit, kept: BoolArray) -> Everything:
@@ -253,16 +308,16 @@ def _without(base: Fit) -> Priors:
 def _blocks(sample: Sample, kept: BoolArray) -> IntArray:
     """Stations or blocks of time that are left out together, of every reading that counts."""
     series = sample.rows.series
-    several = len(np.unique(series[sample.counts])) >= 5
+    several = len(np.unique(series[sample.counts])) >= _SERIES
     blocks = series if several else folds_of(sample)
     return np.repeat(blocks, len(sample.recordings.axes))[kept]
 
 
 def _as_fit(chain: Chain, sample: Sample, found: Everything) -> Fit:
-    residuals, slopes = sample.residuals_with_sensitivities(chain, found.values)
+    count = len(chain.parameters)
+    values, covariance = found.values[:count], found.covariance[:count, :count]
+    residuals, slopes = sample.residuals_with_sensitivities(chain, values)
     rank = round(float(found.determined.sum())) + chain.base
-    determined = np.ones(len(found.values), dtype=bool)
+    determined = np.ones(count, dtype=bool)
     chi2 = float((residuals**2).sum())
-    return Fit(
-        chain, found.values, found.covariance, determined, residuals, slopes, chi2, max(sample.readings - rank, 1), rank
-    )
+    return Fit(chain, values, covariance, determined, residuals, slopes, chi2, max(sample.readings - rank, 1), rank)

@@ -25,7 +25,7 @@ from expdesign.robots.robot import Robot
 ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
 """Ways of working, as `method` says them."""
 
-_FEWEST = 100
+_FEWEST = 60
 """Rows that fewer parameters than effects of all places cannot be learnt from."""
 _EXCESS = 2.0
 """RMS of what the base model leaves, in standard deviations, below which little can be told of many effects."""
