@@ -224,10 +224,11 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
         return result
     laws = found.laws
     changed = replace(result, laws=laws)
-    if found.wins:
+    errors = held_out(base, laws.fit, search.sample, judged, found.aside) if found.wins else result.errors
+    # Rows that were held out do not choose among laws, but none is predicted with that they refute.
+    if found.wins and errors.test_after <= errors.test_before:
         named = tuple(part.named for part in laws.parts if part.named is not None)
         model = Model(named, found.aside, laws.fit, float("nan"))
-        errors = held_out(base, laws.fit, search.sample, judged, found.aside)
         changed = replace(
             changed,
             model=model,
