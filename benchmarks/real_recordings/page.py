@@ -26,6 +26,7 @@ def page(case: Case, identified: Identification, result: Diagnosis, others: list
         "## Result",
         "",
         f"- Verdict: **{result.verdict}**.",
+        f"- Way of working: {result.method.name}; {result.method.reason}.",
         f"- Held-out rows ({errors.how}): {errors.test_before:.3g} standard deviations RMS with the base model, "
         f"**{errors.test_after:.3g}** with the physics below; fitted rows {errors.train_before:.3g} and "
         f"{errors.train_after:.3g}. 1 is the noise as the recordings state it.",

@@ -17,13 +17,22 @@ from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import Laws, laws_beside
-from expdesign.diagnosis.library import OUTLIER, candidates, library
+from expdesign.diagnosis.library import OUTLIER, Candidate, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
+from expdesign.diagnosis.many import Many
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.together import (
+    LAWS,
+    Method,
+    errors_together,
+    group_findings,
+    together,
+    verdict_together,
+)
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators, require_regular_rows
@@ -53,6 +62,7 @@ class Diagnosis:
         errors: of the model handed on, on fitted and held-out rows.
         search: everything that was considered.
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
+        method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
     """
 
@@ -70,12 +80,26 @@ class Diagnosis:
     errors: HeldOut
     search: Search
     laws: Laws | None
+    method: Method
     caveats: tuple[str, ...] = ()
 
     @property
     def rival(self) -> Model | None:
         """A model with other physics that explains the recordings as well, where there is one."""
         return next((finding.rival for finding in self.findings if finding.rival is not None), None)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """What is known before effects are sought."""
+
+    robot: Robot
+    recordings: Recordings
+    noise: NoiseLevel
+    base: Fit
+    search: Search
+    entries: list[Candidate]
+    method: Method
 
 
 def diagnose(
@@ -116,6 +140,12 @@ def diagnose(
     report("preparing the library")
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
+    many, method = together(robot, sample, base, entries, report)
+    search.log.add_text("method", f"{method.name}: {method.reason}")
+    if many is not None:
+        errors = errors_together(many, base, sample, judged)
+        if errors.test_after < errors.test_before:
+            return _of_all(_Frame(robot, recordings, noise, base, search, entries, method), many, errors)
     model = search.run(outliers=False) if OUTLIER in without else _sought(search, sample, robot)
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
@@ -159,9 +189,39 @@ def diagnose(
         errors=errors,
         search=search,
         laws=None,
+        method=method,
         caveats=caveats(sample, model, spread, errors),
     )
     return _with_laws(result, judged, report) if verdict == "unexplained" else result
+
+
+def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
+    """The diagnosis with all effects at once."""
+    search, base, sample = known.search, known.base, known.search.sample
+    aside = np.zeros(len(sample.counts), dtype=bool)
+    model = Model((), aside, many.fit, float("nan"))
+    verdict = verdict_together(errors)
+    spread = dispersion(many.fit.residuals, sample)
+    variance = 1.0 if known.noise.known else many.noise**2
+    search.log.add_text("verdict", f"{len(many.groups)} groups of effects; verdict {verdict}")
+    return Diagnosis(
+        robot=known.robot,
+        recordings=known.recordings,
+        noise=known.noise,
+        base=base,
+        model=model,
+        handed=model,
+        verdict=verdict,
+        p_before=_p_value((base.chi2, _dof(base, sample)), known.noise),
+        p_after=_p_value((many.fit.chi2, _dof(many.fit, sample)), known.noise),
+        location=locate(base, sample, known.robot, known.entries, variance),
+        findings=group_findings(many),
+        errors=errors,
+        search=search,
+        laws=None,
+        method=known.method,
+        caveats=caveats(sample, model, spread, errors),
+    )
 
 
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
@@ -174,16 +234,18 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
         return result
     laws = found.laws
     changed = replace(result, laws=laws)
-    if found.wins:
+    errors = held_out(base, laws.fit, search.sample, judged, found.aside) if found.wins else result.errors
+    # Rows that were held out do not choose among laws, but none is predicted with that they refute.
+    if found.wins and errors.test_after <= errors.test_before:
         named = tuple(part.named for part in laws.parts if part.named is not None)
         model = Model(named, found.aside, laws.fit, float("nan"))
-        errors = held_out(base, laws.fit, search.sample, judged, found.aside)
         changed = replace(
             changed,
             model=model,
             handed=model,
             errors=errors,
             findings=law_findings(laws, result.robot, 1.0),
+            method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
             p_after=laws.p_value if result.noise.known else float("nan"),
             verdict=verdict_with(laws, errors),
         )

@@ -20,6 +20,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
     readings = diagnosis.search.sample.readings
     return {
         "verdict": diagnosis.verdict,
+        "method": {"name": diagnosis.method.name, "reason": diagnosis.method.reason},
         "tests": {
             "chi2": base.chi2 if known else None,
             "dof": readings - base.rank,

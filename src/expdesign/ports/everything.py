@@ -12,7 +12,7 @@ held at `MOST`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +24,9 @@ GONE = 0.02
 """Factor below which a group is not there."""
 _LEAST = 1e-3
 _ROUNDS, _FIXED = 12, 30
-_SETTLED = 1e-3
+_SETTLED = 1e-2
+_HELD = 20
+"""Times that parameters are held at their bounds."""
 
 _ABSENT = 1e-8
 """Factor on the deviations of what is left out."""
@@ -123,10 +125,10 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
             if not known_noise:
                 left = readings - slopes @ step
                 noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
-            if np.abs(np.log(factors / before)).max() < _SETTLED:
+            if np.abs(np.log(np.maximum(factors, GONE) / np.maximum(before, GONE))).max(initial=0.0) < _SETTLED:
                 break
-        target = np.clip(priors.mean + step, priors.low, priors.high)
         precision = _precision(priors, factors, noise)
+        target = priors.mean + _bounded(gram + np.diag(precision), right, priors)
         cost = _cost(residuals, values, priors, precision)
         share, moved = 1.0, False
         while share > 1e-3:
@@ -148,11 +150,11 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
 def chosen_groups(
     linearised: Linearised, priors: Priors, start: FloatArray, blocks: IntArray, *, rounds: int = 2
 ) -> tuple[Everything, Priors]:
-    """Everything, less the groups without which blocks of rows that are left out are predicted better.
+    """Everything, less the groups that evidence switches off or without which left-out blocks are predicted better.
 
     Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
-    seen. Groups are left out one at a time on the linearised problem, the most harmful first, and the rest is fitted
-    again.
+    seen. Groups are left out one at a time on the linearised problem with the other factors as they are, the most
+    harmful first, and the rest is fitted again.
 
     Args:
         linearised: residuals and derivatives.
@@ -163,29 +165,82 @@ def chosen_groups(
     """
     found = everything(linearised, priors, start)
     for _ in range(rounds):
-        state, current = found, priors
-        error = _rms(state.left_out(blocks, current))
-
-        def fixed(values: FloatArray, at: Everything = found) -> tuple[FloatArray, FloatArray]:
-            return at.residuals - at.slopes @ (values - at.values), at.slopes
-
-        groups = set(np.unique(current.group[current.group >= 0]).tolist())
-        while len(groups) > 1:
+        current = priors
+        for group in np.unique(priors.group[priors.group >= 0]).tolist():
+            if found.factors[group] <= GONE:
+                current = without_group(current, group)
+        error = _rms(found.left_out(blocks, current))
+        while len(groups := np.unique(current.group[current.group >= 0])) > 1:
             trials = []
-            for group in groups:
+            for group in groups.tolist():
                 smaller = without_group(current, group)
-                trial = everything(fixed, smaller, state.values)
-                trials.append((_rms(trial.left_out(blocks, smaller)), group, smaller, trial))
+                trials.append((_rms(_again(found, smaller).left_out(blocks, smaller)), group, smaller))
             least = min(trials, key=lambda item: item[0])
             if least[0] * _BETTER > error:
                 break
-            error, group, current, state = least
-            groups.remove(group)
-        if len(groups) == len(np.unique(priors.group[priors.group >= 0])):
+            error, _, current = least
+        if (current.group == priors.group).all():
             break
+        gone = (priors.group >= 0) & (current.group < 0)
         priors = current
-        found = everything(linearised, priors, state.values)
+        found = everything(linearised, priors, np.where(gone, priors.mean, found.values))
     return found, priors
+
+
+def few_suffice(found: Everything, priors: Priors, blocks: IntArray, *, most: int = 2, within: float = 1.15) -> bool:
+    """Whether one or two groups alone predict left-out blocks nearly as well as all do together.
+
+    Then little is wrong with the machine, and to name it is the better way. Groups are added one at a time to the
+    linearised problem, each time the one with the least left-out error.
+    """
+    goal = within * max(_rms(found.left_out(blocks, priors)), found.noise)
+    current = priors
+    every = np.unique(priors.group[priors.group >= 0]).tolist()
+    for group in every:
+        current = without_group(current, group)
+    for _ in range(min(most, len(every))):
+        trials = []
+        for group in every:
+            own = priors.group == group
+            more = Priors(
+                priors.mean, np.where(own, priors.deviation, current.deviation), np.where(own, group, current.group),
+                priors.low, priors.high,
+            )  # fmt: skip
+            trials.append((_rms(_again(found, more).left_out(blocks, more)), group, more))
+        error, group, current = min(trials, key=lambda item: item[0])
+        every.remove(group)
+        if error <= goal:
+            return True
+    return False
+
+
+def _again(found: Everything, priors: Priors) -> Everything:
+    """The linearised problem solved with other groups, factors and noise as they are."""
+    precision = _precision(priors, found.factors, found.noise)
+    readings = found.residuals + found.slopes @ (found.values - priors.mean)
+    matrix = _regular(found.slopes.T @ found.slopes + np.diag(precision))
+    step = np.linalg.solve(matrix, found.slopes.T @ readings)
+    return replace(found, values=priors.mean + step, residuals=readings - found.slopes @ step)
+
+
+def _bounded(matrix: FloatArray, right: FloatArray, priors: Priors) -> FloatArray:
+    """Solution of matrix·z = right within the bounds: what leaves them is held there, and the rest is solved again.
+
+    To clip a solution instead would leave the others where they made up for what is clipped.
+    """
+    low, high = priors.low - priors.mean, priors.high - priors.mean
+    regular = _regular(matrix)
+    solution: FloatArray = np.linalg.solve(regular, right)
+    free = np.ones(len(right), dtype=bool)
+    for _ in range(_HELD):
+        beyond = free & ((solution < low) | (solution > high))
+        if not beyond.any():
+            break
+        free &= ~beyond
+        solution[beyond] = np.clip(solution[beyond], low[beyond], high[beyond])
+        rest = right[free] - regular[np.ix_(free, ~free)] @ solution[~free]
+        solution[free] = np.linalg.solve(regular[np.ix_(free, free)], rest)
+    return np.clip(solution, low, high)
 
 
 def without_group(priors: Priors, group: int) -> Priors:

@@ -82,6 +82,7 @@ def _conclusions(result: Diagnosis) -> list[str]:
             text += f" Confounded with it in these recordings: {others}."
         texts.append(text)
     if result.verdict != "consistent":
+        texts.append(f"Way of working: {result.method.name}, because {result.method.reason}.")
         axes = ", ".join(words.axis(name) for name in result.location.axes)
         texts.append(f"The mismatch shows in {axes}; it {_phrase(result.location.region)}.")
     errors = result.errors
