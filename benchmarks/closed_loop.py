@@ -33,8 +33,8 @@ from expdesign.files.output import output_folder, write_file
 from expdesign.files.table import Table, parse_table
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model
 from expdesign.identification.synthetic import load_errors
+from expdesign.models.model_file import Model
 from expdesign.recordings.reader import points_from_table, recordings_from_table
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.report.blocks import DataTable, Download, Figure, Section, Steps

@@ -27,9 +27,9 @@ from expdesign.design.search import search
 from expdesign.design.start import starting_designs
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
-from expdesign.identification.model_file import model_text
 from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
+from expdesign.models.model_file import model_text
 from expdesign.validation.comparison import Estimate, root_mean_square
 from expdesign.validation.compensation import ExactCompensation
 from expdesign.validation.repeated import Repeated, repeat

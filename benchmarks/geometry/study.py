@@ -29,7 +29,7 @@ from expdesign.compensation.prediction import predict
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.identification.identify import Identification, identify
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.recordings.reader import points_from_table
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.hexapod import Hexapod

@@ -62,7 +62,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.design.problem import DesignProblem as DesignProblem
     from expdesign.errors import ExpdesignError as ExpdesignError
     from expdesign.errors import InputError as InputError
-    from expdesign.identification.model_file import Model as Model
+    from expdesign.models.model_file import Model as Model
     from expdesign.recordings.recordings import Recordings as Recordings
 
 __version__ = "0.1.0"
@@ -85,7 +85,7 @@ _TYPES = {
     "Identified": "api.identify",
     "InputError": "errors",
     "LaboratorySheet": "api.sheet",
-    "Model": "identification.model_file",
+    "Model": "models.model_file",
     "MonteCarlo": "api.montecarlo",
     "PlannedNext": "api.plan_next",
     "Predicted": "api.predict",

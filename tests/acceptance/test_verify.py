@@ -19,7 +19,7 @@ from expdesign.acceptance.verification import AxisResult, Comparison, TargetResu
 from expdesign.api.inputs import table_of
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
-from expdesign.identification.model_file import model_text
+from expdesign.models.model_file import model_text
 
 
 def test_what_is_attained_is_what_is_predicted() -> None:

@@ -16,7 +16,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import read_table
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import Recordings
 
 API = [

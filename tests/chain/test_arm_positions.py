@@ -24,8 +24,8 @@ from expdesign.compensation.prediction import require_history
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.model_file import Model
 from expdesign.identification.whitening import Whitening
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.serial import SerialRobot
 

@@ -22,9 +22,9 @@ from expdesign.diagnosis.diagnose import diagnose
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.identification.fit import Data, fit
-from expdesign.identification.model_file import Model, model_from_document, model_text
 from expdesign.identification.noise_level import noise_from_replicates
 from expdesign.identification.whitening import Whitening
+from expdesign.models.model_file import Model, model_from_document, model_text
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.serial import SerialRobot
 

@@ -8,7 +8,7 @@ import pytest
 from tests.commands.calls import call, model_file, plan_file
 
 from expdesign.compensation.prediction import predict
-from expdesign.identification.model_file import read_model
+from expdesign.models.model_file import read_model
 from expdesign.recordings.reader import read_points
 
 

@@ -16,7 +16,7 @@ from expdesign.chain.row import row_data
 from expdesign.compensation.compensate import compensate
 from expdesign.compensation.prediction import moved
 from expdesign.errors import ConvergenceError, SingularConfigurationError
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.kinematic_tree import KinematicTree
 from expdesign.robots.serial import SerialRobot

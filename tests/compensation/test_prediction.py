@@ -11,9 +11,9 @@ from expdesign.chain.effect import Effect
 from expdesign.compensation.prediction import predict, require_history
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.estimable import Estimable
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model
+from expdesign.models.estimable import Estimable
+from expdesign.models.model_file import Model
 from expdesign.recordings.reader import points_from_table
 
 

@@ -17,11 +17,11 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import predict
 from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.estimable import Estimable
 from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model, model_text, read_model
 from expdesign.identification.whitening import Whitening
+from expdesign.models.estimable import Estimable
+from expdesign.models.model_file import Model, model_text, read_model
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.serial import SerialRobot
 

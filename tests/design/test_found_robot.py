@@ -21,8 +21,8 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.design.start import starting_designs
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, parse_yaml
-from expdesign.identification.effect_entry import effect_classes
-from expdesign.identification.model_file import Model, model_text
+from expdesign.models.effect_entry import effect_classes
+from expdesign.models.model_file import Model, model_text
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot_file import robot_from_document
 from expdesign.validation.repeated import repeat

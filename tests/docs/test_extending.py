@@ -24,9 +24,9 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.design.search import search
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.files.yaml_reader import parse_yaml
-from expdesign.identification.effect_entry import effect_classes
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import read_model
+from expdesign.models.effect_entry import effect_classes
+from expdesign.models.model_file import read_model
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
 from expdesign.robots.robot import Robot

@@ -13,9 +13,9 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.identification.effect_entry import effect_classes
 from expdesign.identification.identify import identify
-from expdesign.identification.model_file import Model, model_text, read_model
+from expdesign.models.effect_entry import effect_classes
+from expdesign.models.model_file import Model, model_text, read_model
 
 ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 

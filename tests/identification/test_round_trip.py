@@ -25,8 +25,8 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument, parse_yaml, read_yaml
-from expdesign.identification.effect_entry import EffectSection, effect_classes, effect_entry, effect_of
-from expdesign.identification.model_file import Model, model_text, read_model
+from expdesign.models.effect_entry import EffectSection, effect_classes, effect_entry, effect_of
+from expdesign.models.model_file import Model, model_text, read_model
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
@@ -183,7 +183,7 @@ def test_an_entry_that_may_be_several_effects_is_refused(tmp_path: Path, monkeyp
     class Twin(LegBacklash):
         identifier = "legs.twin"
 
-    monkeypatch.setattr("expdesign.identification.effect_entry.effect_classes", lambda: [LegBacklash, Twin])
+    monkeypatch.setattr("expdesign.models.effect_entry.effect_classes", lambda: [LegBacklash, Twin])
     robot, _ = case("hexapod")
     model = model_of("hexapod", LegBacklash.from_text(robot, "leg 3", "middle"))
     with pytest.raises(InputError, match=r"may be several effects: legs\.backlash, legs\.twin") as caught:

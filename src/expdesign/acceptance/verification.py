@@ -21,7 +21,7 @@ from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import chain_of
 from expdesign.design.coverage import Coverage
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.robots.robot import Robot
 
 SIGNIFICANCE = 0.01

@@ -16,7 +16,7 @@ from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
-from expdesign.identification.model_file import Model, model_from_document
+from expdesign.models.model_file import Model, model_from_document
 from expdesign.plausibility.finding import say
 from expdesign.plausibility.recordings import recordings_findings
 from expdesign.plausibility.robot import robot_findings

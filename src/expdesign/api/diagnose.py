@@ -18,10 +18,10 @@ from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
-from expdesign.identification.model_file import Model, model_text
 from expdesign.model_error.record import hidden_record, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.model_error.words import sentence
+from expdesign.models.model_file import Model, model_text
 from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"

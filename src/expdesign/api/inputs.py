@@ -15,7 +15,7 @@ from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table, read_table
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.files.yaml_units import with_si_numbers
-from expdesign.identification.model_file import Model, model_from_document, model_of_robot, read_model
+from expdesign.models.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.plausibility.finding import Finding, say
 from expdesign.plausibility.problem import pose_findings, problem_findings
 from expdesign.plausibility.robot import robot_findings

@@ -10,7 +10,7 @@ from expdesign.design.problem_file import problem_from_document
 from expdesign.errors import InputError
 from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.model_file import Model, model_from_document
+from expdesign.models.model_file import Model, model_from_document
 from expdesign.recordings.reader import read_recordings
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot_file import robot_from_document

@@ -21,7 +21,7 @@ from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.files.schema import nearest
 from expdesign.files.table import Table
 from expdesign.files.units import measured_column
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.robot import Robot
 

@@ -20,7 +20,7 @@ from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.report.page import Page
 
 SAME = 1e-6

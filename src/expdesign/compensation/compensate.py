@@ -22,7 +22,7 @@ from expdesign.chain.row import row_data
 from expdesign.compensation.joint_space import joint_commands
 from expdesign.compensation.prediction import chain_of, moved, predict_with
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
 

@@ -10,7 +10,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.recordings.measurand import DEFLECTIONS, Measurand
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import CONDITION_LIMIT, Robot

@@ -14,6 +14,7 @@ from expdesign.chain.linearised import KnownChain
 from expdesign.errors import InputError
 from expdesign.files.kinds import kind_of
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.models.model_file import model_from_document
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
@@ -57,8 +58,6 @@ def found_robot(document: YamlDocument) -> FoundRobot:
     Raises:
         InputError: the file is wrong, or a stiffness in it is not positive.
     """
-    from expdesign.identification.model_file import model_from_document  # noqa: PLC0415 (design stands left of it)
-
     model = model_from_document(document)
     chain = model.chain
     names = chain.robot.actuators

@@ -9,8 +9,8 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.readings.deflection import DEFLECTION
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import RowData
-from expdesign.identification.estimable import Estimable
 from expdesign.identification.whitening import Whitening
+from expdesign.models.estimable import Estimable
 from expdesign.recordings.recordings import Recordings
 
 RANK_TOLERANCE = 1e-9

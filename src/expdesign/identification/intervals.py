@@ -24,9 +24,9 @@ import numpy as np
 from scipy.stats import norm, t
 
 from expdesign.arrays import FloatArray
-from expdesign.identification.estimable import Estimable
 from expdesign.identification.fit import Fit
 from expdesign.identification.noise_level import NoiseLevel
+from expdesign.models.estimable import Estimable
 
 CONFIDENCE = 0.95
 

@@ -14,8 +14,8 @@ from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
-from expdesign.identification.model_file import Model
 from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 

@@ -9,9 +9,9 @@ from expdesign.chain.row import row_data
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
-from expdesign.identification.model_file import Model
 from expdesign.identification.synthetic import NOISE_STREAM, load_errors, require_same_kind, with_errors
 from expdesign.instrument.drawn_errors import drawn_noise
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 
 

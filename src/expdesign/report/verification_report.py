@@ -9,7 +9,7 @@ from expdesign.acceptance.check_measurement import CheckMeasurement
 from expdesign.acceptance.record import RULE
 from expdesign.acceptance.verification import AxisResult, Verification
 from expdesign.files.csv_writer import csv_text
-from expdesign.identification.model_file import Model
+from expdesign.models.model_file import Model
 from expdesign.report import words
 from expdesign.report.blocks import (
     DataTable,

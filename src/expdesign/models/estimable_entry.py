@@ -6,7 +6,7 @@ from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.files.schema import Section
 from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.estimable import Estimable
+from expdesign.models.estimable import Estimable
 
 
 class EstimableSection(Section):

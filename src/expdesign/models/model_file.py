@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import yaml
@@ -25,12 +25,27 @@ from expdesign.errors import InputError
 from expdesign.files.kinds import require_kind
 from expdesign.files.schema import Number, Positive, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.identification.effect_entry import EffectSection, effect_entry, effect_of
-from expdesign.identification.estimable import Estimable
-from expdesign.identification.estimable_entry import EstimableSection, estimable_entry, subspace_of
-from expdesign.identification.fit import Fit
+from expdesign.models.effect_entry import EffectSection, effect_entry, effect_of
+from expdesign.models.estimable import Estimable
+from expdesign.models.estimable_entry import EstimableSection, estimable_entry, subspace_of
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
+
+
+class Fitted(Protocol):
+    """What a model takes from a fit: the chain, its values (p,), their covariance (p, p) and combinations."""
+
+    @property
+    def chain(self) -> Chain: ...
+
+    @property
+    def values(self) -> FloatArray: ...
+
+    @property
+    def covariance(self) -> FloatArray: ...
+
+    @property
+    def subspace(self) -> Estimable | None: ...
 
 
 @dataclass(frozen=True)
@@ -58,7 +73,7 @@ class Model:
     birge_ratio: float = 1.0
 
     @classmethod
-    def from_fit(cls, fit: Fit, robot: YamlDocument, source: str, *, birge_ratio: float = 1.0) -> "Model":
+    def from_fit(cls, fit: Fitted, robot: YamlDocument, source: str, *, birge_ratio: float = 1.0) -> "Model":
         """The model of a fit of the robot that the document `robot` describes, inflated by a Birge ratio."""
         return cls(
             fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source, fit.subspace, birge_ratio
