@@ -136,7 +136,7 @@ def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: p
     record = json.loads(capsys.readouterr().out.split("report.html")[-1])
     assert record["rank"] == 42
     assert record["identifies_targets"]
-    assert call("simulate", tmp_path / "config.yaml", out / "plan.csv", "--out", tmp_path / "r.csv") == 2
+    assert call("montecarlo", tmp_path / "config.yaml", out / "plan.csv", "--out", tmp_path / "repeated") == 2
     assert "elastostatic calibration only" in capsys.readouterr().err
 
 

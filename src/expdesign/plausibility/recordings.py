@@ -47,7 +47,7 @@ class _Fitted:
 
 def recordings_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     """What speaks against the units and signs of recordings of deflections."""
-    if recordings.marker is not None or not len(robot.stiffness) or not _judgeable(recordings, robot):
+    if recordings.measurand.absolute or not len(robot.stiffness) or not _judgeable(recordings, robot):
         return []
     train = recordings.rows(~recordings.test)
     data = _Data(train.configurations, train.wrenches, train.deflections)
