@@ -27,7 +27,7 @@ def recordings_of(name: str, *elements: dict[str, Any], seed: int = 1) -> pd.Dat
 
 def found(name: str, frame: pd.DataFrame, **options: bool) -> Diagnosis:
     result = diagnose(machine(name), read(frame, machine(name)), **options)  # type: ignore[arg-type]
-    # Whatever the verdict: the model that is handed on predicts held-out recordings no worse than the base model.
+    # Whatever the verdict: the predictive model predicts held-out recordings no worse than the base model.
     assert result.errors.test_after <= result.errors.test_before
     assert result.errors.train_after <= result.errors.train_before * (1.0 + 1e-9)
     return result

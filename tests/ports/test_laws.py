@@ -64,7 +64,7 @@ def test_consistent_recordings_have_no_law() -> None:
 
 def test_beyond_the_range_of_its_inputs_a_law_fades_and_says_so() -> None:
     result = found()
-    chain, values = result.handed.fit.chain, result.handed.fit.values
+    chain, values = result.predictive.fit.chain, result.predictive.fit.values
     (law,) = (effect for effect in chain.effects if isinstance(effect, Law))
     rows = row_data(result.recordings, result.robot)
     base = Chain(result.robot)
@@ -77,7 +77,7 @@ def test_beyond_the_range_of_its_inputs_a_law_fades_and_says_so() -> None:
     )
     inside = chain.predict_with_sensitivities(rows, values)[1]
     outside = chain.predict_with_sensitivities(moved, values)[1]
-    covariance = result.handed.fit.covariance
+    covariance = result.predictive.fit.covariance
     spread = [np.sqrt(np.einsum("nkp,pq,nkq->nk", s, covariance, s)).mean() for s in (inside, outside)]
     assert spread[1] > 3.0 * spread[0]
 
@@ -90,7 +90,7 @@ def _names(chain: Chain) -> list[str]:
 
 def test_a_law_written_as_data_predicts_the_same_number_for_number() -> None:
     result = found()
-    fitted = result.handed.fit
+    fitted = result.predictive.fit
     effects = []
     for effect in fitted.chain.effects:
         assert isinstance(effect, Law)

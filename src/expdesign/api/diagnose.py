@@ -139,7 +139,7 @@ def diagnose(
     result = diagnose_recordings(
         machine.robot, measured, shared_reference=shared_reference, without=without, report=report
     )
-    model = Model.from_fit(result.handed.fit, machine.document, measured.source)
+    model = Model.from_fit(result.predictive.fit, machine.document, measured.source)
     hidden = None
     if problem is not None and result.verdict == "consistent":
         report("looking for what may still be hidden")

@@ -71,6 +71,6 @@ def _loose(model: Model) -> list[str]:
         return []
     listed = ", ".join(loose[:6]) + (" and others" if len(loose) > 6 else "")
     return [
-        f"{len(loose)} parameters cannot be told from combinations of others and stay what was assumed, within the "
+        f"{len(loose)} parameters are aliased with combinations of others and stay what was assumed, within the "
         f"tolerance assumed for them: {listed}. Single values among them mean nothing; their sum does."
     ]

@@ -14,7 +14,7 @@ from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search, founded
+from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.identification.fit import Fit
 
 LEVEL = 0.05
@@ -65,7 +65,7 @@ def confirmed(search: Search, model: Model, test: BoolArray) -> Model:
             if found[index].p_value < LEVEL:
                 break
             smaller = search.without(model, index)
-            if founded(smaller.effects):
+            if hierarchical(smaller.effects):
                 reason = f"held-out rows do not gain by `{model.effects[index].key}` (p = {found[index].p_value:.2g})"
                 search.log.add("held out", smaller, True, reason)
                 model, dropped = smaller, True

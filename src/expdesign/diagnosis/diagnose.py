@@ -53,13 +53,13 @@ class Diagnosis:
         noise: standard deviations of the readings.
         base: fit of the base model.
         model: the chosen model, which is the base model where nothing was found.
-        handed: what predictions shall be made with: the chosen model, or the base model where the chosen one explains
+        predictive: what predictions are made with: the chosen model, or the base model where the chosen one explains
             too little of what was not fitted.
         verdict: `consistent`, `explained`, `modelled` (by laws at ports) or `unexplained`.
         p_before, p_after: of χ² of the base model and of the chosen one; NaN where the noise level is estimated.
         location: of the mismatch.
         findings: effects that are present together.
-        errors: of the model handed on, on fitted and held-out rows.
+        errors: of the predictive model, on fitted and held-out rows.
         search: everything that was considered.
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
@@ -71,7 +71,7 @@ class Diagnosis:
     noise: NoiseLevel
     base: Fit
     model: Model
-    handed: Model
+    predictive: Model
     verdict: str
     p_before: float
     p_after: float
@@ -146,7 +146,7 @@ def diagnose(
         errors = errors_together(many, base, sample, judged)
         if errors.test_after < errors.test_before:
             return _of_all(_Frame(robot, recordings, noise, base, search, entries, method), many, errors)
-    model = search.run(outliers=False) if OUTLIER in without else _sought(search, sample, robot)
+    model = search.run(outliers=False) if OUTLIER in without else _searched(search, sample, robot)
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
     report("weighing alternatives")
@@ -167,20 +167,20 @@ def diagnose(
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent" and sample.reading.linear:
         require_positive(base, recordings, robot)
-    handed = model
+    predictive = model
     if verdict == "unexplained":
         factor = FITTING if fits(before, after) else TENTATIVE
         found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
         if errors.test_after > HALVED * errors.test_before:
-            handed = search.base
-            errors = held_out(base, handed.fit, sample, judged, handed.outliers)
+            predictive = search.base
+            errors = held_out(base, predictive.fit, sample, judged, predictive.outliers)
     result = Diagnosis(
         robot=robot,
         recordings=recordings,
         noise=noise,
         base=base,
         model=model,
-        handed=handed,
+        predictive=predictive,
         verdict=verdict,
         p_before=p_before,
         p_after=p_after,
@@ -210,7 +210,7 @@ def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
         noise=known.noise,
         base=base,
         model=model,
-        handed=model,
+        predictive=model,
         verdict=verdict,
         p_before=_p_value((base.chi2, _dof(base, sample)), known.noise),
         p_after=_p_value((many.fit.chi2, _dof(many.fit, sample)), known.noise),
@@ -227,7 +227,7 @@ def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
     """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
     search, base = result.search, result.base
-    rival = result.handed if result.handed.candidates else search.base
+    rival = result.predictive if result.predictive.candidates else search.base
     found = laws_beside(search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report)
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
     if found.laws is None:
@@ -242,7 +242,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
         changed = replace(
             changed,
             model=model,
-            handed=model,
+            predictive=model,
             errors=errors,
             findings=law_findings(laws, result.robot, 1.0),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
@@ -275,7 +275,7 @@ def _judged(robot: Robot, sample: Sample) -> BoolArray:
     return predictable if predictable.any() else test
 
 
-def _sought(search: Search, sample: Sample, robot: Robot) -> Model:
+def _searched(search: Search, sample: Sample, robot: Robot) -> Model:
     """The best model; rows are set aside only where they are single mistakes."""
     model = search.run()
     common = _in_common(sample, model, robot)
@@ -286,7 +286,7 @@ def _sought(search: Search, sample: Sample, robot: Robot) -> Model:
 
 
 def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:
-    """The model as far as held-out recordings bear it out, with its errors."""
+    """The model as far as held-out recordings confirm it, with its errors."""
     sample = search.sample
     errors = held_out(base, model.fit, sample, test, model.outliers)
     if model is not search.base and errors.test_after > errors.test_before:

@@ -27,7 +27,7 @@ _EXTRAPOLATED = ("thermal_drift", "joint_backlash", "leg_nonlinear_stiffness")
 _SERIES = 5
 """Series from which the machine may have settled between them, and from which they are left out as wholes."""
 _APART = 1.96
-"""Standard deviations beyond which a member is told from what is known beforehand."""
+"""Standard deviations beyond which a member differs significantly from its prior."""
 
 
 @dataclass(frozen=True)

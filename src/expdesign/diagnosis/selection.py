@@ -25,7 +25,7 @@ from expdesign.robots.robot import Robot
 ACCEPTANCE = 6.0
 """By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
 MOST_EFFECTS = 3
-MOST_EFFECTS_BESIDE_NOTHING = 6
+MOST_EFFECTS_WITHOUT_BASE = 6
 FITS_PER_STEP = 10
 """Places that are fitted in full in each step, best scores first."""
 _PROMISING, _ALWAYS = 0.5, 3
@@ -146,7 +146,7 @@ class Search:
     def most_effects(self) -> int:
         """Of a body the support counts among the effects, of positions the joints and links that are not in place."""
         many = len(self.robot.stiffness) == 0 or not self.sample.reading.linear
-        return MOST_EFFECTS_BESIDE_NOTHING if many else MOST_EFFECTS
+        return MOST_EFFECTS_WITHOUT_BASE if many else MOST_EFFECTS
 
     def alternatives(self, model: Model) -> list[list[Model]]:
         """For each effect of a model, the models in which another place or physics stands in for it."""
@@ -183,7 +183,7 @@ class Search:
         """Leave out effects that are no longer worth their parameters beside the others."""
         for index in range(len(current.candidates)):
             smaller = self.without(current, index)
-            if founded(smaller.effects) and smaller.misfit < current.misfit:
+            if hierarchical(smaller.effects) and smaller.misfit < current.misfit:
                 self.log.add("backward", smaller, True, "the effect left out explains too little beside the others")
                 return self._prune(smaller)
         return current
@@ -221,7 +221,7 @@ class Search:
         smaller = self.without(model, index)
         wanted = _PROMISING * (smaller.misfit - model.misfit)
         grown = [self._extended(smaller, candidate) for candidate in self._promising(smaller, wanted)]
-        return [other for other in grown if founded(other.effects)]
+        return [other for other in grown if hierarchical(other.effects)]
 
     def _promising(self, current: Model, wanted: float = -np.inf) -> list[tuple[Candidate, FloatArray]]:
         """Candidates worth a full fit on top of a model, with the parameters from which to start.
@@ -233,7 +233,7 @@ class Search:
         present = {c.effect.slot for c in current.candidates}
         ranked: list[tuple[float, str, Candidate, FloatArray]] = []
         for entry in self.library:
-            if entry.effect.slot in present or not founded([*current.effects, entry.effect]):
+            if entry.effect.slot in present or not hierarchical([*current.effects, entry.effect]):
                 continue
             unseen = entry.idle and len(self.robot.stiffness) == 0
             candidate = self._beside(entry, current) if unseen else entry
@@ -358,7 +358,7 @@ class Search:
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
 
 
-def founded(effects: Sequence[Effect]) -> bool:
+def hierarchical(effects: Sequence[Effect]) -> bool:
     """Whether every effect has what it builds on (the principle of heredity of model selection)."""
     slots = {effect.slot for effect in effects}
     return all(not effect.builds_on or (effect.builds_on, effect.component) in slots for effect in effects)

@@ -22,7 +22,7 @@ RESIDUAL_SHARE = 0.05
 PREDICTS = 1.3
 """`HeldOut.test_surprise` above which a model describes the recordings but does not predict."""
 HALVED = 0.7
-"""Factor on held-out RMS that halves its square: what an imitation has to reach to be handed on as a model."""
+"""Factor on held-out RMS that halves its square: what an imitation has to reach to be the predictive model."""
 _SHOWS = 3.0
 """Standard deviations of χ² that count as visible."""
 

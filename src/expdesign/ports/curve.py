@@ -60,7 +60,7 @@ def curve_of(
 ) -> Curve:
     """The curve of a law in a fitted model.
 
-    What the springs do anyway cannot be told from a law of an actuator's force or compliance, so that of these the
+    What the springs do anyway is aliased with a law of an actuator's force or compliance, so that of these the
     whole is drawn: compliance (m/N) or elongation (m) of the actuator.
 
     Args:
