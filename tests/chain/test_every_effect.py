@@ -3,6 +3,7 @@
 import re
 import string
 from dataclasses import replace
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from tests.cases import robot
 from tests.chain import bodies
 from tests.chain.arm_rows import arm_rows, six_axis
+from tests.chain.arms import configurations, read_arm, recordings_of
 from tests.chain.kinds import KINDS
 from tests.chain.places import PAYLOAD, WRENCH, Place, away_from_neutral, one_of_each, places, recordings, rows
 from tests.identification.experiments import read
@@ -247,8 +249,9 @@ def test_every_physics_of_the_interface_is_in_the_library() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.physics)
-def test_every_effect_has_a_place_on_some_robot(kind: type[Effect]) -> None:
-    arm = six_axis()
+def test_every_effect_has_a_place_on_some_robot(kind: type[Effect], tmp_path: Path) -> None:
+    arm, lift = six_axis(), read_arm(tmp_path)  # the latter stands on a sliding joint
+    untimed = replace(recordings_of(lift, configurations(20, 1), np.zeros((20, 3))), time=None)
     deflections = read(arm_rows(arm), arm)
     positions = replace(deflections, marker=np.zeros(len(deflections), dtype=np.int64), markers=("ball",))
     assert (
@@ -256,6 +259,7 @@ def test_every_effect_has_a_place_on_some_robot(kind: type[Effect]) -> None:
         or kind.places(bodies.BODY, bodies.recordings(lifting=True))
         or kind.places(arm, deflections)
         or kind.places(arm, positions)
+        or kind.places(lift, untimed)
         or kind.places(robot("irregular"), replace(recordings("irregular", WRENCH), poses=True))
     )
 
