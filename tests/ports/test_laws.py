@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import casadi as ca
 import numpy as np
 import pytest
 import yaml
@@ -15,7 +16,7 @@ from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError
-from expdesign.ports.law import Law, form_data, form_of
+from expdesign.ports.law import _WITHIN, Law, _within, form_data, form_of
 
 
 @cache
@@ -117,3 +118,14 @@ def test_physics_that_is_left_out_of_the_library_is_not_named() -> None:
 def test_physics_that_nobody_knows_cannot_be_left_out() -> None:
     with pytest.raises(InputError, match="no physics is called `leg_backlsh`"):
         diagnose(robot(BIPOD), recordings_of(None), without=frozenset({"leg_backlsh"}))
+
+
+def test_what_is_unknown_beyond_the_range_has_a_derivative_within_it() -> None:
+    """A root has none at exactly 0, where a law with memory is differentiated through its states."""
+    value = ca.SX.sym("value")
+    within = _within([value], np.array([0.0]), np.array([1.0]))
+    beyond = ca.sqrt(ca.fmax(1.0 - within**2, _WITHIN))
+    slope = ca.Function("slope", [value], [ca.jacobian(beyond, value)])
+    for inside in (0.0, 0.3, 1.0):
+        assert abs(float(slope(inside))) < 1e-6
+    assert float(slope(1.2)) > 0.0

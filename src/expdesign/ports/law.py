@@ -21,6 +21,8 @@ from expdesign.robots.robot import Robot
 
 _FADES = 0.25
 """Length over which a law fades beyond the range of its inputs, in widths of the range."""
+_WITHIN = 1e-24
+"""Square of what is left of the uncertainty beyond within the range: a root has no derivative at exactly 0."""
 
 
 def port_classes() -> dict[str, type[Port]]:
@@ -200,7 +202,7 @@ class Law(_AtPort):
             within = _within(inputs, form.low[index], form.high[index])
             beyond = theta[blocks * rank + self._outputs.index(channel.output)]
             value = within * ca.dot(features[channel.inputs], weights)
-            value += ca.sqrt(ca.fmax(1.0 - within**2, 0.0)) * beyond
+            value += ca.sqrt(ca.fmax(1.0 - within**2, _WITHIN)) * beyond
             amplitude = 1.0 if channel.amplitude is None else seen(channel.amplitude)
             extra[channel.output] += channel.gain * amplitude * value
         return extra, ca.vertcat(*following)
