@@ -17,6 +17,8 @@ from expdesign.diagnosis.library import library
 from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError
 from expdesign.ports.law import _WITHIN, Law, _within, form_data, form_of
+from expdesign.ports.quantities import Quantity
+from expdesign.ports.words import quantity_name
 
 
 @cache
@@ -129,3 +131,11 @@ def test_what_is_unknown_beyond_the_range_has_a_derivative_within_it() -> None:
     for inside in (0.0, 0.3, 1.0):
         assert abs(float(slope(inside))) < 1e-6
     assert float(slope(1.2)) > 0.0
+
+
+def test_every_effort_of_a_memory_has_a_name() -> None:
+    """Actuator forces, the wrench at the platform, and the same about the origin of O."""
+    here = robot("irregular")
+    count = len(here.stiffness) + 2 * here.coordinates.n
+    names = [quantity_name(Quantity("stop", index, (1.0,)), here) for index in range(count)]
+    assert len(set(names)) == count

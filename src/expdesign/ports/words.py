@@ -47,7 +47,10 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
     count = len(robot.stiffness)
     kind, index = quantity.kind, quantity.index
     if kind in ("effort", "effort_sign", "stop", "lag"):
-        what = f"the force in {robot.actuators[index]}" if index < count else robot.coordinates.wrench[index - count]
+        part, axis = divmod(index - count, robot.coordinates.n)
+        what = robot.coordinates.wrench[axis] + ("" if part == 0 else " about the origin of O")
+        if index < count:
+            what = f"the force in {robot.actuators[index]}"
         prefix = {"effort_sign": "the sign of ", "stop": "the history of ", "lag": "the history of "}
         return prefix.get(kind, "") + what
     names = {
