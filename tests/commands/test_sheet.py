@@ -100,7 +100,7 @@ def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert np.count_nonzero(np.diff(table.integers("series"))) == 2
     page = (tmp_path / "sheet" / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<tr class=") == 10
-    assert "expdesign identify ROBOT.yaml sheet.xlsx --shared-reference" in page
+    assert f"expdesign identify {ROBOT} sheet.xlsx --shared-reference" in page
     assert "http" not in page
     assert len(page) < 60_000
 

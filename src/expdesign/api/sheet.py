@@ -1,5 +1,6 @@
 """`sheet`: a plan as a sheet for the laboratory, which `identify` takes back when it is filled in."""
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +34,7 @@ class LaboratorySheet:
         minutes_in_plan_order: the same for the plan row by row.
         title: of the page.
         shared: whether rows of a series share their reference.
+        robot_file: path of the robot's file, for the command that follows; empty where it is not known.
     """
 
     text: pd.DataFrame
@@ -41,6 +43,7 @@ class LaboratorySheet:
     minutes_in_plan_order: float | None
     title: str
     shared: bool
+    robot_file: str = ""
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -67,7 +70,8 @@ class LaboratorySheet:
             "counted from the unloaded row before it in its series. Rows left empty are ignored.",
             "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
             "otherwise. Columns time and temperature may stay empty.",
-            f"Afterwards: expdesign identify ROBOT.yaml sheet.xlsx{option} --out results",
+            f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx{option} "
+            "--out results",
         ]
 
     def save(self, folder: PathLike, units: str | None = None) -> Path:
@@ -119,6 +123,7 @@ def sheet(config: Config, plan: TableInput) -> LaboratorySheet:
         before.minutes(costs) if costs.known else None,
         f"Measuring {problem.loaded.robot.name}: {Path(table.source).name}",
         shared,
+        problem.robot_file,
     )
 
 

@@ -15,6 +15,9 @@ from expdesign.recordings.recordings import Recordings
 _PLAIN_INTERVAL = 5.0
 """s between lines of progress where standard error is not a terminal."""
 
+_OF_THE_SHEET = ("do", "plan_row", "remarks")
+"""Columns that the laboratory sheet has for people; recordings made from it keep them."""
+
 
 class ProgressReport:
     """A bar on a terminal, a line now and then elsewhere."""
@@ -87,8 +90,9 @@ def note(text: str) -> None:
 
 def note_unknown_columns(recordings: Recordings) -> None:
     """Say which columns have no meaning here."""
-    if len(recordings.extra.columns):
-        names = ", ".join(_with_near(str(name)) for name in recordings.extra.columns)
+    unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
+    if unknown:
+        names = ", ".join(_with_near(name) for name in unknown)
         note(f"{recordings.source}: columns without a meaning here, kept but not used: {names}")
 
 

@@ -118,7 +118,7 @@ def _subject(model: Model, check: CheckMeasurement, about: About) -> list[tuple[
         ("Environment", about.environment or _BLANK),
         ("Operator", about.operator or _BLANK),
         ("Date of measurement", about.date or _BLANK),
-        ("Model identified from", model.source),
+        ("Model", model.source),
         *([("Remarks", about.remarks)] if about.remarks else []),
     ]
 

@@ -21,7 +21,9 @@ class RingSection(Section):
 
     radius_m: Positive = Field(description="Radius of the circle (m).")
     half_angle_deg: Annotated[Number, Field(gt=0.0, lt=60.0)] | None = Field(
-        default=None, description="Half the angle between the joints of a pair (°); or `angles_deg`."
+        default=None,
+        description="Half the angle between the joints of a pair (°), the platform's pairs halfway between the base's; "
+        "or `angles_deg`.",
     )
     angles_deg: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = Field(
         default=None, description="Angle of every joint about z (°)."
