@@ -45,7 +45,7 @@ def _without_moment(sample: Sample, model: Model) -> list[str]:
     moments = sample.recordings.wrenches[sample.counts, 3:]
     if not np.any(moments):
         return []
-    _, sizes, directions = np.linalg.svd(moments, full_matrices=True)
+    _, sizes, directions = np.linalg.svd(np.linalg.qr(moments, mode="r"))
     sizes = np.concatenate([sizes, np.zeros(3 - len(sizes))])
     listed = [
         "(" + ", ".join(f"{x:.4f}" for x in direction * np.sign(direction[np.abs(direction).argmax()])) + ")"
