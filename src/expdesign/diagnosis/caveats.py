@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.dispersion import ALIKE, Dispersion
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model
 
-_UNKNOWN = 0.5
-"""Share of its standard deviation beforehand above which a parameter counts as not determined."""
 _EXPLODES = 10.0
 """Factor between held-out and fitted error above which the held-out rows ask for what was not determined."""
 _NO_MOMENT = 1e-6
@@ -19,7 +18,7 @@ def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -
     """Sentences, most limiting first."""
     found: list[str] = []
     found += sample.reading.degeneracies
-    found += [] if sample.reading.linear else _loose(model)
+    found += _loose(base_model(model.fit.chain.robot, sample.reading).undetermined(model.fit))
     found += _without_moment(sample, model)
     if errors.test_after > _EXPLODES * max(errors.train_after, 1.0):
         found.append(
@@ -59,14 +58,8 @@ def _without_moment(sample: Sample, model: Model) -> list[str]:
     ]
 
 
-def _loose(model: Model) -> list[str]:
-    """Parameters of geometry that are known no better than beforehand."""
-    fitted = model.fit
-    loose = [
-        parameter.name
-        for parameter, variance in zip(fitted.chain.parameters, np.diag(fitted.covariance), strict=True)
-        if np.isfinite(parameter.spread) and parameter.spread > 1e-5 and variance > (_UNKNOWN * parameter.spread) ** 2
-    ]
+def _loose(loose: list[str]) -> list[str]:
+    """Parameters that are known no better than beforehand."""
     if not loose:
         return []
     listed = ", ".join(loose[:6]) + (" and others" if len(loose) > 6 else "")

@@ -18,6 +18,7 @@ class Deflection(Reading):
 
     names = ()
     absolute = False
+    chord_steps = 2
     linear = True
     compliance_spread = float("inf")
 
@@ -45,11 +46,15 @@ class Deflection(Reading):
     def released(self, spreads: FloatArray) -> FloatArray:
         return spreads
 
+    def displacement(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, command: ca.SX) -> ca.SX:
+        """Where the unloaded platform stands does not show."""
+        return deflection
+
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
         return deflection
 
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
-        return None
+        return replace(points, marker=None, markers=(), poses=False)
 
 
 DEFLECTION = Deflection()
