@@ -41,6 +41,7 @@ from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -81,7 +82,7 @@ class Diagnosis:
     search: Search
     laws: Laws | None
     method: Method
-    caveats: tuple[str, ...] = ()
+    caveats: tuple[Remark, ...] = ()
 
     @property
     def rival(self) -> Model | None:

@@ -10,6 +10,7 @@ from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -30,7 +31,7 @@ class Deflection(Reading):
         return ()
 
     @property
-    def degeneracies(self) -> list[str]:
+    def degeneracies(self) -> list[Remark]:
         return []
 
     @property

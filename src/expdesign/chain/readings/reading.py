@@ -9,6 +9,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -39,8 +40,8 @@ class Reading(ABC):
 
     @property
     @abstractmethod
-    def degeneracies(self) -> list[str]:
-        """What of the instrument is confounded in the fitted rows, in sentences."""
+    def degeneracies(self) -> list[Remark]:
+        """What of the instrument is confounded in the fitted rows."""
 
     @property
     @abstractmethod
