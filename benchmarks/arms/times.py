@@ -1,8 +1,8 @@
 """Processor time and memory of a diagnosis of positions, over the number of rows.
 
-`python -m benchmarks.arms.times [--rows N ...] [--kinds KIND ...] [--results FOLDER]`. Every diagnosis runs in a process
-of its own, on one thread; reading the file is included, writing the report is not. Times are processor time, so that
-other work on the machine counts little. What is done already is not done again: `times.json` grows row by row.
+`python -m benchmarks.arms.times [--rows N ...] [--kinds KIND ...] [--results FOLDER]`. Every diagnosis runs in a
+process of its own, on one thread; reading the file is included, writing the report is not. Times are processor time, so
+that other work on the machine counts little. What is done already is not done again: `times.json` grows row by row.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-
 from benchmarks.arms.plant import Faults, recordings, usual_faults
 
 ROWS = (100, 300, 700, 2000, 5000)
