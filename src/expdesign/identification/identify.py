@@ -115,6 +115,13 @@ def identify(
             robot, recordings, shared_reference=shared_reference, calibration=chosen, frames_known=frames_known
         )
         return _of_positions(robot, recordings, found, chosen, shared_reference=shared_reference)
+    return _of_deflections(robot, recordings, prior, shared_reference=shared_reference)
+
+
+def _of_deflections(
+    robot: Robot, recordings: Recordings, prior: float | None, *, shared_reference: bool
+) -> Identification:
+    """Identification of the compliances alone, in which deflections are linear."""
     fitted = ~recordings.test & ~reference_rows(recordings)
     if not fitted.any():
         what = "no row is left to fit"
