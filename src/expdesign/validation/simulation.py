@@ -9,8 +9,11 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.errors import InputError
 from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.validation.compensation import ExactCompensation
+from expdesign.validation.geometry import GeometricPlant
 from expdesign.validation.plants import ExplicitPlant, Plant
 
 _BATCH = 10_000
@@ -22,7 +25,7 @@ class Simulation:
 
     Attributes:
         errors: attained minus wanted pose (m, rad), along the axes of the tolerances, shape (s, t, n).
-        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p).
+        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p), or all parameters that are calibrated, shape (s, p).
         assessment: of the plan; its criteria are the prediction.
         noise: whether the readings had noise.
         load_errors: whether the loads had errors.
@@ -82,11 +85,13 @@ def simulate(
         NotIdentifiableError: the plan does not identify what a target needs.
         ConvergenceError: a compensation has no command, or a robot does not come to rest.
     """
-    problem.require_elastostatic("experiments can be repeated")
     assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     error = problem.unidentified(assessment)
     if error is not None:
         raise error
+    if not isinstance(problem.loaded.regressor, Elastostatic):
+        _require_nominal(plant, truth)
+        return _of_geometry(problem, plan, samples, (seed, noise, load_errors), assessment, distribution)
     robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
@@ -118,17 +123,56 @@ def simulate(
     return Simulation(errors, estimates, assessment, noise, load_errors, residual)
 
 
+def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
+    """Raise where a plant or a truth is asked for that geometric calibrations are not repeated with."""
+    if plant is not ExplicitPlant:
+        what = f"a geometric calibration is repeated with non-linear kinematics, not with the plant `{plant.name}`"
+        raise InputError(what, where="--plant", remedy="Leave it out.")
+    if truth is not None:
+        what = "a geometric calibration is repeated with the robot of the configuration"
+        raise InputError(what, where="--truth", remedy="Use `simulate --truth` and `identify` for single experiments.")
+
+
+def _of_geometry(
+    problem: DesignProblem,
+    plan: Plan,
+    samples: int,
+    how: tuple[int, bool, bool],
+    assessment: Assessment,
+    distribution: Distribution,
+) -> Simulation:
+    """The same for a calibration of the geometry, alone or with the stiffness; `how`: seed, noise, load errors."""
+    seed, noise, load_errors = how
+    machine, axes = GeometricPlant(problem, plan), problem.targets.axes
+    gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, assessment.parameters)
+    errors = np.empty((samples, *problem.targets.importance.shape))
+    estimates = np.empty((samples, assessment.parameters))
+    residual = 0.0
+    for batch, start in enumerate(range(0, samples, _BATCH)):
+        rows = slice(start, min(start + _BATCH, samples))
+        count = rows.stop - start
+        readings = _readings(problem, plan, machine, count, (seed, batch), noise, load_errors, distribution)
+        estimates[rows] = readings.reshape(count, -1) @ gain
+        pairs = zip(problem.targets.configurations, problem.target_wrenches, strict=True)
+        for index, (target, wrench) in enumerate(pairs):
+            found, step = machine.attained(estimates[rows], target, wrench)
+            errors[rows, index] = found if axes is None else found @ axes[index].T
+            residual = max(residual, step)
+    nominal = problem.loaded.regressor.nominal(problem.loaded.robot)
+    return Simulation(errors, nominal + estimates, assessment, noise, load_errors, residual)
+
+
 def _readings(
     problem: DesignProblem,
     plan: Plan,
-    plant: Plant,
+    plant: Plant | GeometricPlant,
     count: int,
     seeds: tuple[int, int],
     noise: bool,
     load_errors: bool,
     distribution: Distribution,
 ) -> FloatArray:
-    """Measured deflections of `count` repetitions, shape (count, m, n)."""
+    """Measured deflections of `count` repetitions, or what is wrong with measured poses, shape (count, m, n)."""
     if load_errors and problem.loaded.sources:
         generator = np.random.default_rng([*seeds, 1])
         where = (plan.configurations, plan.loads)
