@@ -205,7 +205,11 @@ def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: 
         return CheckedModel(model, _robot(model.chain.robot, str(path)))
     if {"vary", "cases", "config"} & set(content):
         return _sweep(document)
-    if "experiment" in content or "schema_version" in content or "targets" in content:
+    if (
+        "experiment" in content
+        or "targets" in content
+        or {"schema_version", "kind"} & set(content) == {"schema_version"}
+    ):
         problem = checked_problem(document)
         return CheckedProblem(problem, feasibility(problem))
     if "kind" in content or "base_joints" in content:
