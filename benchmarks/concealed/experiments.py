@@ -113,7 +113,7 @@ MANY = Extent((180, 280), (30, 56))
 
 
 def draw_interleaved(machine: Machine, wishes: Wishes, rng: np.random.Generator, extent: Extent = USUAL) -> Experiment:
-    """An experiment of 60-150 rows (or another extent); its later series lie inside the others and between them in time.
+    """An experiment of 60-150 rows (or another extent); its later series lie inside the others, also in time.
 
     A later series repeats the path of a seen one, with loads of at most its size, at a pose on the line between the
     poses of two seen ones; it is neither the first nor the last. `sequence`, `series` and `time_s` count all rows,

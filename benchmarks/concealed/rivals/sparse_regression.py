@@ -3,10 +3,11 @@
 Sequentially thresholded least squares (S. L. Brunton, J. L. Proctor, J. N. Kutz, Proc. Natl. Acad. Sci. 113 (2016)
 3932) with PySINDy's own `STLSQ`, beside its greedy `FROLS` (S. A. Billings, Nonlinear System Identification, 2013),
 which its documentation advises for terms that are alike. As it says of custom libraries, the terms are what a person
-who knows the machine would write down: products of force, length, pose, time and warming at each leg, symmetric compliances
-of platform and base, moved and turned loads, a turned or scaled instrument, drift. What the base model can do is
-projected out, columns are normalised, and threshold, penalty and optimiser are chosen by leaving out series in groups.
-Each term belongs to a component, and to physics where it has a name: the components are ordered by what they explain.
+who knows the machine would write down: products of force, length, pose, time and warming at each leg, symmetric
+compliances of platform and base, moved and turned loads, a turned or scaled instrument, drift. What the base model
+can do is projected out, columns are normalised, and threshold, penalty and optimiser are chosen by leaving out series
+in groups. Each term belongs to a component, and to physics where it has a name: the components are ordered by what
+they explain.
 """
 
 from __future__ import annotations
