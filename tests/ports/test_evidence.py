@@ -33,7 +33,7 @@ def test_evidence_is_the_restricted_likelihood_of_a_gaussian_process() -> None:
 
 def test_gain_is_the_largest_difference_of_evidence() -> None:
     before = present((OTHER, 0.7))
-    gain, size = before.gain(LAW, LAW.T @ LAW)
+    gain, size = before.gain(LAW)
     differences = [
         present((OTHER, 0.7), (LAW, s)).log_evidence - before.log_evidence for s in np.geomspace(1e-3, 1e6, 2000)
     ]

@@ -8,7 +8,16 @@ import numpy as np
 
 from expdesign.chain.component import BASE, PLATFORM, Component
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, kinks_over, memory_of, of_effort, over_time, smooth_over, steps_over
+from expdesign.ports.families import (
+    Prior,
+    kinks_over,
+    memory_of,
+    of_effort,
+    over_time,
+    since_start,
+    smooth_over,
+    steps_over,
+)
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -66,7 +75,7 @@ class Mount(Port):
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 16)
         yield from self._each_axis(sight, [a for a, _ in own])
         for prior in over_time(sight, "twist"):
-            channels = tuple(Channel(a, a, prior.inputs) for a in range(self.width))
+            channels = since_start(sight, (Channel(a, a, prior.inputs) for a in range(self.width)))
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 10)
 
     def _each_axis(self, sight: Sight, axes: list[int]) -> Iterator[Entry]:
@@ -100,12 +109,14 @@ class PlatformMount(Mount):
         d = len(self.robot.gravity)
         forces = np.column_stack([sight.values(Quantity("carried", i)) for i in range(d)])[sight.counts]
         pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
+        limits = {}
         for planar in (1.0, 0.0):
             sizes = np.linalg.norm(forces[:, :2] if planar else forces, axis=1)
-            for share in _LIMITS:
-                limit = round(float(np.quantile(sizes, share)), 9)
+            limits[planar] = [round(float(np.quantile(sizes, share)), 9) for share in _LIMITS]
+        sight.look(Quantity("latched", i, (limit, p)) for p, own in limits.items() for limit in own for i in range(d))
+        for planar, own in limits.items():
+            for limit in own:
                 way = tuple(Quantity("latched", i, (limit, planar)) for i in range(2 if planar else d))
-                sight.look(way)
                 if limit <= 0.0 or not any(sight.spread(q) > 0.0 for q in way):
                     continue
                 alike = tuple(Channel(i, 0, (q,)) for i, q in enumerate(way))
