@@ -82,7 +82,7 @@ def memory_of(sight: Sight, effort: Quantity) -> Iterator[Prior]:
     """What remembers an effort: a bank of stop operators (dry friction), and slow parts (creep)."""
     if sight.spread(effort) == 0.0 or int(sight.rows.position.max()) < 1:
         return
-    bank, lags = _stops(sight, effort), _lags(sight, effort)
+    bank, lags = stops(sight, effort), _lags(sight, effort)
     varying = tuple(q for q in bank if sight.spread(q) > 0.0)
     if varying:
         yield Prior("friction", "linear", varying, tuple(sight.spread(q) for q in varying), len(varying))
@@ -110,10 +110,11 @@ def since_start(sight: Sight, channels: Iterable[Channel]) -> tuple[Channel, ...
 def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:
     """Evaluate together whatever remembers these efforts: one by one that takes longer than everything else."""
     if int(sight.rows.position.max()) >= 1:
-        sight.look(q for effort in efforts for q in (*_stops(sight, effort), *_lags(sight, effort)))
+        sight.look(q for effort in efforts for q in (*stops(sight, effort), *_lags(sight, effort)))
 
 
-def _stops(sight: Sight, effort: Quantity) -> tuple[Quantity, ...]:
+def stops(sight: Sight, effort: Quantity) -> tuple[Quantity, ...]:
+    """A bank of stop operators of an effort."""
     largest = sight.largest(effort)
     return tuple(Quantity("stop", effort.index, (round(share * largest, 12),)) for share in _THRESHOLDS)
 

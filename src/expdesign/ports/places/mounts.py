@@ -17,6 +17,7 @@ from expdesign.ports.families import (
     since_start,
     smooth_over,
     steps_over,
+    stops,
 )
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
@@ -74,9 +75,27 @@ class Mount(Port):
             channels = tuple(Channel(a, a, prior.inputs) for a in range(self.width))
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 16)
         yield from self._each_axis(sight, [a for a, _ in own])
+        yield from self._every_axis(sight, [a for a, _ in own])
         for prior in over_time(sight, "twist"):
             channels = since_start(sight, (Channel(a, a, prior.inputs) for a in range(self.width)))
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 10)
+
+    def _every_axis(self, sight: Sight, axes: list[int]) -> Iterator[Entry]:
+        """In every axis a law of its own component of the wrench: springs that are not linear, clamps that slip."""
+        every = self._efforts()
+        largest = np.array([sight.largest(every[a]) for a in axes])
+        top = float(largest.max())
+        for kernel, power in (("wiener", 0.5), ("integrated_wiener", 1.5)):
+            gains = (top / largest) ** power
+            channels = tuple(Channel(a, i, (every[a],), gain=float(gains[i])) for i, a in enumerate(axes))
+            yield Entry(self.name, self.component, "force law", channels, kernel, (top,), 14)
+        if int(sight.rows.position.max()) < 1:
+            return
+        first = len(self.robot.stiffness) + (0 if self.effort == "carried" else self.width)
+        banks = [stops(sight, Quantity("effort", first + a)) for a in axes]
+        gains = top / largest
+        channels = tuple(Channel(a, i, banks[i], gain=float(gains[i])) for i, a in enumerate(axes))
+        yield Entry(self.name, self.component, "friction", channels, "linear", (top,) * len(banks[0]), len(banks[0]))
 
     def _each_axis(self, sight: Sight, axes: list[int]) -> Iterator[Entry]:
         """Laws of one component of the wrench, which may move the mount in any direction."""
