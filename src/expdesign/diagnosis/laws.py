@@ -5,7 +5,7 @@ sought together; where a named form carries as much evidence it wins, having few
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
@@ -67,6 +67,7 @@ class Laws:
         fit: of the chain with all of them.
         left_out: errors of left-out readings without and with them, which decide whether they are predicted with.
         gain: of log evidence by all together.
+        inflation: of the covariance of `fit`, which left-out errors ask for.
         log: what was decided and why.
     """
 
@@ -74,6 +75,7 @@ class Laws:
     fit: Fit
     left_out: LeftOut
     gain: float
+    inflation: float = 1.0
     log: tuple[str, ...] = ()
 
     @property
@@ -96,7 +98,7 @@ class Laws:
         """Of χ², weights counting as far as the readings determine them (MacKay 1992)."""
         directions = as_matrix(self.fit.sensitivities)
         known = np.isfinite(self.fit.covariance.diagonal())
-        inner = self.fit.covariance[np.ix_(known, known)]
+        inner = self.fit.covariance[np.ix_(known, known)] / self.inflation
         used = float(np.einsum("ij,jk,ik->", directions[:, known], inner, directions[:, known]))
         readings = int((directions != 0.0).any(axis=1).sum())
         return float(chi2_distribution.sf(float((self.fit.residuals**2).sum()), max(readings - used, 1.0)))
@@ -277,6 +279,8 @@ def _fitted(
     chain = Chain(robot, tuple(item[0] for item in found), reading=sample.reading)
     start_values = np.concatenate([base.values, *(item[1] for item in found)])
     result = fit(chain, sample, start_values, enough=1e-2)
+    inflation = left_out.inflation(state.left_out_variances(search.blocks))
+    result = replace(result, covariance=inflation * result.covariance)
     parts = []
     for (effect, _, where, share, named), part in zip(found, chain.slices, strict=True):
         curve = None
@@ -285,4 +289,4 @@ def _fitted(
             curve = curve_of(effect, robot, result.values, result.covariance, part, seen)
         parts.append(Part(effect, where, share, named, curve))
     parts.sort(key=lambda item: -item.share)
-    return Laws(tuple(parts), result, left_out, gain, tuple(search.log))
+    return Laws(tuple(parts), result, left_out, gain, inflation, tuple(search.log))

@@ -153,6 +153,17 @@ class Present:
         best = int(np.argmax(gains))
         return float(gains[best]), float(np.exp(fine[best]))
 
+    def left_out_variances(self, blocks: IntArray) -> FloatArray:
+        """Variances of `left_out` where the model is right, the noise included: diagonals of (P_BB)⁻¹, shape (M,)."""
+        variances = np.empty_like(self.readings)
+        for block in np.unique(blocks):
+            inside = np.flatnonzero(blocks == block)
+            own = self.factor[inside]
+            matrix = np.eye(len(inside)) - own @ own.T
+            matrix[np.diag_indices_from(matrix)] += 1e-9
+            variances[inside] = np.linalg.inv(matrix).diagonal()
+        return variances
+
     def left_out(self, blocks: IntArray) -> FloatArray:
         """Errors of readings predicted without the block that they belong to, e_B = (P_BB)⁻¹(P·y)_B, shape (M,).
 

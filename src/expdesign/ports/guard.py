@@ -10,6 +10,7 @@ make any gain look uncertain, however sure it is.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.stats import t as t_distribution
 
 from expdesign.arrays import FloatArray, IntArray
@@ -24,6 +25,8 @@ MOSTLY = 0.6
 _VISIBLE = 0.02
 """Change of a block's mean square error, in variances of the noise, that counts as one."""
 _NOTHING = 1e-9
+_MOST_INFLATED = 25.0
+"""A law whose errors are more than five times as large as it says is wrong, not unsure."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,24 @@ class LeftOut:
     before: FloatArray
     after: FloatArray
     blocks: IntArray
+
+    def inflation(self, variances: FloatArray) -> float:
+        """Factor k ≥ 1 on the variance by unknown parameters with which left-out errors are as large as stated.
+
+        Kernels and length scales are never those of the machine, so that the posterior is too sure. With v the stated
+        variance of a left-out error, 1 of which is noise: Σ e²/(1 + k·(v − 1)) = M, up to `_MOST_INFLATED`.
+
+        Args:
+            variances: v of `after`, shape (M,).
+        """
+        own = np.maximum(variances - 1.0, 0.0)
+
+        def excess(k: float) -> float:
+            return float((self.after**2 / (1.0 + k * own)).mean()) - 1.0
+
+        if excess(1.0) <= 0.0:
+            return 1.0
+        return _MOST_INFLATED if excess(_MOST_INFLATED) >= 0.0 else float(brentq(excess, 1.0, _MOST_INFLATED))
 
     @property
     def rms_before(self) -> float:

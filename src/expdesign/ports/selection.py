@@ -35,6 +35,8 @@ _UNSEEN = 1e-4
 """Sum of squares of a combination of weights, at unit variance, below which no law is large enough to show it."""
 _SEVERAL = 4.0
 """Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
+_WANDERS = 10.0
+"""The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
 _INEXACT = 0.01
 """Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
 over, the next component would take."""
@@ -166,7 +168,7 @@ class LawSearch:
         """Directions without combinations of weights that the readings do not show, and what the entry costs."""
         values, vectors = np.linalg.eigh(atom.directions.T @ atom.directions)
         self._slim.append(atom.directions @ vectors[:, values > _UNSEEN])
-        self._dearer = np.append(self._dearer, _SEVERAL * _of_each(atom))
+        self._dearer = np.append(self._dearer, _SEVERAL * _of_each(atom) + _WANDERS * _wanders(atom))
 
     def _chosen(self, indices: tuple[int, ...], state: Present) -> Chosen:
         evidence = state.log_evidence - float(self._dearer[list(indices)].sum())
@@ -254,3 +256,8 @@ def preferred(trials: list[Chosen]) -> Chosen:
 def _of_each(atom: Atom) -> bool:
     """Whether an entry has a law of its own for every actuator."""
     return atom.entry is not None and atom.component.several and atom.entry.blocks > 1
+
+
+def _wanders(atom: Atom) -> bool:
+    """Whether an entry is a mount that moves whatever it carries."""
+    return atom.entry is not None and atom.entry.form == "twist" and atom.entry.inputs[0].kind in ("clock", "elapsed")

@@ -45,6 +45,8 @@ class Instrument(Port):
                     yield Entry(
                         self.name, INSTRUMENT, prior.form, channels, prior.kernel, prior.scales, min(prior.rank, 10)
                     )
+                alike = tuple(Channel(a, 0, prior.inputs, shown[a]) for a in axes)
+                yield Entry(self.name, INSTRUMENT, prior.form, alike, prior.kernel, prior.scales, prior.rank)
             for a in axes:
                 if sight.varies(shown[a]):
                     for prior in (
