@@ -14,7 +14,7 @@ from expdesign.chain.component import Component
 
 TEMPERATURE = 16.0
 """Divides differences of log evidence: the most likely of 1 to 16 on 16 cases (results/ports)."""
-SHARE = 0.005
+SHARE = 0.015
 """Differences of log evidence count at most in this proportion to the evidence itself: no model is exact."""
 OPEN = 0.05
 """Probability from which a component belongs to the set that cannot be told apart."""
