@@ -27,8 +27,8 @@ from expdesign.api.identify import recordings_of
 from expdesign.api.inputs import robot_of, table_of
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
-from expdesign.diagnosis.record import diagnosis_record
 from expdesign.recordings.reader import points_from_table
+from expdesign.report.diagnosis_record import diagnosis_record
 from virtual_laboratory.recordings import deflection_columns, std_columns
 
 DEFLECTIONS = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")

@@ -33,9 +33,9 @@ _ALIKE = 1.05
 """Factor on left-out errors within which evidence decides."""
 _UNSEEN = 1e-4
 """Sum of squares of a combination of weights, at unit variance, below which no law is large enough to show it."""
-_SEVERAL = 4.0
+_SEVERAL = 25.0
 """Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
-_WANDERS = 10.0
+_WANDERS = 20.0
 """The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
 _INEXACT = 0.01
 """Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
@@ -213,20 +213,21 @@ class LawSearch:
 
     def _finer(self, grown: Chosen) -> Chosen:
         """The same with scales and settings of the laws searched continuously, where that does not predict worse."""
-        for position in range(len(grown.indices)):
-            index = grown.indices[position]
-            if index >= self._listed:
-                continue
-            rest = grown.state.without(position)
+        tried: set[int] = set()
+        while True:
+            left = [p for p, index in enumerate(grown.indices) if index < self._listed and index not in tried]
+            if not left:
+                return grown
+            index, rest = grown.indices[left[0]], grown.state.without(left[0])
+            tried.add(index)
             better = refined(self.atoms[index], self.dictionary, rest)
             if better is None:
                 continue
             self._add(better[0])
-            indices = (*grown.indices[:position], *grown.indices[position + 1 :], len(self.atoms) - 1)
+            indices = (*grown.indices[: left[0]], *grown.indices[left[0] + 1 :], len(self.atoms) - 1)
             trial = self._chosen(indices, rest.beside(better[0].directions, better[1]).refitted())
             if trial.evidence > grown.evidence and trial.error <= _ALIKE * grown.error:
-                return self._finer(trial)
-        return grown
+                grown = trial
 
     def _exchanged(self, current: Chosen, alarm: float, most: int) -> Chosen:
         """The laws of one component at a time replaced where another explains and predicts better beside the others."""
