@@ -1,9 +1,9 @@
 """How far probabilities of places can be trusted: `python -m benchmarks.ports.calibration FILE ...`.
 
 The files are answers of `benchmarks.ports.practice`: of the first component the log evidence of every rival is kept
-with the accepted components. The temperature is what makes the accepted components most probable (maximum likelihood), which
-is compared with the one in use; reliability is listed by bins of the largest probability. Seeds that calibrate are not
-to be used for reporting.
+with the accepted components. The temperature is what makes the accepted components most probable (maximum likelihood),
+which is compared with the one in use; reliability is listed by bins of the largest probability. Seeds that calibrate
+are not to be used for reporting.
 """
 
 import argparse
