@@ -184,7 +184,7 @@ def test_the_median_of_answers_and_none_is_the_median() -> None:
     assert median_interval([1.0, float("inf"), float("inf")])[0] == float("inf")
     generator, inside = np.random.default_rng(5), 0
     for _ in range(200):
-        _, low, high = median_interval(generator.normal(size=40))
+        _, low, high = median_interval(generator.normal(size=40).tolist())
         inside += low <= 0.0 <= high
     assert 0.88 <= inside / 200 <= 0.99  # 0.95 with a standard error of 0.015, less the bootstrap's own error
 
