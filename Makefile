@@ -18,7 +18,7 @@ $(VENV)/running: pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/testing: $(VENV)/running
-	$(INSTALL) -e '.[cluster,dev,laboratory,studies]'
+	$(INSTALL) -e '.[benchmark,cluster,dev,laboratory,studies]'
 	@touch $@
 
 run: $(VENV)/running
