@@ -24,6 +24,7 @@ from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 from expdesign.recordings.structure import check_structure
 from expdesign.report import check_texts
+from expdesign.report.remark_texts import sentences
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 from expdesign.sweeps.computed_by import computed_by_text
@@ -165,16 +166,14 @@ class CheckedRecordings:
             return f"{self.structure} Give the robot (--robot ROBOT.yaml) to see what they identify."
         if self.identification is None:
             return self.structure
-        if self.recordings.measurand.absolute:
-            return " ".join([self.structure, *self.identification.suspicions])
         return f"{self.structure} {check_texts.identified_summary(self.identification)}"
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What looks like a mistake in them."""
-        if self.recordings is None or self.identification is None or self.recordings.measurand.absolute:
+        if self.identification is None:
             return ()
-        return tuple(f"suspicion: {suspicion}" for suspicion in self.identification.suspicions)
+        return tuple(f"suspicion: {text}" for text in sentences(self.identification.suspicions))
 
 
 Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedRecordings
