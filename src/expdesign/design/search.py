@@ -52,14 +52,19 @@ class Progress:
     note: str = ""
 
 
-def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda progress: None) -> Front:
+Follow = Callable[[Progress], bool | None]
+"""Called with the state of a search; returns True to end it with the designs that are there."""
+
+
+def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Front:
     """The Pareto front of the problem's objectives.
 
-    The same problem and seed give the same front, bit for bit.
+    The same problem and seed give the same front, bit for bit, unless `report` ends the search.
 
     Raises:
         InfeasibleError: no pose is within the robot's limits.
         NotIdentifiableError: no design identifies what the targets need.
+        InputError: `report` ended the search before any design was known.
     """
     settings, space = problem.optimiser, problem.space
     generator = np.random.default_rng(settings.seed)
@@ -84,17 +89,25 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     if polished:
         for note in _coarse(polishing, first):
             known.add_front(polishing.front, note)
+            if known.ended:
+                break
         population.design_problem = polishing.problem
     genes = _genetic(population, start, polishing, known)
     if polished:
-        for _ in range(_REFINEMENTS):
+        for _ in range(0 if known.ended else _REFINEMENTS):
             for note in _fine(polishing, genes):
                 known.add_front(polishing.front, note)
-            if len(polishing.pool) == 0 or _agree(problem, polishing.problem, polishing.pool):
+                if known.ended:
+                    break
+            if known.ended or len(polishing.pool) == 0 or _agree(problem, polishing.problem, polishing.pool):
                 break
             polishing.review()
         # What the refinement left out as rough, the others would bring back.
-        genes = polishing.pool if len(polishing.pool) else genes
+        whole = len(polishing.pool) > 0 and not known.ended
+        genes = polishing.pool if whole else np.concatenate([genes, polishing.pool])
+    if known.ended and known.point is None:
+        what = "the search was ended before any plan was known"
+        raise InputError(what, where=problem.source, remedy="Give it more time.")
     genes = problem.settable(genes)
     values, violations = DesignPopulation(problem).objectives(genes)
     missing = polishing.missing() if polished and len(polishing.pool) else None
@@ -154,12 +167,16 @@ def _genetic(population: DesignPopulation, start: FloatArray, polishing: Polishi
     )
     algorithm.setup(population, termination=("n_gen", settings.generations), seed=settings.seed)
     volume, stale = known.volume, 0
+    if known.ended and len(pool):
+        return pool
     while algorithm.has_next():
         algorithm.next()
         known.generation += 1
         if known.generation % _REVIEW == 0:
             _review(population, algorithm.pop)
         known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
+        if known.ended:
+            break
         if len(pool):
             stale = 0 if known.volume > (1.0 + GAIN) * volume else stale + 1
             volume = max(volume, known.volume)
@@ -202,10 +219,13 @@ def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
 
 
 class _Known:
-    """The best front met so far, for reports, and the reference point of its hypervolume."""
+    """The best front met so far, for reports, and the reference point of its hypervolume.
 
-    def __init__(self, generations: int, report: Callable[[Progress], None]) -> None:
-        self.generation = 0
+    `ended` says whether somebody who was reported to wants no more.
+    """
+
+    def __init__(self, generations: int, report: Follow) -> None:
+        self.generation, self.ended = 0, False
         self.point: FloatArray | None = None
         self.volume = 0.0
         self._generations, self._report = generations, report
@@ -215,13 +235,19 @@ class _Known:
         """Take designs into account, objectives (d, k) and constraints (d, c), and report."""
         values = values[(violations <= 0.0).all(axis=1)]
         if len(values) == 0:
+            if self.point is None:
+                self._ask(values, note)
             return
         if self.point is None:
             self.point = reference_point(values)
         values = values if self._best is None else np.concatenate([self._best, values])
         self._best = values[non_dominated(values)]
         self.volume = hypervolume(self._best, self.point)
-        self._report(Progress(self.generation, self._generations, self._best, self.volume, note))
+        self._ask(self._best, note)
+
+    def _ask(self, front: FloatArray, note: str) -> None:
+        wanted = self._report(Progress(self.generation, self._generations, front, self.volume, note))
+        self.ended = self.ended or bool(wanted)
 
     def add_front(self, values: FloatArray, note: str) -> None:
         """Take feasible designs into account."""
