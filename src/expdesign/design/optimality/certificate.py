@@ -32,8 +32,13 @@ def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) ->
         problem: the design problem.
         front: designs (d, m, g) that are known; their measurements are among the candidates.
     """
-    bound, last = Certificate(problem, 0.0).result(front)
-    if bound.value is None or last is None or not last.needs_parts:
+    return with_split(problem, Certificate(problem, 0.0).result(front), 0.0)
+
+
+def with_split(problem: DesignProblem, result: Result, load_errors: float) -> LowerBound:
+    """The bound of a result, that of DUIR with what plans of split measurements reach (`split_plans.py`)."""
+    bound, last = result
+    if load_errors > 0.0 or bound.value is None or last is None or not last.needs_parts:
         return bound
     split = split_duir(problem, last.shortlist, last.weights)
     if split is None:
@@ -78,6 +83,11 @@ class Certificate:
             if candidates is None and takes_series(self.information)
             else MeasurementPool(self.information, effort, candidates)
         )
+
+    @property
+    def name(self) -> str:
+        """Of the criterion."""
+        return "total" if self.information.load_errors > 0.0 else "DUIR"
 
     def bound(self, front: FloatArray | None) -> LowerBound:
         """The best bound of the refinement; see `duir_lower_bound` for `front`."""
@@ -132,15 +142,13 @@ class Certificate:
 
     def _text(self, words: str, gap: float, last: Refinement) -> str:
         m = self._problem.space.measurements
-        with_errors = self.information.load_errors > 0.0
-        quantity = "total" if with_errors else "DUIR"
         parts = [
-            f"{quantity} of every plan of {m} measurement{'s' if m > 1 else ''}, by the dual of the convex relaxation "
+            f"{self.name} of every plan of {m} measurement{'s' if m > 1 else ''}, by the dual of the convex relaxation "
             f"(repeated measurements allowed, weights continuous); {words}"
         ]
         if self.pool.caveat():
             parts.append(self.pool.caveat())
-        if with_errors:
+        if self.information.load_errors > 0.0:
             parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
         parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
         support = last.support

@@ -83,7 +83,7 @@ class Columns:
         poses, group = np.unique(self.pose, return_inverse=True)
         mixtures = self.sites.boxes.mixtures
         gram, shared = self.sites.quadratic(dual, self.size, poses)
-        alone = np.einsum("bcv,pvw,bcw->pbc", mixtures, gram, mixtures, optimize=True)
+        alone = ((mixtures @ gram[:, None]) * mixtures).sum(axis=3)
         added = np.empty((len(self.pose), self.size, mixtures.shape[1]))
         total = np.empty(len(self.pose))
         together = max(1, _AT_ONCE // (self.size * mixtures.shape[1] * mixtures.shape[2]))
@@ -92,7 +92,7 @@ class Columns:
             at, boxes = group[part], self.boxes[part]
             centre = mixtures[boxes, 0].sum(axis=1)
             along = (shared[at] @ centre[..., None])[..., 0]
-            added[part] = alone[at[:, None], boxes] - 2.0 * np.einsum("jncv,jv->jnc", mixtures[boxes], along)
+            added[part] = alone[at[:, None], boxes] - 2.0 * (mixtures[boxes] @ along[:, None, :, None])[..., 0]
             total[part] = added[part].max(axis=2).sum(axis=1) + (along * centre).sum(axis=1)
         return added, total
 

@@ -100,6 +100,7 @@ class Boxes:
         self._numbers: dict[Box, int] = {}
         self._boxes: list[Box] = []
         self._corners: list[FloatArray] = []
+        self._mixtures: FloatArray | None = None
 
     def add(self, box: Box) -> int:
         """The number of a box."""
@@ -116,9 +117,10 @@ class Boxes:
     @property
     def mixtures(self) -> FloatArray:
         """Weights of the range's corners at the corners of every box, shape (b, c, v)."""
-        at = np.array(self._corners)[:, :, None]
-        found: FloatArray = np.where(self.loads.bits > 0.5, at, 1.0 - at).prod(axis=3)
-        return found
+        if self._mixtures is None or len(self._mixtures) < len(self._corners):
+            at = np.array(self._corners)[:, :, None]
+            self._mixtures = np.where(self.loads.bits > 0.5, at, 1.0 - at).prod(axis=3)
+        return self._mixtures
 
     def outermost(self, number: int) -> FloatArray:
         """The load's variables (l,) at the corner that stands for a box."""

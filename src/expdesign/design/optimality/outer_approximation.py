@@ -19,7 +19,9 @@ _REGULARISATION = 1e-10
 _NEAR, _PIECES = 0.05, 4
 _ROUNDING = 3e-6
 """Relative slack for the tolerances of the integer program."""
-_KEPT, _IDLE_SLACK = 160, 1e-3
+_KEPT, _IDLE_SLACK = 100, 1e-3
+_RATE, _FIXED = 1.4e6, 7000.0
+"""Coefficients of linear programs per second, and as how many the rest of a program counts."""
 _LOOSE = 1e-4
 """A column whose bound exceeds what it tells by less than this part of a measurement's is not split."""
 
@@ -46,6 +48,9 @@ class Master:
         relaxation: targets, prior and m.
         parts: the columns, by their number of measurements.
         unit: a value of the criterion squared, by which cuts are scaled.
+
+    Attributes:
+        work: processor seconds of the linear programs so far, as estimated from their sizes.
     """
 
     def __init__(self, relaxation: Relaxation, parts: list[Columns], unit: float) -> None:
@@ -54,6 +59,7 @@ class Master:
         self._duals: list[Dual] = []
         self._kept: list[int] = []
         self._idle: dict[int, int] = {}
+        self.work = 0.0
         self._use([part for part in parts if len(part)])
 
     def __len__(self) -> int:
@@ -64,11 +70,6 @@ class Master:
         """Number of cuts."""
         return len(self._duals)
 
-    @property
-    def entries(self) -> float:
-        """Size of a linear program."""
-        return float(len(self) * len(self._kept))
-
     def _use(self, parts: list[Columns]) -> None:
         self.parts = parts
         self._edges = np.cumsum([0, *(len(part) for part in parts)])
@@ -76,9 +77,9 @@ class Master:
         self._sizes = np.concatenate([np.full(len(part), part.size) for part in parts] or [np.zeros(0, dtype=int)])
         self._coefficients = [self._most(dual) for dual in self._duals]
         poses = np.concatenate([part.pose for part in parts] or [np.zeros(0, dtype=np.int64)])
-        distinct, group = np.unique(poses, return_inverse=True)
+        distinct, self._group = np.unique(poses, return_inverse=True)
         self._at_poses = np.zeros((len(distinct), len(poses)))
-        self._at_poses[group, np.arange(len(poses))] = 1.0
+        self._at_poses[self._group, np.arange(len(poses))] = 1.0
         count = np.concatenate([[0.0], self._sizes, np.zeros(len(distinct))])[None]
         visits = np.concatenate([np.zeros((len(distinct), 1)), self._at_poses, -np.eye(len(distinct))], axis=1)
         self._plans = np.concatenate([count, visits])
@@ -96,20 +97,22 @@ class Master:
         self._duals.append(dual)
         self._coefficients.append(self._most(dual))
 
-    def values(self, times: FloatArray) -> FloatArray:
-        """The criterion squared of plans (b, J), whole or not, with the loads that stand for the columns, (b,)."""
-        return self._targets(times)[0].max(axis=1)
+    def _sum(self, times: FloatArray) -> FloatArray:
+        """P + Σ x_j·N_j of a plan (J,), with the loads that stand for the columns, shape (q, q)."""
+        found: FloatArray = self._relaxation.prior + np.tensordot(times, self._information, axes=1)
+        return found
 
-    def _targets(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        matrix = self._relaxation.prior + np.tensordot(times, self._information, axes=1)
+    def _targets(self, matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The criterion squared at every target (b, t) for informations (b, q, q), and their inverses."""
         size = np.trace(matrix, axis1=1, axis2=2)[:, None, None] / matrix.shape[1]
         inverse = np.linalg.inv(matrix + _REGULARISATION * np.maximum(size, 1e-300) * np.eye(matrix.shape[1]))
         targets = self._relaxation.targets
-        return np.einsum("trq,bqs,trs->bt", targets, inverse, targets, optimize=True), inverse
+        values: FloatArray = ((targets @ inverse[:, None]) * targets).sum(axis=(2, 3))
+        return values, inverse
 
     def cut_at(self, times: FloatArray) -> float:
         """Add the cuts that touch the criterion at a plan (J,), whole or not; the criterion squared there."""
-        found, inverses = self._targets(times[None])
+        found, inverses = self._targets(self._sum(times)[None])
         values = found[0]
         order = np.argsort(-values, kind="stable")[:_PIECES]
         for target in order[values[order] >= (1.0 - _NEAR) * values[order[0]]]:
@@ -122,24 +125,27 @@ class Master:
     def exchanged(self, times: FloatArray) -> FloatArray:
         """A whole plan (J,) after exchanges of columns of equal size that help, until none does (Fedorov 1972)."""
         times = times.copy()
-        value = float(self.values(times[None])[0])
+        matrix = self._sum(times)
+        value = float(self._targets(matrix[None])[0].max())
         improved = True
         while improved:
             improved = False
             for column in np.flatnonzero(times):
-                same = np.flatnonzero(self._sizes == self._sizes[column])
-                trial = np.repeat(times[None], len(same), axis=0)
-                trial[:, column] -= 1.0
-                trial[np.arange(len(same)), same] += 1.0
-                found = np.where(self._allowed(trial), self.values(trial), np.inf)
+                without = times.copy()
+                without[column] -= 1.0
+                same = np.flatnonzero((self._sizes == self._sizes[column]) & self._open(without))
+                trial = matrix - self._information[column] + self._information[same]
+                found = self._targets(trial)[0].max(axis=1)
                 best = int(found.argmin())
                 if found[best] < value * (1.0 - 1e-9):
-                    times, value, improved = trial[best], float(found[best]), True
+                    times, matrix, value, improved = without, trial[best], float(found[best]), True
+                    times[same[best]] += 1.0
         return times
 
-    def _allowed(self, times: FloatArray) -> BoolArray:
-        allowed: BoolArray = (times @ self._at_poses.T <= self.most_visits).all(axis=1)
-        return allowed
+    def _open(self, times: FloatArray) -> BoolArray:
+        """Columns that can be added to a plan as far as its visits of poses go, shape (J,)."""
+        room: BoolArray = (self._at_poses @ times + 1.0 <= self.most_visits)[self._group]
+        return room
 
     @property
     def most_visits(self) -> int:
@@ -155,8 +161,7 @@ class Master:
         plan += floor
         left = m - int((plan * self._sizes).sum())
         while left > 0:
-            trial = np.repeat(plan[None], len(self), axis=0) + np.eye(len(self))
-            open_ = (self._sizes <= left) & self._allowed(trial)
+            open_ = (self._sizes <= left) & self._open(plan)
             if not open_.any():
                 return None
             chance = np.where(open_, weights, 0.0)
@@ -177,7 +182,8 @@ class Master:
             return Program(None, nowhere, np.inf)
         low = np.zeros(number + poses) if low is None else low
         high = self.highest if high is None else high
-        binding = np.array(self._coefficients)[self._kept]
+        binding = np.array([self._coefficients[i] for i in self._kept])
+        self.work += (binding.size + _FIXED) / _RATE
         constants = np.array([2.0 * self._duals[i].gain - self._duals[i].prior for i in self._kept]) / self._unit
         cuts = np.concatenate([-np.ones((len(binding), 1)), -binding, np.zeros((len(binding), poses))], axis=1)
         found = linprog(
@@ -219,27 +225,34 @@ class Master:
                 found += int(times[edge + column]) * [part.measurements(int(column))]
         return np.concatenate(found)
 
-    def refine(self, times: FloatArray) -> bool:
-        """Split the boxes of a plan's columns (J,) where the cut there is loose; whether any was."""
+    def refine(self, times: FloatArray) -> IntArray | None:
+        """Split the boxes of a plan's columns (J,) where the cut there is loose.
+
+        Returns:
+            For every column from now on the column it was, −1 where it is part of one that was split, shape (J',);
+            None where nothing was split.
+        """
         self.cut_at(times)
         dual = self._duals[-1]
-        parts, any_split = [], False
+        parts, origins = [], []
         for part, edge in zip(self.parts, self._edges, strict=False):
-            taken = np.flatnonzero(times[edge : edge + len(part)])
-            by_corner = part.by_corner(dual)[0]
-            most, first = by_corner.max(axis=2), by_corner[:, :, 0]
-            loose = [j for j in taken if (most[j] - first[j]).max() > _LOOSE * max(float(most.max()), 1e-300)]
-            halves = {j: part.split(int(j), dual) for j in loose}
-            replaced = [j for j, new in halves.items() if new is not None]
-            new_parts = [new for new in halves.values() if new is not None]
-            keep = part.take(np.setdiff1d(np.arange(len(part)), replaced))
-            pose = np.concatenate([keep.pose, *(new.pose for new in new_parts)])
-            boxes = np.concatenate([keep.boxes, *(new.boxes for new in new_parts)])
+            added = part.by_corner(dual)[0]
+            slack = (added.max(axis=2) - added[:, :, 0]).max(axis=1)
+            loose = slack > _LOOSE * max(float(np.abs(added).max(initial=0.0)), 1e-300)
+            taken = np.flatnonzero(loose & (times[edge : edge + len(part)] > 0.0))
+            halves = {int(column): part.split(int(column), dual) for column in taken}
+            split = {column: new for column, new in halves.items() if new is not None}
+            kept = np.setdiff1d(np.arange(len(part)), list(split))
+            keep = part.take(kept)
+            pose = np.concatenate([keep.pose, *(new.pose for new in split.values())])
+            boxes = np.concatenate([keep.boxes, *(new.boxes for new in split.values())])
             parts.append(Columns(part.sites, pose, boxes))
-            any_split |= bool(new_parts)
-        if any_split:
-            self._use(parts)
-        return any_split
+            origins.append(np.concatenate([edge + kept, np.full(len(pose) - len(kept), -1)]))
+        origin: IntArray = np.concatenate(origins)
+        if (origin >= 0).all():
+            return None
+        self._use(parts)
+        return origin
 
 
 def most_sensitive(parts: list[Columns], dual: Dual, number: int) -> list[Columns]:

@@ -36,13 +36,17 @@ class SeriesPool:
     Args:
         information: maps of single measurements.
         effort: of the search over a continuum.
+
+    Attributes:
+        information: maps of series.
+        multisets: the series at a pose, by the extreme loads of their measurements.
     """
 
     complete = False
 
     def __init__(self, information: MeasurementInformation, effort: Effort) -> None:
         self._problem, self._effort = information.problem, effort
-        self._information = SeriesInformation(information)
+        self.information = SeriesInformation(information)
         self._generator = np.random.default_rng(information.problem.optimiser.seed)
         self._loads = information.load_variables()
         self._poses = enumerated(self._problem, self._loads.index)
@@ -54,7 +58,7 @@ class SeriesPool:
         return ""
 
     def rows(self, candidates: FloatArray) -> FloatArray:
-        return self._information.rows(candidates)
+        return self.information.rows(candidates)
 
     def measurements(self, candidates: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         there = ~np.isnan(candidates[..., 0])
@@ -95,7 +99,7 @@ class SeriesPool:
         """The best series at every pose of a finite set."""
         assert self._poses is not None
         if self._maps is None:
-            self._maps = self._information.reference_rows(self._options(self._poses))
+            self._maps = self.information.reference_rows(self._options(self._poses))
         best = self.multisets.best(dual, self._maps)
         order = np.argsort(-best.values, kind="stable")[:_ADDED]
         words = (
@@ -139,7 +143,7 @@ class SeriesPool:
         quantities = self._problem.space.quantities(np.where(there[..., None], series, series[:, :1]))
         flat = independent(quantities.reshape(-1, quantities.shape[-1]))
         with np.errstate(all="ignore"):
-            rows = self._information.information.reference_rows(flat)
+            rows = self.information.information.reference_rows(flat)
             numbers = plain(rows).reshape(*there.shape, *rows.shape[1:]) * there[..., None, None]
             # The reference that tells least: at its best value the derivative needs no change of it.
             turned = np.einsum("bnki,bnkr->bir", numbers[..., q:], numbers[..., :q] @ dual.matrix)
@@ -180,7 +184,7 @@ class SeriesPool:
 
     def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The most sensitive series at poses (b, g), and what no series there exceeds, shape (b,)."""
-        best = self.multisets.best(dual, self._information.reference_rows(self._options(poses)))
+        best = self.multisets.best(dual, self.information.reference_rows(self._options(poses)))
         return self._series(poses, best.chosen), best.bound
 
     def _of_designs(self, designs: FloatArray) -> FloatArray:

@@ -1,18 +1,18 @@
 """The tree of branch and bound over whole plans (Land & Doig 1960): best bound first, cuts shared by all nodes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.outer_approximation import Master, Program
 
 _WHOLE = 1e-6
 _CUTS, _GAIN = 4, 1e-4
 """Programs at a node, and the relative rise of its bound that is worth another."""
-_ROUNDINGS = 20
+_ROUNDINGS, _ROOTS = 20, 30
 
 
 @dataclass(frozen=True)
@@ -21,14 +21,23 @@ class Outcome:
 
     Attributes:
         bound: what no plan goes below, the criterion squared.
-        loose: a whole plan (J,) at which the cuts end below the criterion, which keeps the bound from rising; None
-            where there is none.
         nodes: of the tree.
     """
 
     bound: float
-    loose: FloatArray | None
     nodes: int
+
+
+@dataclass(order=True)
+class _Node:
+    """Part of the plans: least and most times and visits (J + p,), and its program, of a version of the columns."""
+
+    bound: float
+    order: int
+    low: FloatArray = field(compare=False)
+    high: FloatArray = field(compare=False)
+    program: Program = field(compare=False)
+    version: int = field(compare=False)
 
 
 class Tree:
@@ -47,42 +56,91 @@ class Tree:
         self._master, self._attempt, self._gap, self._generator = master, attempt, gap, generator
         self._tried: set[bytes] = set()
         self._best = np.inf
+        self._order = 0
+        self._origins: list[IntArray] = []
 
     def run(self, best: float, within: Callable[[], bool]) -> Outcome:
         """Search while `within` permits another node; `best` is the criterion squared of the best known plan."""
         master = self._master
         self._best, nodes = best, 0
+        self._tighten()
         root = self._converged(np.zeros(len(master.highest)), master.highest)
-        if root.times is None:
-            return Outcome(best, None, 0)
-        for _ in range(_ROUNDINGS):
-            self._round(root.times)
-        order = 0
-        heap = [(root.bound, order, np.zeros(len(master.highest)), master.highest, root)]
-        while heap and within():
-            bound, _, low, high, program = heap[0]
-            if bound >= (1.0 - self._gap) * self._best:
-                break
-            assert program.times is not None
-            place = self._fractional(program)
+        heap = (
+            [] if root.times is None else [self._node(root.bound, np.zeros(len(master.highest)), master.highest, root)]
+        )
+        while heap and within() and heap[0].bound < (1.0 - self._gap) * self._best:
+            node = heappop(heap)
+            if node.version < len(self._origins):
+                self._renewed(heap, node)
+                continue
+            assert node.program.times is not None
+            place = self._fractional(node.program)
             if place is None:
-                return Outcome(min(bound, self._best), program.times, nodes)
-            heappop(heap)
-            value = np.concatenate([program.times, program.visits])[place]
+                if not self._tightened(heap, node):
+                    heappush(heap, node)
+                    break
+                continue
+            value = np.concatenate([node.program.times, node.program.visits])[place]
             for below in (True, False):
                 nodes += 1
-                lower, upper = low.copy(), high.copy()
+                lower, upper = node.low.copy(), node.high.copy()
                 if below:
                     upper[place] = np.floor(value)
                 else:
                     lower[place] = np.ceil(value)
-                child = self._converged(lower, upper)
-                if child.times is not None and child.bound < (1.0 - self._gap) * self._best:
-                    order += 1
-                    self._round(child.times)
-                    heappush(heap, (max(bound, child.bound), order, lower, upper, child))
-        lowest = min(heap[0][0], self._best) if heap else self._best * (1.0 - self._gap)
-        return Outcome(lowest, None, nodes)
+                self._push(heap, node.bound, lower, upper)
+        lowest = min(heap[0].bound, self._best) if heap else self._best * (1.0 - self._gap)
+        return Outcome(lowest, nodes)
+
+    def _node(self, bound: float, low: FloatArray, high: FloatArray, program: Program) -> _Node:
+        self._order += 1
+        return _Node(bound, self._order, low, high, program, len(self._origins))
+
+    def _push(self, heap: list[_Node], bound: float, low: FloatArray, high: FloatArray) -> float:
+        """Put a part of the plans on the heap where it can hold a better one; its bound."""
+        program = self._converged(low, high)
+        if program.times is not None and program.bound < (1.0 - self._gap) * self._best:
+            self._round(program.times)
+            heappush(heap, self._node(max(bound, program.bound), low, high, program))
+        return program.bound
+
+    def _renewed(self, heap: list[_Node], node: _Node) -> None:
+        """A node after columns were split: what was said of a column that is no more is left out."""
+        low, high, highest = node.low, node.high, self._master.highest
+        for origin in self._origins[node.version :]:
+            poses = np.arange(len(low) - (len(highest) - len(self._origins[-1])), len(low))
+            place = np.concatenate([origin, poses])
+            low, high = np.where(place >= 0, low[place], 0.0), np.where(place >= 0, high[place], np.inf)
+        self._push(heap, node.bound, low, np.minimum(high, highest))
+
+    def _tightened(self, heap: list[_Node], node: _Node) -> bool:
+        """Split the boxes of a node's whole plan, or add its cut; whether that changes anything."""
+        assert node.program.times is not None
+        self._round(node.program.times)
+        origin = self._master.refine(node.program.times)
+        if origin is not None:
+            self._origins.append(origin)
+            self._renewed(heap, node)
+            return True
+        return self._push(heap, node.bound, node.low, node.high) > node.bound * (1.0 + 0.1 * self._gap)
+
+    def _tighten(self) -> None:
+        """Cuts about the optimum in parts, by the method of Kelley (1960) with averaging, and plans near it."""
+        step = self._master.solve()
+        if step.times is None:
+            return
+        centre, least = step.times, self._master.cut_at(step.times)
+        for _ in range(_ROOTS):
+            step = self._master.solve()
+            if step.times is None or step.bound > (1.0 - self._gap) * least:
+                break
+            middle = 0.5 * (centre + step.times)
+            value = self._master.cut_at(middle)
+            self._master.cut_at(step.times)
+            if value < least:
+                centre, least = middle, value
+        for _ in range(_ROUNDINGS):
+            self._round(centre)
 
     def _converged(self, low: FloatArray, high: FloatArray) -> Program:
         """The program of a node, with the cuts that its own solutions call for."""

@@ -1,15 +1,16 @@
 """The best plan there is, to so many per cent: bounds over plans of whole measurements (theory.md 10.7)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import Certificate
+from expdesign.design.optimality.certificate import Certificate, with_split
 from expdesign.design.optimality.columns import Columns, Sites, columns_of, sites_of
 from expdesign.design.optimality.outer_approximation import Master, most_sensitive
-from expdesign.design.optimality.refinement import Refinement, Result
+from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
 from expdesign.design.optimality.tree import Tree
 from expdesign.design.problem import DesignProblem
 
@@ -18,8 +19,8 @@ GAP = 1e-3
 LARGEST = 3000
 """Columns beyond which whole plans are not sought."""
 _LIKELY, _MARGIN = 300, 1.3
-_RATE, _FIXED = 2.0e6, 10_000.0
-"""Entries of linear programs that are worked on in a second, and entries that every program counts as."""
+_AGAIN = 0.8
+"""Part of the distance from plan to bound that is left when columns are chosen anew."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,29 @@ class WholePlans:
     nodes: int
     words: str
 
+    def sentence(self, criterion: str) -> str:
+        """What is proved, in words."""
+        if self.bound is None or self.gap is None:
+            return ""
+        if self.finished:
+            return f"the best plan there is, to {100.0 * max(self.gap, GAP):.2g} %, has {criterion} {self.best:.5g}"
+        return (
+            f"the best plan known has {criterion} {self.best:.5g}; one that is better is so by {self.gap:.2%} at most"
+        )
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """For `run.json` (file-formats.md, run.json)."""
+        return {
+            "lower_bound": self.bound,
+            "least_known": float(self.best) if np.isfinite(self.best) else None,
+            "gap": self.gap,
+            "finished": self.finished,
+            "columns": self.columns,
+            "nodes": self.nodes,
+            "how": self.words,
+        }
+
     @property
     def gap(self) -> float | None:
         """(best − bound)/bound, or None."""
@@ -65,8 +89,8 @@ class BranchAndBound:
         self, problem: DesignProblem, certificate: Certificate, result: Result, known: FloatArray | None, seconds: float
     ) -> None:
         self._problem, self._certificate, self._result = problem, certificate, result
-        self._name = "total" if certificate.information.load_errors > 0.0 else "duir"
-        self._work = seconds * _RATE
+        self._criterion = certificate.name.lower()
+        self._seconds = seconds
         self._nodes = 0
         space = problem.space
         self._free = problem.constraints is None and space.most_poses is None
@@ -85,19 +109,27 @@ class BranchAndBound:
         sites = sites_of(self._certificate.information)
         if isinstance(sites, str):
             return self._not(sites)
-        for value in (min(self._best, _MARGIN * relaxed), None):
-            if value is None and not np.isfinite(self._best):
+        parts = self._columns(sites, last, min(self._best, _MARGIN * relaxed))
+        if isinstance(parts, str):
+            return self._not(parts)
+        self._search(most_sensitive(parts, last.dual, _LIKELY), last, relaxed, 0.0)
+        bound, number = relaxed, 0
+        while self._seconds > 0.0 or number == 0:
+            if not np.isfinite(self._best):
                 return self._not("no plan is known")
-            parts = self._columns(sites, last, self._best if value is None else value)
+            before = self._best
+            parts = self._columns(sites, last, before)
             if isinstance(parts, str):
                 return self._not(parts)
             number = sum(len(part) for part in parts)
-            if value is not None:
-                self._search(most_sensitive(parts, last.dual, _LIKELY), last, relaxed, 0.0)
-            elif number > LARGEST:
+            if number > LARGEST:
                 return self._not(f"{number} poses with parts of their loads are too many")
-        bound = self._search(parts, last, relaxed, self._work)
-        return self._found(max(bound, relaxed), number, "")
+            # A better plan leaves fewer columns, so that it is worth while to begin again.
+            part, ended = self._search(parts, last, relaxed, self._seconds)
+            bound = max(bound, part)
+            if ended:
+                break
+        return self._found(bound, number, "")
 
     def _columns(self, sites: Sites, last: Refinement, value: float) -> list[Columns] | str:
         """Columns that a plan better than `value` can have."""
@@ -105,35 +137,30 @@ class BranchAndBound:
         threshold = dual.gain**2 / value**2 - dual.prior
         return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest)
 
-    def _search(self, parts: list[Columns], last: Refinement, relaxed: float, work: float) -> float:
-        """The bound over plans of these columns and the best known one, and better plans on the way."""
+    def _search(self, parts: list[Columns], last: Refinement, relaxed: float, seconds: float) -> tuple[float, bool]:
+        """The bound over plans of these columns and the best known one, with better plans on the way; and whether it
+        ended for another reason than that a much better plan was found.
+        """
         master = Master(self._certificate.relaxation, parts, relaxed**2)
         if len(master) == 0:
-            return self._best
+            return self._best, True
         master.cut(last.dual)
         generator = np.random.default_rng(self._problem.optimiser.seed)
-        end = max(0.0, self._work - work)
-        bound = relaxed
+        before = self._best
 
         def within() -> bool:
-            self._work -= _FIXED + master.entries
-            return self._work > end
+            return master.work < seconds and self._best > relaxed + _AGAIN * (before - relaxed)
 
         def attempt(times: FloatArray) -> float:
             self._try(master.plan(times))
             return self._best**2
 
-        while True:
-            tree = Tree(master, attempt, 2.0 * GAP, generator)
-            outcome = tree.run(self._best**2, within)
-            self._nodes += outcome.nodes
-            bound = max(bound, min(float(np.sqrt(outcome.bound)), self._best))
-            if outcome.loose is None:
-                break
-            attempt(outcome.loose)
-            if work <= 0.0 or not master.refine(outcome.loose) or not within():
-                break
-        return bound
+        outcome = Tree(master, attempt, 1.9 * GAP, generator).run(self._best**2, within)
+        self._nodes += outcome.nodes
+        bound = max(relaxed, min(float(np.sqrt(outcome.bound)), self._best))
+        ended = within() or master.work >= seconds
+        self._seconds -= min(master.work, seconds)
+        return bound, ended
 
     def _try(self, measurements: FloatArray) -> None:
         if not self._free:
@@ -144,7 +171,7 @@ class BranchAndBound:
             self._best, self._plan = value, plan[0]
 
     def _values(self, designs: FloatArray) -> FloatArray:
-        found = known_criteria()[self._name].values(self._problem.assess(*self._problem.space.decode(designs)))
+        found = known_criteria()[self._criterion].values(self._problem.assess(*self._problem.space.decode(designs)))
         return np.where(np.isfinite(found), found, np.inf)
 
     def _not(self, why: str) -> WholePlans:
@@ -160,9 +187,36 @@ class BranchAndBound:
         return WholePlans(bound, self._best, self._plan, finished, columns, self._nodes, text)
 
 
-def whole_plan_bound(
-    problem: DesignProblem, load_errors: float, known: FloatArray | None, seconds: float
-) -> WholePlans:
-    """The bound over whole plans of a problem by itself; see `BranchAndBound`."""
+@dataclass(frozen=True)
+class CriterionBounds:
+    """What no plan goes below.
+
+    Attributes:
+        lower: the larger of the two bounds, over plans in parts and over whole ones.
+        whole: how far branch and bound got.
+    """
+
+    lower: LowerBound
+    whole: WholePlans
+
+
+def criterion_bounds(
+    problem: DesignProblem, load_errors: float, known: FloatArray | None, seconds: float | None = None
+) -> CriterionBounds:
+    """The bounds of DUIR (`load_errors` 0) or of `total` (1) over all plans of as many measurements.
+
+    Args:
+        problem: the design problem.
+        load_errors: see `MeasurementInformation`.
+        known: designs (d, m, g) that can be measured.
+        seconds: of branch and bound; the configuration's where left out.
+    """
     certificate = Certificate(problem, load_errors)
-    return BranchAndBound(problem, certificate, certificate.result(known), known, seconds).run()
+    result = certificate.result(known)
+    seconds = problem.optimiser.bound_seconds if seconds is None else seconds
+    whole = BranchAndBound(problem, certificate, result, known, seconds).run()
+    relaxed = result.bound.value
+    if relaxed is None or whole.gap is None or whole.bound is None:
+        return CriterionBounds(with_split(problem, result, load_errors), whole)
+    words = f"{result.bound.certified_on}; {whole.words}: {whole.sentence(certificate.name)}"
+    return CriterionBounds(LowerBound(max(relaxed, whole.bound), words), whole)
