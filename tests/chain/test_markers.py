@@ -26,6 +26,7 @@ from expdesign.identification.noise_level import noise_from_replicates
 from expdesign.identification.whitening import Whitening
 from expdesign.models.model_file import Model, model_from_document, model_text
 from expdesign.recordings.recordings import Recordings
+from expdesign.report.remark_texts import sentences
 from expdesign.robots.serial import SerialRobot
 
 
@@ -112,7 +113,7 @@ def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm:
     reading = reading_of(arm, data)
     assert isinstance(reading, MarkerPosition)
     assert len(reading.held) == 3
-    assert "is confounded with that of the instrument" in reading.degeneracies[0]
+    assert "is confounded with that of the instrument" in sentences(reading.degeneracies)[0]
     predictable = reading.predictable(arm, data)
     assert predictable[:60].all()
     assert not predictable[60:].any()

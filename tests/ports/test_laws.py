@@ -14,11 +14,11 @@ from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.library import library
-from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError
 from expdesign.ports.law import _WITHIN, Law, _within, form_data, form_of
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.words import quantity_name
+from expdesign.report.diagnosis_record import diagnosis_record
 
 
 @cache

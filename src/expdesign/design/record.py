@@ -3,17 +3,18 @@
 from importlib.metadata import version
 from typing import Any
 
+import expdesign
 from expdesign.design.front import Front
 from expdesign.design.optimality.whole_plans import CriterionBounds
 from expdesign.design.problem import DesignProblem
 
-PACKAGES = ("expdesign", "casadi", "numpy", "pandas", "pymoo", "scipy")
-"""On whose versions the numbers depend."""
+PACKAGES = ("casadi", "numpy", "pandas", "pymoo", "scipy")
+"""On whose versions the numbers depend, beside this one."""
 
 
 def versions() -> dict[str, str]:
     """The versions of the packages on which the numbers depend."""
-    return {name: version(name) for name in PACKAGES}
+    return {"expdesign": expdesign.__version__} | {name: version(name) for name in PACKAGES}
 
 
 def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, total: CriterionBounds) -> dict[str, Any]:

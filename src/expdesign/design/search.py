@@ -48,10 +48,14 @@ class Progress:
     note: str = ""
 
 
-def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda progress: None) -> Front:
+Follow = Callable[[Progress], bool | None]
+"""Called with the state of a search; returns True to end it with the designs that are there."""
+
+
+def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Front:
     """The Pareto front of the problem's objectives.
 
-    The same problem and seed give the same front, bit for bit.
+    The same problem and seed give the same front, bit for bit, unless `report` ends the search.
 
     Raises:
         InfeasibleError: no pose is within the robot's limits.
@@ -77,9 +81,11 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
     values, violations = population.objectives(first)
     _require_finite(problem, first)
     known.add(values, violations)
-    if polished:
+    if polished and not known.ended:
         for number, early in enumerate(coarse_rounds(working, first), start=1):
             known.add(*population.objectives(early), note=f"gradients, round {number}")
+            if known.ended:
+                break
         working = population.design_problem = working.working(early)
     algorithm = NSGA2(
         pop_size=settings.population,
@@ -96,14 +102,18 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         if known.generation % _REVIEW == 0:
             working = _reviewed(population, algorithm.pop)
         known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
+        if known.ended:
+            break
     genes = problem.settable(population.genes(algorithm.pop.get("X").astype(float)))
     if polished:
         refined = None
-        for _ in range(_REFINEMENTS):
+        for _ in range(0 if known.ended else _REFINEMENTS):
             working = population.design_problem = working.working(np.concatenate([genes, early]))
             for number, refined in enumerate(fine_rounds(working, early, genes), start=1):
                 known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
-            if refined is None or _agree(problem, working, refined):
+                if known.ended:
+                    break
+            if refined is None or known.ended or _agree(problem, working, refined):
                 break
             early = refined
         # What the refinement left out as rough, the others would bring back.
@@ -148,10 +158,13 @@ def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
 
 
 class _Known:
-    """The best front met so far, for reports, and the reference point of its hypervolume."""
+    """The best front met so far, for reports, and the reference point of its hypervolume.
 
-    def __init__(self, generations: int, report: Callable[[Progress], None]) -> None:
-        self.generation = 0
+    `ended` says whether somebody who was reported to wants no more.
+    """
+
+    def __init__(self, generations: int, report: Follow) -> None:
+        self.generation, self.ended = 0, False
         self.point: FloatArray | None = None
         self._generations, self._report = generations, report
         self._best: FloatArray | None = None
@@ -166,7 +179,8 @@ class _Known:
         values = values if self._best is None else np.concatenate([self._best, values])
         self._best = values[non_dominated(values)]
         volume = hypervolume(self._best, self.point)
-        self._report(Progress(self.generation, self._generations, self._best, volume, note))
+        wanted = self._report(Progress(self.generation, self._generations, self._best, volume, note))
+        self.ended = self.ended or bool(wanted)
 
 
 def _front(

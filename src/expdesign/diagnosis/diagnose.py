@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import BoolArray, FloatArray, as_matrix
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
@@ -34,13 +35,13 @@ from expdesign.diagnosis.together import (
     verdict_together,
 )
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
-from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.identification.estimability import idle_actuators, require_regular_rows
-from expdesign.identification.fit import RANK_TOLERANCE, Data, Fit, fit
+from expdesign.errors import InputError
+from expdesign.identification.estimability import require_regular_rows
+from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
-from expdesign.identification.suspicions import require_positive
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -81,7 +82,7 @@ class Diagnosis:
     search: Search
     laws: Laws | None
     method: Method
-    caveats: tuple[str, ...] = ()
+    caveats: tuple[Remark, ...] = ()
 
     @property
     def rival(self) -> Model | None:
@@ -135,8 +136,8 @@ def diagnose(
     sample = sample_with(noise.deviations)
     base = fit(Chain(robot, reading=sample.reading), sample)
     judged = _judged(robot, sample)
-    if sample.reading.linear:
-        _require_determined(robot, recordings, base, sample.idle)
+    kind = base_model(robot, sample.reading)
+    kind.require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
@@ -165,8 +166,8 @@ def diagnose(
         reason = doubt(model, before, after, errors, most=search.most_effects, known_noise=noise.known)
         verdict = "unexplained" if reason else "explained"
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
-    if verdict == "consistent" and sample.reading.linear:
-        require_positive(base, recordings, robot)
+    if verdict == "consistent":
+        kind.require_plausible(robot, recordings, base)
     predictive = model
     if verdict == "unexplained":
         factor = FITTING if fits(before, after) else TENTATIVE
@@ -257,9 +258,8 @@ def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) ->
     """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
     rows = row_data(recordings, robot)
     fitted = recordings.rows(~recordings.test)
-    reading, idle = reading_of(robot, recordings), None
-    if reading.linear:
-        idle = idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
+    reading = reading_of(robot, recordings)
+    idle = base_model(robot, reading).idle(robot, fitted)
 
     def sample_with(deviations: FloatArray) -> Sample:
         whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
@@ -309,18 +309,6 @@ def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
     residuals = sample.residuals(model.fit.chain, model.fit.values)[counts]
     quantities = {name: values[counts] for name, values in drivers(sample, robot).items()}
     return in_common(residuals, model.outliers[counts], sample.recordings.series[counts], quantities)
-
-
-def _require_determined(robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
-    """Raise where a compliance is not determined; a force that is nothing but rounding determines none."""
-    sizes = np.linalg.norm(as_matrix(base.sensitivities), axis=0)
-    known = base.determined & (sizes > RANK_TOLERANCE * sizes.max(initial=0.0))
-    known |= False if idle is None else idle
-    if not known.all():
-        legs = ", ".join(name for name, one in zip(robot.actuators, known, strict=True) if not one)
-        remedy = "Add recordings in which every actuator carries load and moves an axis that is measured."
-        what = f"no load reaches {legs}, or no measured axis shows it"
-        raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
 
 
 def _p_value(chi2: tuple[float, int], noise: NoiseLevel) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate, beside
 from expdesign.diagnosis.outliers import returning_distances, row_distances
 from expdesign.diagnosis.sample import Sample
@@ -24,8 +25,6 @@ from expdesign.robots.robot import Robot
 
 ACCEPTANCE = 6.0
 """By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
-MOST_EFFECTS = 3
-MOST_EFFECTS_WITHOUT_BASE = 6
 FITS_PER_STEP = 10
 """Places that are fitted in full in each step, best scores first."""
 _PROMISING, _ALWAYS = 0.5, 3
@@ -144,9 +143,8 @@ class Search:
 
     @property
     def most_effects(self) -> int:
-        """Of a body the support counts among the effects, of positions the joints and links that are not in place."""
-        many = len(self.robot.stiffness) == 0 or not self.sample.reading.linear
-        return MOST_EFFECTS_WITHOUT_BASE if many else MOST_EFFECTS
+        """That are sought beside the base model."""
+        return base_model(self.robot, self.sample.reading).most_effects
 
     def alternatives(self, model: Model) -> list[list[Model]]:
         """For each effect of a model, the models in which another place or physics stands in for it."""

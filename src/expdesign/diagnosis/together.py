@@ -12,6 +12,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS
@@ -45,7 +46,7 @@ def together(
     robot: Robot, sample: Sample, base: Fit, library: list[Candidate], report: Callable[[str], None]
 ) -> tuple[Many | None, Method]:
     """All effects at once, where the recordings call for it, and which way of working they do call for."""
-    if sample.reading.linear or not len(robot.stiffness):
+    if not (base_model(robot, sample.reading).several_at_once and len(robot.stiffness)):
         return None, Method(ONE_AT_A_TIME, "deflections are measured, to which only what yields contributes")
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))

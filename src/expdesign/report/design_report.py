@@ -263,6 +263,8 @@ def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Sectio
     ]
     if "wall_s" in run:
         items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
+    if "ended_by_hand" in run:
+        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search would have gone on"))
     if versions:
         items.append(("Versions", versions))
     return Section("run", "About this run", (Definitions(items),))

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.locate import LEVEL
 from expdesign.files.csv_writer import csv_text
@@ -28,6 +29,7 @@ from expdesign.report.blocks import (
 from expdesign.report.hidden_physics import recordings_section
 from expdesign.report.law_figures import law_blocks
 from expdesign.report.page import Page
+from expdesign.report.remark_texts import sentences
 
 MOST_POINTS = 2000
 MOST_MODELS = 60
@@ -91,7 +93,7 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
-    texts += result.caveats
+    texts += sentences(result.caveats)
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
     return texts
@@ -241,11 +243,11 @@ def _where(result: Diagnosis) -> list[Block]:
 
 
 def _residual_figures(result: Diagnosis) -> list[Block]:
-    recordings, robot = result.recordings, result.robot
+    recordings, robot, sample = result.recordings, result.robot, result.search.sample
     step = max(1, len(recordings) // MOST_POINTS)
     blocks: list[Block] = [
         _scatter(result, "sequence", recordings.sequence[::step].astype(float), "sequence", step),
-        *([_leg_figure(result)] if result.robot.actuators and not recordings.measurand.absolute else []),
+        *([_leg_figure(result)] if robot.actuators and base_model(robot, sample.reading).located_by_force else []),
     ]
     forces, moments = np.split(recordings.wrenches, [robot.coordinates.translations], axis=1)
     part, unit = (forces, "N") if forces.any() else (moments, "N·m")
@@ -309,7 +311,7 @@ def _leg_figure(result: Diagnosis) -> Figure:
     """Residuals as motions of the actuators."""
     names = result.robot.actuators
     motion, part = (
-        ("motions of the joints", "joint") if result.robot.kind == "serial" else ("length changes of the legs", "leg")
+        ("motions of the joints", "joint") if result.robot.links is not None else ("length changes of the legs", "leg")
     )
     before, after = (_in_legs(result, residuals) for residuals in (result.base.residuals, result.model.fit.residuals))
     return _bars(

@@ -8,6 +8,7 @@ from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding, curve_file
 from expdesign.diagnosis.locate import LEVEL
+from expdesign.report.remark_texts import sentences
 
 _LISTED = 0.001
 """Probability from which a component is listed."""
@@ -39,7 +40,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "test_surprise": errors.test_surprise,
             "held_out": errors.how,
         },
-        "caveats": list(diagnosis.caveats),
+        "caveats": sentences(diagnosis.caveats),
         "next_experiment": next_experiment,
         "considered": diagnosis.search.log.entries,
     }
