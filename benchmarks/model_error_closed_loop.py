@@ -154,8 +154,8 @@ def main() -> None:
         pd.DataFrame(rows, columns=names).round(5).to_csv(kept, mode="a", index=False, header=not kept.exists())
     command = (
         f"python -m benchmarks.model_error_closed_loop {options.config} --out {options.out} --machines "
-        f"{options.machines} --healthy {options.healthy} --scatter {options.scatter:g} --factor {options.factor:g} --seed "
-        f"{options.seed}"
+        f"{options.machines} --healthy {options.healthy} --scatter {options.scatter:g} --factor {options.factor:g} "
+        f"--seed {options.seed}"
     )
     text = readme(options.out, command, setting.factory.place, MORE, UNSOUGHT)
     (options.out / "README.md").write_text(text, encoding="utf-8")
