@@ -17,7 +17,7 @@ from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import Laws, laws_beside
+from expdesign.diagnosis.laws import CONTESTED, Laws, laws_beside, left_out_alone
 from expdesign.diagnosis.library import OUTLIER, Candidate, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.many import Many
@@ -178,8 +178,7 @@ def diagnose(
         kind.require_plausible(robot, recordings, base)
     predictive = model
     if verdict == "unexplained":
-        factor = FITTING if fits(before, after) else TENTATIVE
-        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
+        found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
         predictive, errors = _predictive(search, model, errors, judged)
     result = Diagnosis(
         robot=robot,
@@ -200,7 +199,8 @@ def diagnose(
         caveats=(*named.remarks, *caveats(sample, model, spread, errors)),
         stability=stable,
     )
-    return _with_laws(result, judged, report) if verdict == "unexplained" else result
+    contested = verdict == "explained" and sample.reading.linear and noise.known
+    return _with_laws(result, judged, report) if verdict == "unexplained" or contested else result
 
 
 def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
@@ -233,11 +233,33 @@ def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
     )
 
 
+def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
+    """Findings of a model that is no explanation."""
+    return tuple(replace(finding, probability=finding.probability * factor) for finding in found)
+
+
+def _guarded(search: Search, model: Model, base: Fit) -> str:
+    """Why left-out series speak against a model that explains nothing; empty where they do not."""
+    if not model.candidates:
+        return ""
+    kept = search.sample.restricted(~model.outliers)
+    doubt = left_out_alone(model.fit, base, kept, known_noise=search.known_noise).doubt
+    if doubt:
+        search.log.add("held out", model, False, f"not predicted with: {doubt}")
+    return doubt
+
+
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
     """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
     search, base = result.search, result.base
     rival = result.predictive if result.predictive.candidates else search.base
-    found = laws_beside(search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report)
+    explained = result.verdict == "explained"
+    worth = 0.5 * (search.base.misfit - result.model.misfit) + CONTESTED if explained else 0.0
+    found = laws_beside(
+        search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report, worth=worth
+    )
+    if explained and not found.wins:
+        return result
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
     if found.laws is None:
         return result
@@ -311,9 +333,9 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
 
 def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
-    if errors.test_after <= HALVED * errors.test_before:
-        return model, errors
     base = search.base
+    if errors.test_after <= HALVED * errors.test_before and not _guarded(search, model, base.fit):
+        return model, errors
     return base, held_out(base.fit, base.fit, search.sample, test, base.outliers)
 
 
