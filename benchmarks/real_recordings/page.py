@@ -8,7 +8,8 @@ from benchmarks.real_recordings.transfer import Transfer
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.identification.identify import Identification
-from expdesign.identification.record import rms
+from expdesign.report.identification_record import rms
+from expdesign.report.remark_texts import sentences
 
 _MOST_PARAMETERS = 12
 
@@ -33,7 +34,7 @@ def page(case: Case, identified: Identification, result: Diagnosis, others: list
         f"- Located: {', '.join(p.name for p in result.location.components if p.p_value < 0.01) or 'nowhere'}; the "
         f"mismatch of the base model {result.location.region}.",
         f"- `identify`: {_identified(identified)}",
-        *(f"- {text}" for text in result.caveats),
+        *(f"- {text}" for text in sentences(result.caveats)),
         f"- Remainder: {_remainder(result)}",
         "",
         "## Physics that was added",
@@ -80,7 +81,7 @@ def _identified(identified: Identification) -> str:
     for index, name in enumerate(identified.robot.actuators):
         low, high = identified.stiffness.low[index], identified.stiffness.high[index]
         parts.append(f"{name} {identified.stiffness.estimate[index]:.3g} ({low:.3g} to {high:.3g})")
-    return f"{'; '.join(parts)} ({'N/m or N·m/rad'}, 95 %); {' '.join(identified.suspicions)}".strip()
+    return f"{'; '.join(parts)} ({'N/m or N·m/rad'}, 95 %); {' '.join(sentences(identified.suspicions))}".strip()
 
 
 def _remainder(result: Diagnosis) -> str:

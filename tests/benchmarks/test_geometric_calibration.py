@@ -33,6 +33,7 @@ from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import predict
 from expdesign.errors import NotIdentifiableError
 from expdesign.identification.identify import identify
+from expdesign.report.remark_texts import sentences
 
 HEXAPOD = robot()
 PLAN, HELD_OUT = paired_plan(20, 1), held_out_plan(20, 1)
@@ -112,7 +113,7 @@ def test_unknown_frames_cost_parameters_and_no_prediction() -> None:
 
     recordings = measured(empty_recordings(HEXAPOD, PLAN), seen(machine.poses(PLAN.commands, PLAN.wrenches)), random)
     result = identify(HEXAPOD, recordings, frames_known=False)
-    assert any("not determined one by one" in text for text in result.suspicions)
+    assert any("not determined one by one" in text for text in sentences(result.suspicions))
     assert result.goodness.p_value is not None
     assert result.goodness.p_value > 1e-3
     prediction = predict(model_of(result), points_of(HEXAPOD, HELD_OUT))

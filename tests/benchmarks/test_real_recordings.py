@@ -13,8 +13,8 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.identification.identify import identify
-from expdesign.identification.record import rms
 from expdesign.recordings.reader import read_recordings
+from expdesign.report.identification_record import rms
 from expdesign.robots.robot_file import read_robot
 
 ROOT = folder()

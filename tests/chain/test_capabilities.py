@@ -8,7 +8,7 @@ import expdesign
 SOURCES = Path(expdesign.__file__).parent
 KINDS = {"Robot", "ParallelRobot", "SerialRobot", "Hexapod", "Bipod", "Body"}
 #: Where the kind of reading is decided: what recordings hold, and the strategies.
-STRATEGIES = ("recordings/recordings.py", "chain/readings/")
+STRATEGIES = ("recordings/recordings.py", "chain/readings/", "diagnosis/base_models.py")
 
 
 def _modules(*without: str) -> list[tuple[str, ast.Module]]:
@@ -45,25 +45,15 @@ def test_no_one_branches_on_markers_but_the_strategies() -> None:
 
 #: Where a branch on the kind of reading still stands, and why: how often each module asks.
 BRANCHES = {
-    # A linear base model is solved in one step, and what it leaves undetermined is made least.
-    "identification/fit.py": 2,
-    # Positions are another estimator: registration and markers are fitted with the compliances.
+    # What deflections leave undetermined is made least; of positions, knowledge beforehand decides.
+    "identification/fit.py": 1,
+    # Positions are another estimator, chosen here once: registration and markers are fitted with the compliances.
     "identification/identify.py": 1,
-    # Columns, axes and standard deviations of positions are others than those of deflections.
-    "recordings/reader.py": 1,
-    # What `check` says of positions are the remarks of their fit alone.
-    "api/check.py": 2,
-    # A model of positions predicts the motion of the platform where no marker is looked at.
-    "compensation/prediction.py": 1,
-    # A figure of the legs' deflections, which positions do not have.
-    "report/diagnosis_report.py": 1,
-    # The search for effects: starts, limits and caveats of a base model that is not linear.
-    "diagnosis/": 7,
     # Measured poses and positions see where a platform is, deflections how it moved: loads are brought in otherwise.
     "acceptance/verification.py": 1,
-    # Absolute readings need more steps to the true pose, and see the geometry of the command.
-    "chain/chain.py": 2,
-    # The calibration that the columns call for.
+    # Whether a chain without effects is linear.
+    "chain/chain.py": 1,
+    # Whether the calibration that is asked for can be read off the columns.
     "identification/geometric.py": 1,
     # Units and signs of deflections are judged by the base model, which positions do not have alone.
     "plausibility/recordings.py": 1,
@@ -78,9 +68,8 @@ def test_branches_on_the_kind_of_reading_are_few_and_counted() -> None:
             if isinstance(node, ast.Attribute) and node.attr in ("linear", "absolute"):
                 owner = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")
                 if owner in ("reading", "measurand"):
-                    place = "diagnosis/" if name.startswith("diagnosis/") else name
-                    asked[place] = asked.get(place, 0) + 1
-    assert all(count <= BRANCHES.get(place, 0) for place, count in asked.items()), asked
+                    asked[name] = asked.get(name, 0) + 1
+    assert asked == BRANCHES
 
 
 def test_effects_declare_the_readings_that_show_them() -> None:

@@ -8,6 +8,7 @@ from tests.chain.kinds import KINDS
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
 from expdesign.identification.identify import identify
+from expdesign.report.remark_texts import sentences
 
 # Class, component, variant and parameters; sizes as of worn or light arms, each well above the noise.
 CONCEALED = {
@@ -80,7 +81,7 @@ def test_a_joint_about_the_vertical_keeps_its_stiffness_and_says_so() -> None:
     assert result.compliance.estimate[0] == pytest.approx(robot.compliance[0])
     assert (relative[1:] < 0.01).all()
     assert result.fit.rank == 5
-    assert any(text.startswith("No fitted row shows how joint 1 yields") for text in result.suspicions)
+    assert any(text.startswith("No fitted row shows how joint 1 yields") for text in sentences(result.suspicions))
 
 
 def test_a_load_across_it_tells_the_stiffness_of_joint_1() -> None:

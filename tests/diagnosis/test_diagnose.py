@@ -12,9 +12,9 @@ from tests.chain.laboratory import DEVIATION, experiment, machine, measured
 from tests.identification.experiments import read
 
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
-from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.files.output import json_text
+from expdesign.report.diagnosis_record import diagnosis_record
 
 BIPOD, HEXAPOD = "bipod", "hexapod-h1"
 ROWS = {BIPOD: experiment(BIPOD, 10, 4), HEXAPOD: experiment(HEXAPOD, 8, 4)}

@@ -12,6 +12,7 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Data
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
+from expdesign.report.remark_texts import sentences
 
 
 def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
@@ -28,7 +29,7 @@ def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
 
 
 def test_too_few_rows_are_the_only_thing_that_is_said() -> None:
-    (sentence,) = not_sought(_sample(recordings_of(softened()), rows=7))
+    (sentence,) = sentences(not_sought(_sample(recordings_of(softened()), rows=7)))
     assert "7 rows" in sentence
     assert "12" in sentence
 
@@ -36,13 +37,13 @@ def test_too_few_rows_are_the_only_thing_that_is_said() -> None:
 def test_missing_times_and_loads_that_never_change_are_said() -> None:
     recordings = recordings_of(softened())
     still = replace(recordings, time=None, wrenches=np.ones_like(recordings.wrenches))
-    text = " ".join(not_sought(_sample(still)))
+    text = " ".join(sentences(not_sought(_sample(still))))
     assert "`time_s`" in text
     assert "same load" in text
     assert "one pose" not in text
 
 
 def test_recordings_that_show_everything_say_nothing_of_place_and_force() -> None:
-    text = " ".join(not_sought(_sample(recordings_of(softened()))))
+    text = " ".join(sentences(not_sought(_sample(recordings_of(softened())))))
     assert "place" not in text
     assert "force" not in text

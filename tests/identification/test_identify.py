@@ -11,8 +11,9 @@ from tests.identification.experiments import Experiment, experiment, read
 
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.identification.identify import Identification, identify
-from expdesign.identification.record import identification_record
 from expdesign.recordings.join import join
+from expdesign.report.identification_record import identification_record
+from expdesign.report.remark_texts import sentences
 from expdesign.robots.bipod import Bipod
 from expdesign.robots.hexapod import Hexapod
 
@@ -358,14 +359,14 @@ def test_one_column_of_the_wrong_sign_is_suspected_by_name(stated: bool) -> None
     assert identify(made.robot, made.recordings(deflections, stated=stated)).suspicions == []
     deflections[:, 4] *= -1.0
     found = identify(made.robot, made.recordings(deflections, stated=stated))
-    assert [text for text in found.suspicions if "sign of dry_rad turned" in text]
+    assert [text for text in sentences(found.suspicions) if "sign of dry_rad turned" in text]
 
 
 def test_deflections_a_hundred_times_too_large_are_suspected() -> None:
     made = experiment("bipod", 8, seed=20)
     made = replace(made, compliance=made.compliance * 1e2, deviation=made.deviation * 1e2)
     found = identify(made.robot, made.recordings(made.noisy(np.random.default_rng(1))))
-    assert any("softer" in text and "unit" in text for text in found.suspicions)
+    assert any("softer" in text and "unit" in text for text in sentences(found.suspicions))
 
 
 def test_a_singular_row_is_named() -> None:

@@ -1,6 +1,6 @@
 """What a certificate says beside the numbers: who measured what, with what, where and when."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 from expdesign.errors import InputError
@@ -8,22 +8,9 @@ from expdesign.files.schema import Section, nearest, validate
 from expdesign.files.yaml_reader import read_yaml
 
 
-@dataclass(frozen=True)
-class About:
+class About(Section):
     """Texts of a certificate; empty ones are left to be filled in by hand."""
 
-    laboratory: str = ""
-    robot: str = ""
-    serial_number: str = ""
-    load: str = ""
-    instrument: str = ""
-    environment: str = ""
-    operator: str = ""
-    date: str = ""
-    remarks: str = ""
-
-
-class _AboutSection(Section):
     laboratory: str = ""
     robot: str = ""
     serial_number: str = ""
@@ -43,12 +30,11 @@ def read_about(path: Path) -> About:
     """
     document = read_yaml(path)
     if not isinstance(document.content, dict):
-        remedy = f"Keys: {', '.join(one.name for one in fields(About))}."
+        remedy = f"Keys: {', '.join(About.model_fields)}."
         raise InputError("a mapping (`key: value`) is needed here", where=document.where(), remedy=remedy)
     # YAML reads 2026-03-01 as a date; on a certificate it is a text.
     texts = {key: str(value) if key == "date" else value for key, value in document.content.items()}
-    section = validate(_AboutSection, replace(document, content=texts))
-    return About(**section.model_dump())
+    return validate(About, replace(document, content=texts))
 
 
 def about_of(texts: dict[str, str]) -> About:
@@ -57,7 +43,7 @@ def about_of(texts: dict[str, str]) -> About:
     Raises:
         InputError: a key is unknown.
     """
-    known = [one.name for one in fields(About)]
+    known = list(About.model_fields)
     for name in texts:
         if name not in known:
             raise InputError(f"unknown key `{name}`", where="about", remedy=nearest(name, known))

@@ -1,7 +1,6 @@
 """`verification.json`: what a check measurement says, as one document."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -55,7 +54,7 @@ def verification_record(
             }
             for row in range(len(comparison.attained))
         ],
-        "about": asdict(about),
+        "about": about.model_dump(),
         "files": dict(files),
     }
 

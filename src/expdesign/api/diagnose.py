@@ -15,7 +15,6 @@ from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
-from expdesign.diagnosis.record import diagnosis_record
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
@@ -25,6 +24,7 @@ from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.model_error.statement import AccuracyStatement
 from expdesign.model_error.words import sentence
 from expdesign.models.model_file import Model, model_text
+from expdesign.report.diagnosis_record import diagnosis_record
 from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"

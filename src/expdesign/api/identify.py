@@ -18,7 +18,6 @@ from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.geometric import Calibration
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
-from expdesign.identification.record import identification_record, stiffness_unit
 from expdesign.model_error.record import meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.model_error.statement import AccuracyStatement, given_variances
@@ -27,6 +26,7 @@ from expdesign.plausibility.finding import say
 from expdesign.plausibility.recordings import recordings_findings
 from expdesign.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
+from expdesign.report.identification_record import identification_record, stiffness_unit
 from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6

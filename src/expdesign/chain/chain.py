@@ -25,10 +25,6 @@ from expdesign.symbolic import BatchFunction
 LONG_SERIES = 30
 """Rows from which a series with memory is worked through in one call, instead of all series at once row by row."""
 
-_CHORD_STEPS = 2
-_CHORD_STEPS_ABSOLUTE = 4
-"""Deflections need the true pose for their lever arms only, absolute readings to below their noise."""
-
 
 class Chain:
     """Predicted deflections as a function of compliances and effect parameters.
@@ -59,7 +55,7 @@ class Chain:
         self.robot = robot
         self.effects = effects
         self.instrument = instrument
-        self.from_command = from_command and reading.absolute and robot.inverse_kinematics is not None
+        self.from_command = from_command and robot.inverse_kinematics is not None
         compliances = tuple(
             Parameter(f"c{i + 1}", 1.0, neutral=1.0, low=1e-6, spread=reading.compliance_spread)
             for i in range(len(robot.stiffness))
@@ -74,6 +70,11 @@ class Chain:
             start += len(effect.parameters)
         self.states = sum(effect.states for effect in effects)
         self._whole_series: dict[tuple[bool, int], ca.Function] = {}
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is linear in its parameters, which are the compliances alone."""
+        return not self.effects and self.reading.linear
 
     @property
     def compliances(self) -> int:
@@ -158,7 +159,7 @@ class Chain:
             for effect, part in zip(self.effects, parts, strict=True):
                 reading = effect.reading(reading, row, part)
         elif self.from_command:
-            reading = self.reading.pose(robot, deflection, stands, unknown) - row.pose
+            reading = self.reading.displacement(robot, deflection, stands, unknown, row.pose)
         return reading, ca.vertcat(*following)
 
     def _with_true_geometry(self, row: Row, compliance: ca.SX, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
@@ -180,7 +181,7 @@ class Chain:
         for effect, part in zip(self.effects, parts, strict=True):
             commanded = effect.lengths(commanded, part)
         pose = row.pose
-        for _ in range(_CHORD_STEPS_ABSOLUTE if self.reading.absolute else _CHORD_STEPS):
+        for _ in range(self.reading.chord_steps):
             pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
         for effect, part in zip(self.effects, parts, strict=True):
             pose = effect.unloaded(pose, compliance, row, part)

@@ -15,7 +15,8 @@ from expdesign.files.output import require_writable
 from expdesign.identification.geometric import Calibration
 from expdesign.identification.goodness import REFUTED
 from expdesign.identification.identify import Identification
-from expdesign.identification.record import rms, stiffness_unit
+from expdesign.report.identification_record import rms, stiffness_unit
+from expdesign.report.remark_texts import sentence
 
 
 def command(
@@ -100,8 +101,8 @@ def _summarise(result: Identification) -> None:
     held_out = rms(result.test_residuals)
     if held_out is not None:
         note(f"RMS of the test rows: {held_out:.3g} standard deviations")
-    for text in result.suspicions:
-        note(f"suspicion: {text}")
+    for remark in result.suspicions:
+        note(f"suspicion: {sentence(remark)}")
 
 
 def _interval(low: float, high: float) -> str:

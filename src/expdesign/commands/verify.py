@@ -1,6 +1,5 @@
 """`expdesign verify`: attained against predicted after compensation, with a test and a certificate."""
 
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -35,7 +34,8 @@ def command(
     """
     require_writable(out)
     given = {"operator": operator, "instrument": instrument, "environment": environment, "date": date}
-    texts = replace(About() if about is None else read_about(about), **{k: v for k, v in given.items() if v})
+    read = About() if about is None else read_about(about)
+    texts = read.model_copy(update={key: value for key, value in given.items() if value})
     result = xd.verify(
         model, recordings, config=config, about=texts, coverage=coverage, shared_reference=shared_reference
     )
@@ -54,7 +54,7 @@ def command(
         most = max(count for count in needed if count is not None)
         note(f"if the mean errors stay as they are, {most} independent readings of every target would prove conformity")
     stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
-    empty = [item.name for item in fields(About) if not getattr(texts, item.name) and item.name not in stated]
+    empty = [name for name, text in texts.model_dump().items() if not text and name not in stated]
     if empty:
         note(f"left to be filled in by hand: {', '.join(empty)}")
     print(page)

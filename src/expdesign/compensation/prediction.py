@@ -47,7 +47,7 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
     seen = None if platform else reading.at_points(points)
     if seen is not None:
         return replace(predict_with(chain_of(model, platform=False), model, seen), measurand=seen.measurand)
-    return predict_with(chain_of(model, platform=platform or not reading.linear), model, without_markers(points))
+    return predict_with(chain_of(model, platform=True), model, without_markers(points))
 
 
 def without_markers(points: LoadedPoints) -> LoadedPoints:

@@ -13,7 +13,8 @@ import pandas as pd
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import FloatArray, as_matrix
-from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM, Part
+from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
@@ -84,8 +85,8 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
     jacobians = robot.jacobians(recordings.configurations)
     force = np.einsum("nij,ni->nj", jacobians.forward, recordings.wrenches)
     blocks: dict[str, FloatArray] = {}
-    positions = recordings.measurand.absolute
-    for leg in range(0 if positions else n_p):
+    kind = base_model(robot, sample.reading)
+    for leg in range(n_p if kind.located_by_force else 0):
         edges = np.quantile(force[:, leg], np.linspace(0.0, 1.0, _FORCE_BINS + 1)[1:-1])
         inside = np.eye(_FORCE_BINS)[np.searchsorted(edges, force[:, leg])]
         moved = jacobians.pose[:, :, leg, None] * inside[:, None, :]
@@ -97,8 +98,8 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
             continue
         anywhere = effect.component in (PLATFORM, BASE, INSTRUMENT, GEOMETRY) or effect.physics in _LOAD
         # A joint's own directions are any function of its torque; an arm's may also yield across its axis.
-        within = effect.component.part is Part.LINK or effect.physics in _ACROSS
-        if anywhere or within or (positions and effect.component.part is Part.JOINT):
+        within = kind.own_directions(effect.component.part) or effect.physics in _ACROSS
+        if anywhere or within:
             by_component.setdefault(str(effect.component), []).append(candidate.directions[0])
     for component, directions in by_component.items():
         known = [blocks[component]] if component in blocks else []

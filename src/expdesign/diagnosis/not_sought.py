@@ -1,29 +1,28 @@
-"""What recordings cannot show of laws at ports, in one sentence each."""
+"""What recordings cannot show of laws at ports."""
 
 import numpy as np
 
 from expdesign.diagnosis.laws import FEWEST
+from expdesign.diagnosis.remarks import NotSought, Sought, TooFewForLaws
 from expdesign.diagnosis.sample import Sample
+from expdesign.recordings.remark import Remark
 
 _CONSTANT = 1e-9
 
 
-def not_sought(sample: Sample) -> tuple[str, ...]:
-    """Sentences on laws that were not sought in these rows; empty where every kind was."""
+def not_sought(sample: Sample) -> tuple[Remark, ...]:
+    """Kinds of laws that were not sought in these rows; empty where every kind was."""
     counts, recordings = sample.counts, sample.recordings
     rows = int(counts.sum())
     if rows < FEWEST:
-        return (f"No law at a port was sought: {rows} rows may be fitted, and it takes {FEWEST}.",)
-    found = []
-    if recordings.time is None:
-        found.append("No law of time and no creep was sought: the recordings have no column `time_s`.")
-    if int(sample.rows.position[counts].max(initial=0)) < 1:
-        found.append("Nothing that remembers a load was sought: no series has two rows in a stated order.")
-    if _constant(recordings.configurations[counts]):
-        found.append("No law of place was sought: all rows are at one pose.")
-    if _constant(recordings.wrenches[counts]):
-        found.append("No law of force was sought: all rows carry the same load.")
-    return tuple(found)
+        return (TooFewForLaws(rows, FEWEST),)
+    missing = {
+        Sought.TIME: recordings.time is None,
+        Sought.MEMORY: int(sample.rows.position[counts].max(initial=0)) < 1,
+        Sought.PLACE: _constant(recordings.configurations[counts]),
+        Sought.FORCE: _constant(recordings.wrenches[counts]),
+    }
+    return tuple(NotSought(law) for law, is_missing in missing.items() if is_missing)
 
 
 def _constant(values: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS
@@ -45,7 +46,7 @@ def together(
     robot: Robot, sample: Sample, base: Fit, library: list[Candidate], report: Callable[[str], None]
 ) -> tuple[Many | None, Method]:
     """All effects at once, where the recordings call for it, and which way of working they do call for."""
-    if sample.reading.linear or not len(robot.stiffness):
+    if not (base_model(robot, sample.reading).several_at_once and len(robot.stiffness)):
         return None, Method(ONE_AT_A_TIME, "deflections are measured, to which only what yields contributes")
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
@@ -81,10 +82,10 @@ def verdict_together(errors: HeldOut) -> str:
 
 def group_findings(many: Many) -> tuple[Finding, ...]:
     """One finding per group, the largest first."""
-    return tuple(_finding(group) for group in many.groups)
+    return tuple(_finding(group, share) for group, share in zip(many.groups, many.stability.shares, strict=True))
 
 
-def _finding(group: Group) -> Finding:
+def _finding(group: Group, share: float) -> Finding:
     where = _where(group.components)
     text = (
         f"{group.name[0].upper()}{group.name[1:]}: together {group.size:.2g} standard deviations of the readings RMS, "
@@ -94,7 +95,7 @@ def _finding(group: Group) -> Finding:
         text += f"; told apart (95 %): {', '.join(group.told_apart)}"
     else:
         text += "; its members are not told apart"
-    return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".")
+    return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".", share=share)
 
 
 def _where(components: tuple[str, ...]) -> str:

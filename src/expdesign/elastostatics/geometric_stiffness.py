@@ -17,11 +17,13 @@ from expdesign.symbolic import BatchFunction
 
 
 def geometric_stiffness_expression(robot: ParallelRobot, pose: ca.SX, forces: ca.SX) -> ca.SX:
-    """K_G(X, τ) in pose columns, n×n, at a symbolic pose; `forces` may depend on the pose, and are held constant."""
+    """K_G(X, τ) in pose columns, n×n, at a pose; `forces` may depend on the pose, and are held constant."""
     constant = ca.SX.sym("tau", len(robot.stiffness))
-    lengths = robot.actuator_lengths(pose, ca.SX(robot.geometry))
-    wrench = (ca.jacobian(lengths, pose) @ robot.pose_rate_map(pose)).T @ constant
-    return ca.substitute(ca.jacobian(wrench, pose), constant, forces)
+    symbol = ca.SX.sym("X", robot.coordinates.n)
+    lengths = robot.actuator_lengths(symbol, ca.SX(robot.geometry))
+    wrench = (ca.jacobian(lengths, symbol) @ robot.pose_rate_map(symbol)).T @ constant
+    stiffness = ca.substitute(ca.jacobian(wrench, symbol), constant, forces)
+    return ca.substitute(stiffness, symbol, pose)
 
 
 @lru_cache(maxsize=32)

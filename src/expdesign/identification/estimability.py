@@ -6,7 +6,9 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import NotIdentifiableError, SingularConfigurationError
 from expdesign.identification.fit import IDLE_DEVIATION, RANK_TOLERANCE
+from expdesign.identification.remarks import IdleActuators
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import CONDITION_LIMIT, Jacobians, Robot
 
 _REMEDY = "Add measurements in which every actuator carries load, or give a prior (`--prior PERCENT`)."
@@ -78,17 +80,10 @@ def require_estimable(
         raise NotIdentifiableError(what, where=where, remedy=_REMEDY)
 
 
-def idle_sentences(robot: Robot, idle: BoolArray) -> list[str]:
-    """What the user must know of actuators that no row loads."""
-    named = [robot.actuators[i] for i in np.flatnonzero(idle)]
-    if not named:
-        return []
-    whose = "its stiffness stays" if len(named) == 1 else "their stiffnesses stay"
-    return [
-        f"No fitted row shows how {_listed(named)} yields, as weights do not for a joint about the vertical, nor "
-        f"positions of a tip on the joint's axis: {whose} what the robot file says, taken as known to "
-        f"{IDLE_DEVIATION:.0%} (other loads or axes would tell)."
-    ]
+def idle_remarks(robot: Robot, idle: BoolArray) -> list[Remark]:
+    """That the stiffness of idle actuators stays what the robot file says."""
+    named = tuple(robot.actuators[i] for i in np.flatnonzero(idle))
+    return [IdleActuators(named, IDLE_DEVIATION)] if named else []
 
 
 def _listed(names: list[str]) -> str:

@@ -127,7 +127,7 @@ def fit(
         idle = None if data.idle is None else idle_knowledge(data.idle, len(chain.parameters))
         if idle is not None:
             prior = idle if prior is None else (prior[0], np.minimum(prior[1], idle[1]))
-    if not chain.effects and chain.reading.linear:
+    if chain.linear:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
     result = summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)

@@ -16,8 +16,10 @@ from expdesign.chain.effects.legs.geometry import LegGeometry
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.fit import Data, Fit
+from expdesign.identification.remarks import AliasedGeometry, LargeGeometricErrors
 from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -163,24 +165,18 @@ def geometry_slice(chain: Chain) -> slice | None:
     return None
 
 
-def geometry_remarks(fit: Fit) -> list[str]:
-    """Sentences on an identified geometry that looks like a mistake, and on what the readings leave undetermined."""
+def geometry_remarks(fit: Fit) -> list[Remark]:
+    """On an identified geometry that looks like a mistake, and on what the readings leave undetermined."""
     part = geometry_slice(fit.chain)
     if part is None:
         return []
     parameters = fit.chain.parameters[part]
-    remarks = []
+    remarks: list[Remark] = []
     spreads: FloatArray = np.array([parameter.spread for parameter in parameters])
     loose = np.sqrt(np.diag(fit.covariance)[part]) > _UNDETERMINED * spreads
     size = float(np.sqrt((fit.values[part][~loose] ** 2).mean())) if not loose.all() else 0.0
     if size > LARGE_ERROR and fit.chain.reading.record.get("frames") == "known":
-        remarks.append(
-            f"Joints and lengths come out {1e3 * size:.3g} mm (RMS) off: are the measured poses in another frame than "
-            "the commands? (`--frames unknown` identifies the frames as well.)"
-        )
+        remarks.append(LargeGeometricErrors(size))
     if loose.any():
-        remarks.append(
-            f"{int(loose.sum())} of {len(parameters)} geometric parameters are not determined one by one, only "
-            "combinations of them are: their intervals are those of the prior, those of predicted poses are not."
-        )
+        remarks.append(AliasedGeometry(int(loose.sum()), len(parameters)))
     return remarks

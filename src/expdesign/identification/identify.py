@@ -10,7 +10,7 @@ from expdesign.elastostatics.maps import actuator_forces, observation_matrix
 from expdesign.errors import InputError
 from expdesign.identification.estimability import (
     idle_actuators,
-    idle_sentences,
+    idle_remarks,
     require_estimable,
     require_regular_rows,
 )
@@ -24,6 +24,7 @@ from expdesign.identification.positions import PositionFit, fit_positions
 from expdesign.identification.suspicions import require_positive, suspicions
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -45,7 +46,7 @@ class Identification:
         test_residuals: of the rows that were held out, divided by their standard deviations, shape (n_test, k).
         prior: relative standard deviation of the prior compliances, or None.
         shared_reference: whether the rows of a series share their unloaded measurement.
-        suspicions: what looks like a mistake in the recordings.
+        suspicions: what looks like a mistake in the recordings, or limits what they tell.
         calibration: what was identified.
         geometry: errors of joints and lengths with 95 % intervals (m or rad), or None where the geometry is nominal.
     """
@@ -62,7 +63,7 @@ class Identification:
     test_residuals: FloatArray
     prior: float | None
     shared_reference: bool
-    suspicions: list[str]
+    suspicions: list[Remark]
     calibration: Calibration = "elastostatic"
     geometry: Intervals | None = None
 
@@ -114,6 +115,13 @@ def identify(
             robot, recordings, shared_reference=shared_reference, calibration=chosen, frames_known=frames_known
         )
         return _of_positions(robot, recordings, found, chosen, shared_reference=shared_reference)
+    return _of_deflections(robot, recordings, prior, shared_reference=shared_reference)
+
+
+def _of_deflections(
+    robot: Robot, recordings: Recordings, prior: float | None, *, shared_reference: bool
+) -> Identification:
+    """Identification of the compliances alone, in which deflections are linear."""
     fitted = ~recordings.test & ~reference_rows(recordings)
     if not fitted.any():
         what = "no row is left to fit"
@@ -171,7 +179,7 @@ def identify(
         prior=prior,
         shared_reference=shared_reference,
         suspicions=suspicions(fit, train, robot, noise_known=noise.known)
-        + ([] if prior is not None or idle is None else idle_sentences(robot, idle)),
+        + ([] if prior is not None or idle is None else idle_remarks(robot, idle)),
     )
 
 

@@ -25,6 +25,7 @@ from expdesign.identification.geometric import (
 from expdesign.identification.noise_level import NoiseLevel, noise_from_residuals
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -37,14 +38,14 @@ class PositionFit:
         fit: of the fitted rows.
         noise: standard deviations of the fitted rows.
         test_residuals: of the held-out rows that can be predicted, in standard deviations, shape (n, k).
-        remarks: what cannot be told apart, in sentences.
+        remarks: what is confounded or looks like a mistake.
     """
 
     fitted: BoolArray
     fit: Fit
     noise: NoiseLevel
     test_residuals: FloatArray
-    remarks: list[str]
+    remarks: list[Remark]
 
 
 def fit_positions(

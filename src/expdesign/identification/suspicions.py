@@ -6,7 +6,9 @@ from scipy.stats import norm
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.identification.fit import Fit, linear_fit
+from expdesign.identification.remarks import NegativeCompliance, TurnedSign, UnlikelyCompliance
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 CERTAINTY = float(norm.ppf(0.9999))
@@ -35,38 +37,28 @@ def require_positive(fit: Fit, recordings: Recordings, robot: Robot) -> None:
         raise InputError(what, where=f"{recordings.where(0)}, columns {columns}", remedy=remedy)
 
 
-def suspicions(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[str]:
-    """Sentences on signs and units that look wrong, most telling first."""
-    found = _turned_columns(fit, recordings, robot, noise_known=noise_known)
+def suspicions(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[Remark]:
+    """Signs and units that look wrong, most telling first."""
+    found: list[Remark] = []
+    found += _turned_columns(fit, recordings, robot, noise_known=noise_known)
     deviation = np.sqrt(np.diag(fit.covariance))
     for index in np.flatnonzero(fit.values <= 0.0):
         sure = fit.values[index] + CERTAINTY * deviation[index] < 0.0
-        found.append(
-            f"The compliance of {robot.actuators[index]} comes out negative"
-            + (
-                ": a deflection of the wrong sign, a wrong load or joint, or physics that the model leaves out?"
-                if sure
-                else " but may be positive within its uncertainty: the actuator is hardly loaded."
-            )
-        )
+        found.append(NegativeCompliance(robot.actuators[index], bool(sure)))
     positive = fit.values[fit.values > 0.0]
     if positive.size:
         ratio = float(np.median(positive))
         if not 1.0 / LIKELY_RATIO < ratio < LIKELY_RATIO:
-            stiffer = "stiffer" if ratio < 1.0 else "softer"
-            found.append(
-                f"The robot comes out {max(ratio, 1.0 / ratio):.3g} times {stiffer} than its file says: is a unit of "
-                "the deflections, of the loads or of `actuator_stiffness` wrong?"
-            )
+            found.append(UnlikelyCompliance(ratio))
     return found
 
 
-def _turned_columns(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[str]:
+def _turned_columns(fit: Fit, recordings: Recordings, robot: Robot, *, noise_known: bool) -> list[TurnedSign]:
     """Measured components whose sign, turned, would make the readings of their kind fit much better.
 
     Translations and rotations are judged apart: where the noise is estimated, a wrong sign inflates that of its kind.
     """
-    found: list[str] = []
+    found: list[TurnedSign] = []
     if fit.dof <= 0 or len(recordings.axes) < 2 or len(robot.stiffness) == 0:
         return found
     rotation = recordings.axes >= robot.coordinates.translations
@@ -82,6 +74,5 @@ def _turned_columns(fit: Fit, recordings: Recordings, robot: Robot, *, noise_kno
         other = linear_fit(fit.chain, np.zeros_like(fit.values), turned, fit.sensitivities)
         after = float((other.residuals[:, kind] ** 2).sum())
         if GAIN * max(after, floor) < before and other.chi2 < fit.chi2 and (other.values > 0.0).all():
-            name = robot.coordinates.deflection[axis]
-            found.append(f"With the sign of {name} turned the recordings would fit far better: has it the wrong sign?")
+            found.append(TurnedSign(robot.coordinates.deflection[axis]))
     return found

@@ -12,8 +12,6 @@ from expdesign.files.table import Table, read_table
 from expdesign.loads.payload import Payload
 from expdesign.recordings.columns import (
     order_in_time,
-    read_deflections,
-    read_deviations,
     read_sequence,
     read_test_rows,
     read_time,
@@ -23,8 +21,9 @@ from expdesign.recordings.filled_in import filled_in
 from expdesign.recordings.join import join
 from expdesign.recordings.joint_columns import with_joint_columns
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
-from expdesign.recordings.pose_columns import measures_poses, read_measured
-from expdesign.recordings.positions import read_markers, read_position_deviations, read_positions
+from expdesign.recordings.measured_values import READERS
+from expdesign.recordings.pose_columns import measures_poses
+from expdesign.recordings.positions import read_markers
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
 
@@ -93,15 +92,7 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
     points = _points(table, robot, measured=True)
     order = order_in_time(table)
-    if points.poses:
-        axes, deflections = read_measured(table, points, robot.coordinates, order)
-        deviations = read_deviations(table, robot.coordinates, axes, order)
-    elif points.measurand.absolute:
-        axes, deflections = np.arange(3), read_positions(table, robot.coordinates, order)
-        deviations = read_position_deviations(table, order)
-    else:
-        axes, deflections = read_deflections(table, robot.coordinates, order)
-        deviations = read_deviations(table, robot.coordinates, axes, order)
+    axes, deflections, deviations = READERS[points.measurand](table, points, robot.coordinates, order)
     return Recordings(
         **vars(points),
         axes=axes,

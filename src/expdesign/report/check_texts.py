@@ -57,13 +57,22 @@ def sweep_summary(runs: int, keys: list[str]) -> str:
 
 
 def identified_summary(result: Identification) -> str:
-    """How well recordings identify the stiffness of every actuator."""
-    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
-    worst = int(np.argmax(relative))
-    return (
-        f"They identify all {len(relative)} stiffnesses, the worst "
-        f"({result.robot.actuators[worst]}) to {relative[worst]:.2%} (one standard deviation)."
-    )
+    """What recordings identify, and how well: the stiffness of every actuator, the geometry, or both."""
+    texts = []
+    if result.calibration != "geometric":
+        relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
+        worst = int(np.argmax(relative))
+        texts.append(
+            f"They identify all {len(relative)} stiffnesses, the worst "
+            f"({result.robot.actuators[worst]}) to {relative[worst]:.2%} (one standard deviation)."
+        )
+    if result.geometry is not None:
+        half = (result.geometry.high - result.geometry.low) / 2.0
+        texts.append(
+            f"They identify {half.size} parameters of the geometry, their 95 % intervals being within "
+            f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
+        )
+    return " ".join(texts)
 
 
 def _counted(number: int, noun: str) -> str:

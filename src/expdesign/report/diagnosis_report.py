@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
+from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.locate import LEVEL
 from expdesign.files.csv_writer import csv_text
@@ -29,6 +30,7 @@ from expdesign.report.blocks import (
 from expdesign.report.hidden_physics import recordings_section
 from expdesign.report.law_figures import law_blocks
 from expdesign.report.page import Page
+from expdesign.report.remark_texts import sentences
 
 MOST_POINTS = 2000
 MOST_MODELS = 60
@@ -80,6 +82,8 @@ def _conclusions(result: Diagnosis) -> list[str]:
     texts = [_VERDICTS[result.verdict]]
     for finding in result.findings:
         text = f"{finding.sentence} Probability {words.number(finding.probability, 2)}."
+        if finding.share is not None:
+            text += f" {100.0 * finding.share:.0f} % of the refits on nine tenths of the rows name it."
         if finding.indistinguishable:
             others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
             text += f" Confounded with it in these recordings: {others}."
@@ -94,7 +98,11 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
-    texts += result.caveats
+    if result.stability is not None:
+        stable = result.stability
+        text = f"Of {stable.refits} refits, each without a tenth of the rows, {100.0 * stable.same:.0f} % name the same"
+        texts.append(f"{text} (score tests on the model linearised).")
+    texts += sentences(result.caveats)
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
     return texts
@@ -244,11 +252,11 @@ def _where(result: Diagnosis) -> list[Block]:
 
 
 def _residual_figures(result: Diagnosis) -> list[Block]:
-    recordings, robot = result.recordings, result.robot
+    recordings, robot, sample = result.recordings, result.robot, result.search.sample
     step = max(1, len(recordings) // MOST_POINTS)
     blocks: list[Block] = [
         _scatter(result, "sequence", recordings.sequence[::step].astype(float), "sequence", step),
-        *([_leg_figure(result)] if result.robot.actuators and not recordings.measurand.absolute else []),
+        *([_leg_figure(result)] if robot.actuators and base_model(robot, sample.reading).located_by_force else []),
     ]
     forces, moments = np.split(recordings.wrenches, [robot.coordinates.translations], axis=1)
     part, unit = (forces, "N") if forces.any() else (moments, "N·m")
@@ -312,7 +320,7 @@ def _leg_figure(result: Diagnosis) -> Figure:
     """Residuals as motions of the actuators."""
     names = result.robot.actuators
     motion, part = (
-        ("motions of the joints", "joint") if result.robot.kind == "serial" else ("length changes of the legs", "leg")
+        ("motions of the joints", "joint") if result.robot.links is not None else ("length changes of the legs", "leg")
     )
     before, after = (_in_legs(result, residuals) for residuals in (result.base.residuals, result.model.fit.residuals))
     return _bars(

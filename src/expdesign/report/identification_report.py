@@ -9,7 +9,6 @@ from expdesign.arrays import IntArray
 from expdesign.files.csv_writer import csv_text
 from expdesign.identification.goodness import REFUTED
 from expdesign.identification.identify import Identification
-from expdesign.identification.record import rms, stiffness_unit
 from expdesign.recordings.recordings import Recordings
 from expdesign.report import words
 from expdesign.report.blocks import (
@@ -24,7 +23,9 @@ from expdesign.report.blocks import (
     Steps,
 )
 from expdesign.report.geometry_section import geometry_section
+from expdesign.report.identification_record import rms, stiffness_unit
 from expdesign.report.page import Page
+from expdesign.report.remark_texts import sentences
 from expdesign.report.residual_figure import SCRIPT, residual_blocks, residual_data
 
 DOUBTFUL = REFUTED
@@ -125,7 +126,7 @@ def _conclusions(result: Identification) -> list[str]:
     held_out = rms(result.test_residuals)
     if held_out is not None:
         texts.append(f"The rows held out for testing are predicted to {words.number(held_out)} standard deviations.")
-    return texts + list(result.suspicions)
+    return texts + sentences(result.suspicions)
 
 
 def _source(result: Identification) -> str:

@@ -10,6 +10,7 @@ from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -18,6 +19,7 @@ class Deflection(Reading):
 
     names = ()
     absolute = False
+    chord_steps = 2
     linear = True
     compliance_spread = float("inf")
 
@@ -29,7 +31,7 @@ class Deflection(Reading):
         return ()
 
     @property
-    def degeneracies(self) -> list[str]:
+    def degeneracies(self) -> list[Remark]:
         return []
 
     @property
@@ -45,11 +47,15 @@ class Deflection(Reading):
     def released(self, spreads: FloatArray) -> FloatArray:
         return spreads
 
+    def displacement(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, command: ca.SX) -> ca.SX:
+        """Where the unloaded platform stands does not show."""
+        return deflection
+
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
         return deflection
 
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
-        return None
+        return replace(points, marker=None, markers=(), poses=False)
 
 
 DEFLECTION = Deflection()

@@ -19,6 +19,7 @@ from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.remark import Remark
 from expdesign.robots.orientation import angles_of, rotation_matrix
 from expdesign.robots.robot import Robot
 
@@ -59,7 +60,7 @@ class MeasuredPose(Reading):
         )
 
     @property
-    def degeneracies(self) -> list[str]:
+    def degeneracies(self) -> list[Remark]:
         return []
 
     @property

@@ -25,6 +25,7 @@ from expdesign.chain.row import Row
 from expdesign.errors import InputError
 from expdesign.moments import arrays_in_space, in_space
 from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.robot import Robot
 
@@ -35,6 +36,19 @@ _HELD = 1e-6
 MARKER_SPREAD = 1.0
 """m; standard deviation of a marker's place on the tip before anything is measured."""
 _AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
+
+
+@dataclass(frozen=True)
+class HeldMarker(Remark):
+    """A marker whose place is confounded with the instrument's, because the tip keeps one orientation.
+
+    Attributes:
+        marker: its name.
+        axes: of the tip along which its place is taken to be the tip's origin.
+    """
+
+    marker: str
+    axes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -74,20 +88,13 @@ class MarkerPosition(Reading):
         )
 
     @property
-    def degeneracies(self) -> list[str]:
-        """What is confounded, in sentences."""
-        sentences = []
+    def degeneracies(self) -> list[Remark]:
+        found: list[Remark] = []
         for name in self.unknown:
-            axes = [axis for marker, axis in self.held if marker == name]
+            axes = tuple(axis for marker, axis in self.held if marker == name)
             if axes:
-                listed = "its place" if len(axes) == 3 else f"its place along {' and '.join(axes)} of the tip"
-                sentences.append(
-                    f"In the fitted rows the tip keeps one orientation, as far as marker `{name}` is concerned: "
-                    f"{listed} is confounded with that of the instrument, and is taken to be the tip's origin. Rows "
-                    "in which the tip is turned otherwise cannot be predicted, and are not judged; give the marker's "
-                    "place in the robot file, or record more orientations."
-                )
-        return sentences
+                found.append(HeldMarker(name, axes))
+        return found
 
     @property
     def record(self) -> dict[str, object]:
@@ -148,6 +155,7 @@ def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]
     )
     kept = ~recordings.test
     differences = rotations - rotations[kept].mean(axis=0)
-    _, sizes, axes = np.linalg.svd(differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum())))
+    scaled = differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum()))
+    _, sizes, axes = np.linalg.svd(scaled, full_matrices=False)
     fixed = axes[sizes < SMALLEST_TURN]
     return differences, fixed.T @ fixed

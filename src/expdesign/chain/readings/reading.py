@@ -9,6 +9,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
 
@@ -19,6 +20,8 @@ class Reading(ABC):
         names: markers whose positions are read, in the order of `Row.marker`; none for deflections.
         start: of the unknown parameters of the instrument, in the order of `parameters`.
         absolute: whether it says where the platform is, so that geometry shows; deflections are differences.
+        chord_steps: to the true pose of a platform whose geometry is not nominal: deflections need it for their lever
+            arms only, absolute readings to below their noise.
         linear: whether the base model is linear in its compliances and has no further parameters.
         compliance_spread: standard deviation of a compliance in units of the robot file's before anything is measured.
     """
@@ -26,6 +29,7 @@ class Reading(ABC):
     names: tuple[str, ...]
     start: FloatArray
     absolute: bool
+    chord_steps: int = 4
     linear: bool
     compliance_spread: float
 
@@ -36,8 +40,8 @@ class Reading(ABC):
 
     @property
     @abstractmethod
-    def degeneracies(self) -> list[str]:
-        """What of the instrument is confounded in the fitted rows, in sentences."""
+    def degeneracies(self) -> list[Remark]:
+        """What of the instrument is confounded in the fitted rows."""
 
     @property
     @abstractmethod
@@ -71,6 +75,10 @@ class Reading(ABC):
     def pose(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Pose (n,) of a platform at `row.pose` that deflects, in the frames in which targets are given."""
         return row.pose + deflection
+
+    def displacement(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, command: ca.SX) -> ca.SX:
+        """That pose (n,) minus the commanded one, as far as readings of this kind show it."""
+        return self.pose(robot, deflection, row, theta) - command
 
     @abstractmethod
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:

@@ -7,14 +7,12 @@ axis is vertical, or it is balanced) rests somewhere in the gap.
 
 from enum import StrEnum
 
-import casadi as ca
 import numpy as np
 
+from expdesign.chain.backlash import Backlash
 from expdesign.chain.component import Component
-from expdesign.chain.components import each_joint, turning
-from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.play import SLACK, with_play
-from expdesign.chain.row import Row
+from expdesign.chain.components import each_joint
+from expdesign.chain.play import SLACK
 from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
@@ -28,17 +26,14 @@ class Rest(StrEnum):
     HIGH = "high"
 
 
-_ENDS = {Rest.MIDDLE: (0.5, -0.5), Rest.LOW: (1.0, 0.0), Rest.HIGH: (0.0, -1.0)}
-"""Ends of the gap, in gaps, relative to where a joint without torque rests."""
-
-
-class JointBacklash(Effect):
+class JointBacklash(Backlash):
     """Variants, which matter where nothing pushes: the joint rests in the `middle` of its gap, at its `low` or `high`
     end.
     """
 
     physics = "joint_backlash"
     forms = tuple(Rest)
+    gap = (1e-5, 0.1)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -57,17 +52,3 @@ class JointBacklash(Effect):
             free = bool(np.any(np.abs(own[:, index]) <= SLACK))
             places += [(joint, rest) for rest in (Rest if free else (Rest.MIDDLE,))]
         return places
-
-    def describe(self) -> tuple[Parameter, ...]:
-        return (Parameter("gap_rad" if turning(self.robot, self.actuators) else "gap_m", 1e-5, low=0.0, high=0.1),)
-
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        return with_play(elongation, force, row, self.component.index, theta[0], _ENDS[self.variant]), state
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        name, value = next(iter(values.items()))
-        size = f"{1e6 * value[0]:.3g} ({1e6 * value[1]:.3g} to {1e6 * value[2]:.3g})"
-        unit = "µrad" if name == "gap_rad" else "µm"
-        return f"{self.subject} has {size} {unit} of play."

@@ -4,36 +4,18 @@ The joints stand at 1 − ρ of the way from where they stood in the row before 
 the commanded joints are a common fraction of each row's step. To first order in ρ·step; a series starts settled.
 """
 
-from collections.abc import Sequence
-
 import casadi as ca
-import numpy as np
 
-from expdesign.chain.component import ALL_JOINTS, Component
-from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.effects.joints.unsettled_reading import Cause
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
+from expdesign.chain.unsettled import Unsettled
 from expdesign.recordings.measurand import POSITIONS
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
 
 
-class ReadBeforeSettled(Effect):
+class ReadBeforeSettled(Unsettled):
     """q = q_C − ρ·(q_C − q of the row before); ρ is `unsettled_step_fraction`, the same for all joints."""
 
-    physics = "creep"
     measurands = (POSITIONS,)
-    forms = tuple(Cause)
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [ALL_JOINTS] if robot.links is not None else []
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        several = len(np.unique(points.series)) < len(points)
-        return super().shown(robot, points) if several else []
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.robot.stiffness)

@@ -4,42 +4,18 @@ A row's joints have moved from where they were in the row before it (unloaded, a
 way to where the load takes them. Unlike creep it does not depend on how long the interval is, and it ends with the row.
 """
 
-from collections.abc import Sequence
-from enum import StrEnum
-
 import casadi as ca
-import numpy as np
 
-from expdesign.chain.component import ALL_JOINTS, Component
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
+from expdesign.chain.unsettled import Unsettled
 from expdesign.recordings.measurand import DEFLECTIONS
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
 
 
-class Cause(StrEnum):
-    """Unlike creep, which shares its physics, it is no property of the arm."""
-
-    UNSETTLED = "logged before settled"
-
-
-class LoggedBeforeSettled(Effect):
+class LoggedBeforeSettled(Unsettled):
     """Δq = Δq(load) − ρ·(Δq(load) − Δq(row before)); ρ is `unsettled_fraction`, the same for all joints."""
 
-    physics = "creep"
     measurands = (DEFLECTIONS,)
-    forms = tuple(Cause)
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [ALL_JOINTS] if robot.links is not None else []
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        several = len(np.unique(points.series)) < len(points)
-        return super().shown(robot, points) if several else []
 
     def describe(self) -> tuple[Parameter, ...]:
         self.states = len(self.robot.stiffness)

@@ -13,6 +13,7 @@ from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import turned_lever
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.elastostatics.geometric_stiffness import geometric_stiffness_expression
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -47,7 +48,7 @@ class GeometricStiffness(Effect):
         geometry = ca.SX(robot.geometry)
         symbol = ca.SX.sym("loaded", self.robot.coordinates.n)
         if self.variant is Correction.MAPPING:
-            return self._mapped(robot, deflection, wrench, compliance, row, theta, symbol, geometry)
+            return self._mapped(robot, deflection, wrench, compliance, row, theta)
         lengths = robot.actuator_lengths(symbol, geometry)
         lever = row.forward.T  # actuator force per wrench at the unloaded pose
         loaded_lever = (ca.jacobian(lengths, symbol) @ robot.pose_rate_map(symbol)).T
@@ -68,15 +69,10 @@ class GeometricStiffness(Effect):
         compliance: ca.SX,
         row: Row,
         theta: ca.SX,
-        symbol: ca.SX,
-        geometry: ca.SX,
     ) -> ca.SX:
         """(K_C + K_G)⁻¹·K_C·ΔX, K_G = ∂(J⁻ᵀ·τ)/∂X at constant τ = Jᵀ·F (theory.md C3)."""
-        held = ca.SX.sym("held", row.forward.shape[1])
-        lengths = robot.actuator_lengths(symbol, geometry)
-        wrench_of = (ca.jacobian(lengths, symbol) @ robot.pose_rate_map(symbol)).T @ held
-        geometric = ca.substitute(ca.jacobian(wrench_of, symbol), symbol, row.pose)
-        geometric = ca.substitute(geometric, held, row.forward.T @ (row.absolute + (wrench - row.wrench)))
+        forces = row.forward.T @ (row.absolute + (wrench - row.wrench))
+        geometric = geometric_stiffness_expression(robot, row.pose, forces)
         softening = row.pose_map @ ca.diag(compliance) @ row.forward.T @ geometric
         eye = ca.SX.eye(self.robot.coordinates.n)
         return ca.solve(eye + theta[0] * softening, deflection)

@@ -7,6 +7,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.identification.identify import Identification
 from expdesign.identification.intervals import Intervals
+from expdesign.report.remark_texts import sentences
 
 MOST_ROWS = 2000
 """Files with more rows list only those that are flagged."""
@@ -43,7 +44,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         },
         "prior_percent": None if result.prior is None else 100.0 * result.prior,
         "shared_reference": result.shared_reference,
-        "suspicions": result.suspicions,
+        "suspicions": sentences(result.suspicions),
         "measurements": _measurements(result),
     }
 

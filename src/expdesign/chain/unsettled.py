@@ -1,0 +1,34 @@
+"""What readings and positions that were taken before an arm had settled have in common, as effects."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+
+from expdesign.chain.component import ALL_JOINTS, Component
+from expdesign.chain.effect import Effect
+from expdesign.chain.variant import Variant
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.robots.robot import Robot
+
+
+class Cause(StrEnum):
+    """Unlike creep, which shares its physics, it is no property of the arm."""
+
+    UNSETTLED = "logged before settled"
+
+
+class Unsettled(Effect):
+    """A common fraction of every joint's step from the row before is still missing; the states are the joints'."""
+
+    physics = "creep"
+    forms = tuple(Cause)
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [ALL_JOINTS] if robot.links is not None else []
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        several = len(np.unique(points.series)) < len(points)
+        return super().shown(robot, points) if several else []

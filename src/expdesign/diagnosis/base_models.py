@@ -1,0 +1,121 @@
+"""What a diagnosis starts from: the elastic robot that deflections show, or the placed robot that positions show.
+
+Of deflections the base model is linear in the compliances: every one of them has to be determined, its sign can be
+judged, and only what yields can be missing. Positions and poses also show geometry and own weight, so that many small
+errors come together with the compliances, which knowledge beforehand keeps from being undetermined.
+"""
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, as_matrix
+from expdesign.chain.component import Part
+from expdesign.chain.readings.reading import Reading
+from expdesign.errors import NotIdentifiableError
+from expdesign.identification.estimability import idle_actuators
+from expdesign.identification.fit import RANK_TOLERANCE, Fit
+from expdesign.identification.suspicions import require_positive
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
+
+_UNKNOWN = 0.5
+"""Share of its standard deviation beforehand above which a parameter counts as not determined."""
+
+
+class BaseModel(ABC):
+    """One kind of base model.
+
+    Attributes:
+        most_effects: that are sought beside it, one at a time.
+        several_at_once: whether so many effects can show that all of them may have to be fitted together.
+        located_by_force: whether a part's mismatch is any function of the force in it, with its own directions only
+            across; otherwise the effects of joints say how a joint can move the readings.
+    """
+
+    most_effects: int
+    several_at_once: bool
+    located_by_force: bool
+
+    def own_directions(self, part: Part) -> bool:
+        """Whether the effects of a part say how it can move the readings."""
+        return part is Part.LINK or (part is Part.JOINT and not self.located_by_force)
+
+    @abstractmethod
+    def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
+        """Actuators that no fitted row loads, shape (n_p,); None where that need not be known."""
+
+    @abstractmethod
+    def require_determined(self, robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
+        """Raise a `NotIdentifiableError` where the recordings do not determine the base model."""
+
+    @abstractmethod
+    def require_plausible(self, robot: Robot, recordings: Recordings, base: Fit) -> None:
+        """Raise an `InputError` where a base model that fits is one that no robot has."""
+
+    @abstractmethod
+    def undetermined(self, fitted: Fit) -> list[str]:
+        """Parameters that are known no better than beforehand."""
+
+
+class ElasticRobot(BaseModel):
+    """The base model of deflections."""
+
+    several_at_once = False
+    located_by_force = True
+
+    def __init__(self, most_effects: int) -> None:
+        self.most_effects = most_effects
+
+    def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
+        return idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
+
+    def require_determined(self, robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
+        sizes = np.linalg.norm(as_matrix(base.sensitivities), axis=0)
+        # A force that is nothing but rounding determines no compliance.
+        known = base.determined & (sizes > RANK_TOLERANCE * sizes.max(initial=0.0))
+        known |= False if idle is None else idle
+        if not known.all():
+            legs = ", ".join(name for name, one in zip(robot.actuators, known, strict=True) if not one)
+            remedy = "Add recordings in which every actuator carries load and moves an axis that is measured."
+            what = f"no load reaches {legs}, or no measured axis shows it"
+            raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
+
+    def require_plausible(self, robot: Robot, recordings: Recordings, base: Fit) -> None:
+        require_positive(base, recordings, robot)
+
+    def undetermined(self, fitted: Fit) -> list[str]:
+        return []
+
+
+class PlacedRobot(BaseModel):
+    """The base model of positions of markers and of poses."""
+
+    most_effects = 6
+    several_at_once = True
+    located_by_force = False
+
+    def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
+        return None
+
+    def require_determined(self, robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
+        """Knowledge beforehand determines what the recordings do not."""
+
+    def require_plausible(self, robot: Robot, recordings: Recordings, base: Fit) -> None:
+        """Geometry takes up what would turn a compliance's sign."""
+
+    def undetermined(self, fitted: Fit) -> list[str]:
+        return [
+            parameter.name
+            for parameter, variance in zip(fitted.chain.parameters, np.diag(fitted.covariance), strict=True)
+            if np.isfinite(parameter.spread)
+            and parameter.spread > 1e-5
+            and variance > (_UNKNOWN * parameter.spread) ** 2
+        ]
+
+
+def base_model(robot: Robot, reading: Reading) -> BaseModel:
+    """The base model that goes with what an instrument reads; a body's support counts among its effects."""
+    if not reading.linear:
+        return PlacedRobot()
+    return ElasticRobot(most_effects=3 if len(robot.stiffness) else 6)

@@ -1,0 +1,167 @@
+"""Remarks of identification and diagnosis in sentences."""
+
+from collections.abc import Iterable
+from functools import singledispatch
+
+from expdesign.chain.readings.position import HeldMarker
+from expdesign.diagnosis.remarks import (
+    AliasedParameters,
+    ConfoundedTime,
+    Extrapolation,
+    NotSought,
+    SerialCorrelation,
+    Sought,
+    TooFewForLaws,
+    WithoutMoment,
+)
+from expdesign.identification.remarks import (
+    AliasedGeometry,
+    IdleActuators,
+    LargeGeometricErrors,
+    NegativeCompliance,
+    TurnedSign,
+    UnlikelyCompliance,
+)
+from expdesign.recordings.remark import Remark
+
+_MOST_NAMES = 6
+_NOT_SOUGHT = {
+    Sought.TIME: "No law of time and no creep was sought: the recordings have no column `time_s`.",
+    Sought.MEMORY: "Nothing that remembers a load was sought: no series has two rows in a stated order.",
+    Sought.PLACE: "No law of place was sought: all rows are at one pose.",
+    Sought.FORCE: "No law of force was sought: all rows carry the same load.",
+}
+
+
+def sentences(remarks: Iterable[Remark]) -> list[str]:
+    """A sentence for each."""
+    return [sentence(remark) for remark in remarks]
+
+
+@singledispatch
+def sentence(remark: Remark) -> str:
+    """A remark as a user reads it; every type has its own."""
+    raise NotImplementedError(f"no sentence says {type(remark).__name__}")
+
+
+@sentence.register
+def _turned_sign(remark: TurnedSign) -> str:
+    return f"With the sign of {remark.column} turned the recordings would fit far better: has it the wrong sign?"
+
+
+@sentence.register
+def _negative(remark: NegativeCompliance) -> str:
+    text = f"The compliance of {remark.actuator} comes out negative"
+    if remark.certain:
+        return text + ": a deflection of the wrong sign, a wrong load or joint, or physics that the model leaves out?"
+    return text + " but may be positive within its uncertainty: the actuator is hardly loaded."
+
+
+@sentence.register
+def _unlikely(remark: UnlikelyCompliance) -> str:
+    stiffer = "stiffer" if remark.ratio < 1.0 else "softer"
+    return (
+        f"The robot comes out {max(remark.ratio, 1.0 / remark.ratio):.3g} times {stiffer} than its file says: is a "
+        "unit of the deflections, of the loads or of `actuator_stiffness` wrong?"
+    )
+
+
+@sentence.register
+def _idle(remark: IdleActuators) -> str:
+    whose = "its stiffness stays" if len(remark.actuators) == 1 else "their stiffnesses stay"
+    return (
+        f"No fitted row shows how {_listed(remark.actuators)} yields, as weights do not for a joint about the "
+        f"vertical, nor positions of a tip on the joint's axis: {whose} what the robot file says, taken as known to "
+        f"{remark.deviation:.0%} (other loads or axes would tell)."
+    )
+
+
+@sentence.register
+def _large_geometry(remark: LargeGeometricErrors) -> str:
+    return (
+        f"Joints and lengths come out {1e3 * remark.size:.3g} mm (RMS) off: are the measured poses in another frame "
+        "than the commands? (`--frames unknown` identifies the frames as well.)"
+    )
+
+
+@sentence.register
+def _aliased_geometry(remark: AliasedGeometry) -> str:
+    return (
+        f"{remark.count} of {remark.total} geometric parameters are not determined one by one, only combinations of "
+        "them are: their intervals are those of the prior, those of predicted poses are not."
+    )
+
+
+@sentence.register
+def _held_marker(remark: HeldMarker) -> str:
+    along = f" along {' and '.join(remark.axes)} of the tip"
+    place = f"its place{'' if len(remark.axes) == 3 else along}"
+    return (
+        f"In the fitted rows the tip keeps one orientation, as far as marker `{remark.marker}` is concerned: {place} "
+        "is confounded with that of the instrument, and is taken to be the tip's origin. Rows in which the tip is "
+        "turned otherwise cannot be predicted, and are not judged; give the marker's place in the robot file, or "
+        "record more orientations."
+    )
+
+
+@sentence.register
+def _aliased(remark: AliasedParameters) -> str:
+    listed = ", ".join(remark.names[:_MOST_NAMES]) + (" and others" if len(remark.names) > _MOST_NAMES else "")
+    return (
+        f"{len(remark.names)} parameters are aliased with combinations of others and stay what was assumed, within "
+        f"the tolerance assumed for them: {listed}. Single values among them mean nothing; their sum does."
+    )
+
+
+@sentence.register
+def _without_moment(remark: WithoutMoment) -> str:
+    listed = ["(" + ", ".join(f"{x:.4f}" for x in direction) + ")" for direction in remark.directions]
+    return (
+        f"No load has a moment about {' and '.join(listed)}, as moments of a weight have none along gravity: elements "
+        "of a compliance that only such a moment distinguishes are not determined, however small the noise."
+    )
+
+
+@sentence.register
+def _extrapolation(remark: Extrapolation) -> str:
+    return (
+        f"The fitted rows do not determine what the held-out rows depend on: {remark.held_out:.3g} standard "
+        f"deviations there against {remark.fitted:.3g}."
+    )
+
+
+@sentence.register
+def _correlation(remark: SerialCorrelation) -> str:
+    return (
+        f"Residuals of consecutive rows are alike (correlation {remark.correlation:.2f}): {remark.rows} rows say as "
+        f"much as about {remark.effective_rows:.0f} independent ones; intervals allow for it."
+    )
+
+
+@sentence.register
+def _confounded_time(remark: ConfoundedTime) -> str:
+    text = (
+        f"Time is confounded with {remark.name}: {remark.share:.0%} of its variance follows from it (variance "
+        f"inflation factor {1.0 / max(1.0 - remark.share, 1e-9):.3g}). "
+    )
+    if not remark.imitations:
+        return text + f"The drift that is named shows among rows that are alike in {remark.name} as well."
+    listed = _listed(tuple(f"`{key}`" for key in remark.imitations))
+    return text + (
+        f"{listed} would describe the rows, but not those that are alike in {remark.name}, and is not named; rows in "
+        f"random order of {remark.name}, or a second visit, would show a drift."
+    )
+
+
+@sentence.register
+def _too_few(remark: TooFewForLaws) -> str:
+    return f"No law at a port was sought: {remark.rows} rows may be fitted, and it takes {remark.needed}."
+
+
+@sentence.register
+def _not_sought(remark: NotSought) -> str:
+    return _NOT_SOUGHT[remark.law]
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + f" and {names[-1]}"
