@@ -51,7 +51,7 @@ def test_of_a_plan(problem: DesignProblem, evaluation: xd.Evaluation) -> None:
 
 def test_of_recordings(problem: DesignProblem, evaluation: xd.Evaluation, tmp_path: Path) -> None:
     """Recordings that follow the plan state what the plan promised, in the identification and in the diagnosis."""
-    recordings = xd.simulate(problem, plan(problem), seed=3)
+    recordings = xd.simulate(problem, plan(problem), seed=3).frame
     robot = CONFIGS / "robots" / "bipod.yaml"
     identified = xd.identify(robot, recordings, targets=problem)
     assert identified.accuracy is not None
