@@ -24,6 +24,7 @@ from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.model_error.record import recommended_accuracy
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]
@@ -138,6 +139,9 @@ def run(config: Config, *, report: Report = silent, follow: Follow = lambda stat
     problem, front = search_within_budget(problem, searching)
     record = run_record(problem, front, *_bounds(problem, front, report))
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
+    accuracy = recommended_accuracy(problem, front)
+    if accuracy is not None:
+        record["accuracy"] = accuracy.record
     minutes = design_minutes(problem, front)
     if minutes is not None:
         record["cost_min"] = float(minutes[front.recommended])
