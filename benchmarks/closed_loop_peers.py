@@ -127,8 +127,9 @@ def main() -> None:
     (options.out / "attained.csv").write_text(csv_text(table), encoding="utf-8")
     for name, plan in plans.items():
         if name not in KEPT:
-            file = options.out / f"plan-{name.replace("'s", '').replace(', ', '-').replace(' ', '-').lower()}.csv"
-            file.write_text(csv_text(plan_frame(plan, problem.loaded, False)), encoding="utf-8")
+            words = name.lower().replace("'s", "").replace(",", "").split()
+            text = csv_text(plan_frame(plan, problem.loaded, False))
+            (options.out / f"plan-{'-'.join(words)}.csv").write_text(text, encoding="utf-8")
     (options.out / "README.md").write_text(text_of(table, options), encoding="utf-8")
     print(table.to_string(index=False))
 
