@@ -13,8 +13,7 @@ from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.budget_search import search_within_budget
 from expdesign.design.front import Front
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.optimality.refinement import LowerBound
+from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_bounds
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
@@ -150,10 +149,10 @@ def run(config: Config, *, report: Report = silent, follow: Follow = lambda stat
     return Run(problem, front, record)
 
 
-def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[LowerBound, LowerBound]:
+def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[CriterionBounds, CriterionBounds]:
     report("bounding", 0, 2, "DUIR")
-    duir = duir_lower_bound(problem, front.genes)
+    duir = criterion_bounds(problem, 0.0, front.genes)
     report("bounding", 1, 2, "total")
-    total = total_lower_bound(problem, front.genes)
+    total = criterion_bounds(problem, 1.0, front.genes)
     report("bounding", 2, 2, "")
     return duir, total
