@@ -149,7 +149,9 @@ def sites_of(information: MeasurementInformation) -> Sites | str:
     return Sites(variables, rows.reshape(*variables.shape[:2], *rows.shape[1:]), Boxes(loads), series)
 
 
-def columns_of(sites: Sites, count: int, dual: Dual, threshold: float, most: float) -> list[Columns] | str:
+def columns_of(
+    sites: Sites, count: int, dual: Dual, threshold: float, most: float, limit: float
+) -> list[Columns] | str:
     """The columns of which a plan can be made that is better than one that is known; or why they are not listed.
 
     Args:
@@ -158,6 +160,7 @@ def columns_of(sites: Sites, count: int, dual: Dual, threshold: float, most: flo
         dual: a Q, by which columns are left out.
         threshold: the least Σ tr(QᵀNQ) of a plan that is better.
         most: the largest tr(QᵀNQ)/n of any column.
+        limit: number of columns that may be looked at.
     """
     halves = np.array([sites.boxes.add(box) for box in sites.boxes.loads.halves()])
     lists = [halves[:, None]]
@@ -169,11 +172,23 @@ def columns_of(sites: Sites, count: int, dual: Dual, threshold: float, most: flo
             gains, interactions = quadratic(dual, sites.maps)
             if n * longer(gains, interactions(n), n).max() + (count - n) * most >= threshold:
                 return f"series of {n} and more measurements are too many to be listed"
+        sensitive = multisets.best(dual, sites.maps).bound
+    else:
+        sensitive = sites.quadratic(dual, 1, np.arange(len(sites.maps)))[0].diagonal(axis1=1, axis2=2).max(axis=1)
+    # No plan with even one measurement at the other poses is better.
+    everywhere = np.flatnonzero(sensitive + (count - 1) * most >= threshold)
+    number = len(everywhere) * sum(len(members) for members in lists)
+    if number > limit:
+        return f"{number} series at {len(everywhere)} poses are too many for the time"
     found = []
     for members in lists:
-        n, together, kept = members.shape[1], max(1, 100_000 // len(members)), []
-        for start in range(0, len(sites.maps), together):
-            poses = np.arange(start, min(start + together, len(sites.maps)))
+        n, together, kept = (
+            members.shape[1],
+            max(1, 100_000 // len(members)),
+            [Columns(sites, everywhere[:0], members[:0])],
+        )
+        for start in range(0, len(everywhere), together):
+            poses = everywhere[start : start + together]
             columns = Columns(sites, np.repeat(poses, len(members)), np.tile(members, (len(poses), 1)))
             kept.append(columns.take(np.flatnonzero(columns.most(dual) + (count - n) * most >= threshold)))
         pose, boxes = (np.concatenate([getattr(part, name) for part in kept]) for name in ("pose", "boxes"))

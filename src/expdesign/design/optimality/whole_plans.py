@@ -19,6 +19,8 @@ GAP = 1e-3
 LARGEST = 3000
 """Columns beyond which whole plans are not sought."""
 _LIKELY, _MARGIN = 300, 1.3
+_LOOKED_AT = 300_000
+"""Columns among which those of better plans are sought, and as many for every second more."""
 _AGAIN = 0.8
 """Part of the distance from plan to bound that is left when columns are chosen anew."""
 
@@ -90,7 +92,7 @@ class BranchAndBound:
     ) -> None:
         self._problem, self._certificate, self._result = problem, certificate, result
         self._criterion = certificate.name.lower()
-        self._seconds = seconds
+        self._seconds, self._given = seconds, seconds
         self._nodes = 0
         space = problem.space
         self._free = problem.constraints is None and space.most_poses is None
@@ -135,7 +137,8 @@ class BranchAndBound:
         """Columns that a plan better than `value` can have."""
         dual = last.dual
         threshold = dual.gain**2 / value**2 - dual.prior
-        return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest)
+        limit = _LOOKED_AT * (1.0 + self._given)
+        return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest, limit)
 
     def _search(self, parts: list[Columns], last: Refinement, relaxed: float, seconds: float) -> tuple[float, bool]:
         """The bound over plans of these columns and the best known one, with better plans on the way; and whether it
