@@ -1,10 +1,11 @@
 """How many bounds prove a plan to be the best to one per cent, over random configurations.
 
-python -m benchmarks.bounds [--count 50] [--seconds 60] [--folder FOLDER]
+python -m benchmarks.bounds [--count 50] [--seconds 60] [--listed] [--folder FOLDER]
 
 Random configurations are those of `benchmarks.fronts.configurations`. Of each the front is searched with the given
 population and generations, and DUIR and `total` are bounded, with and without branch and bound. After every
-configuration the table is written anew, so that an interruption loses nothing.
+configuration the table is written anew, so that an interruption loses nothing. With `--listed` only configurations with
+listed poses count, and nothing is searched: the best known plan is that of branch and bound itself.
 """
 
 import os
@@ -37,10 +38,10 @@ def poses_of(problem: DesignProblem) -> str:
     return "listed" if discrete.all() else "continuous" if not discrete.any() else "mixed"
 
 
-def row(number: int, problem: DesignProblem, seconds: float) -> dict[str, str | float | int | bool]:
+def row(number: int, problem: DesignProblem, seconds: float, *, searching: bool) -> dict[str, str | float | int | bool]:
     """One configuration: distances of the best known plan to the bounds without and with branch and bound."""
     start = time.process_time()
-    front = search(problem)
+    front = search(problem) if searching else None
     searched = time.process_time() - start
     found: dict[str, str | float | int | bool] = {
         "configuration": number,
@@ -52,25 +53,27 @@ def row(number: int, problem: DesignProblem, seconds: float) -> dict[str, str | 
     }
     for name, factor in (("duir", 0.0), ("total", 1.0)):
         start = time.process_time()
-        relaxed: CriterionBounds = criterion_bounds(problem, factor, front.genes, 0.0)
-        bounds = criterion_bounds(problem, factor, front.genes, seconds)
-        least = min(float(front.criteria[name].min()), bounds.whole.best)
+        known = None if front is None else front.genes
+        relaxed: CriterionBounds = criterion_bounds(problem, factor, known, 0.0)
+        bounds = criterion_bounds(problem, factor, known, seconds)
+        reached = np.nan if front is None else float(front.criteria[name].min())
+        least = float(np.fmin(reached, bounds.whole.best))
         lower, first = bounds.lower.value, relaxed.lower.value
         found |= {
             f"least {name}": least,
             f"{name}: relaxation lacks": np.nan if not first else least / first - 1.0,
             f"{name}: bound lacks": np.nan if not lower else least / lower - 1.0,
-            f"{name}: front lacks": float(front.criteria[name].min()) / least - 1.0,
+            f"{name}: front lacks": reached / least - 1.0,
             f"{name}: proved": bounds.whole.finished,
             f"{name} (s)": time.process_time() - start,
         }
     return {**found, "search (s)": searched}
 
 
-def write(table: pd.DataFrame, command: str, settings: str) -> None:
-    """`results/bounds/random.csv` and `.md`."""
+def write(kind: str, table: pd.DataFrame, command: str, settings: str) -> None:
+    """`results/bounds/KIND.csv` and `.md`."""
     RESULTS.mkdir(parents=True, exist_ok=True)
-    table.to_csv(RESULTS / "random.csv", index=False, lineterminator="\n")
+    table.to_csv(RESULTS / f"{kind}.csv", index=False, lineterminator="\n")
     shown = table.copy()
     for column in shown.columns:
         if column.endswith("lacks"):
@@ -95,7 +98,7 @@ def write(table: pd.DataFrame, command: str, settings: str) -> None:
         "above the least of any plan that is known.",
     ]
     text = ["# Bounds over random configurations", "", f"Command: `{command}`.", "", *lines, "", *notes, ""]
-    (RESULTS / "random.md").write_text("\n".join(text), encoding="utf-8")
+    (RESULTS / f"{kind}.md").write_text("\n".join(text), encoding="utf-8")
 
 
 def main() -> None:
@@ -104,20 +107,22 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--population", type=int, default=100)
     parser.add_argument("--generations", type=int, default=200)
+    parser.add_argument("--listed", action="store_true")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()) / "random-configurations")
     given = parser.parse_args()
     rows = []
     for number in range(1, given.count + 1):
         problem = random_problem(number, given.folder)
+        if given.listed and poses_of(problem) != "listed":
+            continue
         optimiser = replace(problem.optimiser, population=given.population, generations=given.generations)
-        rows.append(row(number, replace(problem, optimiser=optimiser), given.seconds))
+        rows.append(row(number, replace(problem, optimiser=optimiser), given.seconds, searching=not given.listed))
         options = f"--population {given.population} --generations {given.generations}"
+        options = "--listed" if given.listed else options
         command = f"python -m benchmarks.bounds --count {given.count} --seconds {given.seconds:g} {options}"
-        settings = (
-            f"Search with population {given.population} and {given.generations} generations; branch and bound of "
-            f"{given.seconds:g} s."
-        )
-        write(pd.DataFrame(rows), command, settings)
+        how = f"Search with population {given.population} and {given.generations} generations"
+        settings = f"{'Nothing was searched' if given.listed else how}; branch and bound of {given.seconds:g} s."
+        write("listed" if given.listed else "random", pd.DataFrame(rows), command, settings)
         print(rows[-1], flush=True)
 
 

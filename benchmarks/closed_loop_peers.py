@@ -143,8 +143,8 @@ def text_of(table: pd.DataFrame, options: argparse.Namespace) -> str:
     told = (
         f"{options.repetitions} repetitions, robots and draws of noise and load errors as in `{options.kept}`, whose\n"
         f"plans by `{'`, `'.join(KEPT)}` were sought over all poses and loads; FIGAROH chooses from a pool of\n"
-        f"{options.pool} reachable measurements with this program's regressors, and this program by DUIR from the same\n"
-        "pool; a space-filling plan is drawn anew in every repetition. All have as many measurements. Error\n"
+        f"{options.pool} reachable measurements with this program's regressors, and this program by DUIR from the\n"
+        "same pool; a space-filling plan is drawn anew in every repetition. All have as many measurements. Error\n"
         "attained at the targets, in tolerances; ± is one standard error; differences are repetition by repetition."
     )
     return f"# Closed loop: plans of other tools\n\n```\n{command}\n```\n\n{told}\n\n" + "\n".join(rows) + "\n"

@@ -12,7 +12,7 @@ from expdesign.design.optimality.exchange import Exchange, rounded
 from expdesign.design.optimality.measurement_pool import Effort
 from expdesign.design.problem import DesignProblem
 
-LADDER = (0.0, 1.0, 10.0)
+LADDER = (0.0, 10.0)
 _ROUNDS, _DRAWS, _KEPT = 2, 400, 8
 _BRIEF = Effort(samples=1000, starts=16, steps=15, passes=1)
 
@@ -35,5 +35,6 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
         exchange = Exchange(problem, last.shortlist[:listed], factor)
         plans = exchange.best(rounded(last.weights[:listed], space.measurements, _DRAWS, generator), _KEPT)
         plans = np.concatenate([plans, np.unique(np.sort(exchange.improve(plans), axis=1), axis=0)])
-        found.append(space.canonical(last.shortlist[plans]))
+        # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
+        found.append(problem.settable(last.shortlist[plans]))
     return np.concatenate(found) if found else np.zeros((0, space.measurements, space.genes))
