@@ -2,8 +2,9 @@
 
 python -m benchmarks.bounds [--count 50] [--seconds 60] [--listed] [--folder FOLDER]
 
-Random configurations are those of `benchmarks.fronts.configurations`. Of each the front is searched with the given
-population and generations, and DUIR and `total` are bounded, with and without branch and bound. After every
+Random configurations are those of `benchmarks.fronts.configurations` where that is there, else lists of random poses
+for the hexapod of `configs/hexapod-h1.yaml`. Of each the front is searched with the given population and generations,
+and DUIR and `total` are bounded, with and without branch and bound. After every
 configuration the table is written anew, so that an interruption loses nothing. With `--listed` only configurations with
 listed poses count, and nothing is searched: the best known plan is that of branch and bound itself.
 """
@@ -25,7 +26,10 @@ from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_b
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
 
-from .fronts.configurations import problem as random_problem
+try:
+    from .fronts.configurations import problem as random_problem
+except ModuleNotFoundError:
+    from .listed_hexapod import problem as random_problem
 
 RESULTS = Path("results/bounds")
 CLOSE = 0.01
