@@ -37,7 +37,8 @@ class LoadRange:
     def of(cls, information: MeasurementInformation) -> "LoadRange":
         space = information.problem.space
         index = information.load_variables().index
-        values, steps = [], []
+        values: list[tuple[float, float]] = []
+        steps: list[tuple[tuple[float, float], ...] | None] = []
         for place in index:
             domain = space.variables[place].domain
             values.append(space.variables[place].bounds)
