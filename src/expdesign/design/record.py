@@ -30,6 +30,7 @@ def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: Lo
         "total_lower_bound_certified_on": total.certified_on,
         "objectives": list(front.objectives),
         "hypervolume": front.hypervolume,
+        "missing_hypervolume": front.missing,
         "reference_point": front.reference_point.tolist(),
         "designs": len(front),
         "recommended": front.recommended + 1,
