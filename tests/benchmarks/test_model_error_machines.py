@@ -12,6 +12,7 @@ from benchmarks.model_error.prior import Prior, compliance
 from benchmarks.model_error.trial import plan_of_genes
 from tests.model_error.problems import CONFIGS
 
+from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.actuators.friction import FrictionHysteresis
@@ -79,7 +80,7 @@ def in_arm(kind: type[Effect], component: str, variant: str = "") -> Effect:
 
 
 def cases() -> list[Any]:
-    stiff = np.linalg.inv(SOFT)
+    stiff: FloatArray = np.linalg.inv(SOFT)
     radial = np.diag([4e-8, 1e-8, 1e-13])
     return [
         pytest.param("", elements.PlatformCompliance(stiff), in_hexapod(PlatformCompliance, "platform", "full"),
