@@ -102,6 +102,9 @@ def _conclusions(result: Diagnosis) -> list[str]:
         stable = result.stability
         text = f"Of {stable.refits} refits, each without a tenth of the rows, {100.0 * stable.same:.0f} % name the same"
         texts.append(f"{text} (score tests on the model linearised).")
+    if np.isfinite(errors.coverage):
+        share = f"{100.0 * errors.coverage:.1f} % of the readings that were not fitted"
+        texts.append(f"{share} lie within their predicted 95 % intervals.")
     texts += sentences(result.caveats)
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
