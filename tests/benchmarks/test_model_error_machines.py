@@ -79,12 +79,12 @@ def in_arm(kind: type[Effect], component: str, variant: str = "") -> Effect:
 
 
 def cases() -> list[Any]:
-    stiff = np.asarray(np.linalg.inv(SOFT), dtype=np.float64).tolist()
+    stiff = np.array(np.linalg.inv(SOFT).tolist())
     radial = np.diag([4e-8, 1e-8, 1e-13])
     return [
-        pytest.param("", elements.PlatformCompliance(np.array(stiff)), in_hexapod(PlatformCompliance, "platform", "full"),
+        pytest.param("", elements.PlatformCompliance(stiff), in_hexapod(PlatformCompliance, "platform", "full"),
                      entries(SOFT), id="soft platform"),
-        pytest.param("", elements.BaseCompliance(np.array(stiff)), in_hexapod(BaseCompliance, "base", "full"), entries(SOFT),
+        pytest.param("", elements.BaseCompliance(stiff), in_hexapod(BaseCompliance, "base", "full"), entries(SOFT),
                      id="soft base"),
         pytest.param("", elements.PassiveJointCompliance("leg 2", np.linalg.inv(radial), "base", "frame"),
                      in_hexapod(PassiveJointCompliance, "leg 2", "base"), [4e-8, 1e-8, 0.0, 0.0, 0.0],
