@@ -79,7 +79,7 @@ def in_arm(kind: type[Effect], component: str, variant: str = "") -> Effect:
 
 
 def cases() -> list[Any]:
-    stiff = np.linalg.inv(SOFT)
+    stiff = np.array(np.linalg.inv(SOFT).tolist())
     radial = np.diag([4e-8, 1e-8, 1e-13])
     return [
         pytest.param("", elements.PlatformCompliance(stiff), in_hexapod(PlatformCompliance, "platform", "full"),

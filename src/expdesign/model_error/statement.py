@@ -10,8 +10,6 @@ from typing import Any, Self
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.duir import Duir
-from expdesign.criteria.feir import Feir
 from expdesign.criteria.target_variances import GivenVariances, TargetVariances
 from expdesign.criteria.targets import Targets
 from expdesign.model_error.hidden_physics import HiddenPhysics
@@ -47,7 +45,8 @@ class AccuracyStatement:
             freedom: degrees of freedom of the residuals.
             readings: what would have to show it.
         """
-        noise, force = (float(np.ravel(each.values(variances))[0]) for each in (Duir(), Feir()))
+        parts = (variances.noise_variance, variances.force_variance)
+        noise, force = (float(np.ravel(variances.aggregated(variances.weighted(part)))[0]) for part in parts)
         if not physics or not (np.isfinite(noise) and np.isfinite(force)):
             return None
         return cls(noise, force, physics[0], freedom, readings)
