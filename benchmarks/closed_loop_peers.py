@@ -147,7 +147,7 @@ def text_of(table: pd.DataFrame, options: argparse.Namespace) -> str:
     told = (
         f"{options.repetitions} repetitions, robots and draws of noise and load errors as in `{options.kept}`, whose\n"
         f"plans by `{'`, `'.join(KEPT)}` were sought over all poses and loads; FIGAROH chooses from a pool of\n"
-        f"{options.pool} reachable measurements with this program's regressors{', as does this program by DUIR' * same};\n"
+        f"{options.pool} reachable measurements with this program's regressors{', and so does DUIR' * same};\n"
         "a space-filling plan is drawn anew in every repetition. All have as many measurements. Error\n"
         "attained at the targets, in tolerances; ± is one standard error; differences are repetition by repetition."
     )
