@@ -17,6 +17,12 @@ from expdesign.watching.server import serve
 from expdesign.watching.watched import Watched
 
 
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search and a browser share the processor here."""
+    monkeypatch.setattr("tests.report.test_in_browser.WAIT_S", 120.0)
+
+
 def paced(watched: Watched) -> Follow:
     """Follows a search that is held back a little, so that it goes on for as long as the browser looks."""
 
