@@ -2,9 +2,8 @@
 
 python -m benchmarks.bounds [--count 50] [--seconds 60] [--listed] [--folder FOLDER]
 
-Random configurations are those of `benchmarks.fronts.configurations` where that is there, else lists of random poses
-for the hexapod of `configs/hexapod-h1.yaml`. Of each the front is searched with the given population and generations,
-and DUIR and `total` are bounded, with and without branch and bound. After every
+Random configurations are those of `benchmarks.fronts.configurations`. Of each the front is searched with the given
+population and generations, and DUIR and `total` are bounded, with and without branch and bound. After every
 configuration the table is written anew, so that an interruption loses nothing. With `--listed` only configurations with
 listed poses count, and nothing is searched: the best known plan is that of branch and bound itself.
 """
@@ -26,10 +25,7 @@ from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_b
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
 
-try:
-    from .fronts.configurations import problem as random_problem
-except ModuleNotFoundError:
-    from .listed_hexapod import problem as random_problem
+from .fronts.configurations import problem as random_problem
 
 RESULTS = Path("results/bounds")
 CLOSE = 0.01
@@ -61,7 +57,7 @@ def row(number: int, problem: DesignProblem, seconds: float, *, searching: bool)
         relaxed: CriterionBounds = criterion_bounds(problem, factor, known, 0.0)
         bounds = criterion_bounds(problem, factor, known, seconds)
         reached = np.nan if front is None else float(front.criteria[name].min())
-        least = float(np.fmin(reached, bounds.whole.best))
+        least = float(np.fmin(reached, bounds.whole.best if np.isfinite(bounds.whole.best) else np.nan))
         lower, first = bounds.lower.value, relaxed.lower.value
         found |= {
             f"least {name}": least,
