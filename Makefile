@@ -1,6 +1,6 @@
 # `make run` plans the calibration of the example hexapod; `make test` checks everything,
 # `make studies` makes the thesis' studies again, `make release` builds the distribution.
-PYTHON ?= $(or $(shell command -v python3.11),python3)
+PYTHON ?= $(or $(shell command -v python3.11 2>/dev/null),python3)
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
@@ -14,11 +14,13 @@ $(VENV)/running: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 		echo "$(PYTHON) is older than 3.11; name another: make PYTHON=python3.12"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) -e .
+	@echo "installing what running needs into $(VENV) (0.85 GB)"
+	@$(INSTALL) -e .
 	@touch $@
 
 $(VENV)/testing: $(VENV)/running
-	$(INSTALL) -e '.[cluster,dev,laboratory,studies]'
+	@echo "installing the tools of development into $(VENV) (1.2 GB more)"
+	@$(INSTALL) -e '.[benchmark,cluster,dev,laboratory,studies]'
 	@touch $@
 
 run: $(VENV)/running

@@ -35,8 +35,8 @@ _WIDTH, _COLOURS = 360, 48
 _HEAD = """# Gallery
 
 One question of a laboratory each, answered in at most 60 lines of Python ([the same in commands](../tutorial.md)). The
-notebooks are kept with what they printed and drew; they need the extra `studies` for their pictures. `python
-docs/gallery.py` runs them again.
+notebooks are kept with what they printed and drew; they need the extra `studies` for their pictures.
+`python docs/gallery.py` runs them again.
 """
 _GRID = "display: grid; grid-template-columns: repeat(auto-fill, minmax(230px, 1fr)); gap: 1.5rem"
 
@@ -100,9 +100,10 @@ def picture_of(notebook: Any) -> bytes:
 
 
 def title_of(notebook: Any) -> tuple[str, str]:
-    """The heading of a notebook and the first sentence below it."""
+    """The heading of a notebook and below it the first sentence that asks, or else the first."""
     heading, _, text = notebook.cells[0].source.partition("\n")
-    return heading.lstrip("# "), re.split(r"(?<=[.?])\s", " ".join(text.split()), maxsplit=1)[0]
+    sentences = re.split(r"(?<=[.?])\s", " ".join(text.split()))
+    return heading.lstrip("# "), next((each for each in sentences if each.endswith("?")), sentences[0])
 
 
 def page(notebook: Any, name: str) -> str:

@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
 from benchmarks.concealed.answers import NoAnswerError
+from benchmarks.concealed.contest.__main__ import kept_round
 from benchmarks.concealed.contest.answers import answer_from, read_answer
 from benchmarks.concealed.contest.judgement import judge
 from benchmarks.concealed.contest.questions import (
@@ -23,7 +24,7 @@ from benchmarks.concealed.contest.questions import (
     write_question,
     write_truth,
 )
-from benchmarks.concealed.contest.table import markdown, median_interval
+from benchmarks.concealed.contest.table import agreement, markdown, median_interval
 from benchmarks.concealed.contest.tools import Cost, Tool, kept_cost, with_rivals
 from benchmarks.concealed.experiments import FEW
 from benchmarks.concealed.unlisted.cases import Case, Order
@@ -184,9 +185,26 @@ def test_the_median_of_answers_and_none_is_the_median() -> None:
     assert median_interval([1.0, float("inf"), float("inf")])[0] == float("inf")
     generator, inside = np.random.default_rng(5), 0
     for _ in range(200):
-        _, low, high = median_interval(generator.normal(size=40))
+        _, low, high = median_interval(generator.normal(size=40).tolist())
         inside += low <= 0.0 <= high
     assert 0.88 <= inside / 200 <= 0.99  # 0.95 with a standard error of 0.015, less the bootstrap's own error
+
+
+def test_kept_rounds_are_scored_side_by_side(case: Case, tmp_path: Path) -> None:
+    for number in (1, 2):
+        folder = tmp_path / f"round-{number}"
+        name = str(case.truth["case"])
+        write_question(case, folder / "cases" / name)
+        write_truth(case, folder / "truth" / name)
+        for tool in ("oracle", "mute"):
+            (folder / "answers" / tool / name).mkdir(parents=True)
+        answered(case, folder / "answers" / "oracle" / name)
+    first, second = (kept_round(tmp_path / f"round-{number}") for number in (1, 2))
+    assert [each.tool for each in first] == ["mute", "oracle"]
+    text = agreement(first, second)
+    assert "| oracle | located | 100 % (21–100) | 100 % (21–100) | yes |" in text
+    assert "| mute | below 1 | 0 % (0–79) | 0 % (0–79) | yes |" in text
+    assert "Intervals of 10 of 10 figures overlap." in text
 
 
 @pytest.mark.slow

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import datetime
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from ..generate import fresh_seed, single_threaded
 from ..unlisted.cases import Case
 from .judgement import Judged, judge
 from .questions import drawn, questions, read_case, write_question, write_truth
-from .table import frame, markdown
+from .table import agreement, frame, markdown
 from .tools import Tool, kept_cost, with_rivals
 
 LIMIT_S = 300.0
@@ -31,20 +30,42 @@ def draw(chosen: argparse.Namespace) -> None:
 
 
 def answer(chosen: argparse.Namespace) -> None:
-    """Have the tools answer cases that lie in a folder."""
-    names = sorted(path.name for path in chosen.cases.glob("case-*"))
+    """Have the tools answer cases that were drawn."""
+    names = sorted(path.name for path in (chosen.folder / "cases").glob("case-*"))
     if not names:
-        raise SystemExit(f"{chosen.cases} has no folders case-001 …: draw some first")
-    _ask(chosen.tool, chosen.cases, names, chosen.answers, chosen.limit)
+        raise SystemExit(f"{chosen.folder} has no cases/case-001 …: draw some first")
+    _ask(chosen.tool, chosen.folder / "cases", names, chosen.folder / "answers", chosen.limit)
 
 
 def score(chosen: argparse.Namespace) -> None:
-    """Judge kept answers."""
-    names = sorted(path.name for path in chosen.truth.glob("case-*"))
-    cases = [read_case(chosen.cases / name, chosen.truth / name) for name in names]
-    tools = sorted(path.name for path in chosen.answers.iterdir() if path.is_dir())
-    judged = _judge(tools, cases, chosen.answers)
-    print(markdown(judged, [f"answers of {chosen.answers}"]))
+    """Judge what was answered in one round or more: the cases to which every tool was put."""
+    rounds = [kept_round(folder) for folder in chosen.folder]
+    parts = []
+    for folder, judged in zip(chosen.folder, rounds, strict=True):
+        parts.append(f"## {folder.name}\n\n{markdown(judged, _facts(judged))}")
+    together = [case for judged in rounds for case in judged]
+    if len(rounds) > 1:
+        parts.append(f"## All rounds together\n\n{markdown(together, _facts(together))}")
+        parts.append(f"## Do the rounds agree?\n\n{agreement(rounds[0], rounds[1])}")
+    print("\n".join(parts))
+    if chosen.csv:
+        frame(together).to_csv(chosen.csv, index=False)
+
+
+def kept_round(folder: Path) -> list[Judged]:
+    """The judged answers of a folder with `cases`, `truth` and `answers`."""
+    answers = folder / "answers"
+    tools = sorted(path.name for path in answers.iterdir() if path.is_dir())
+    names = [path.name for path in sorted((folder / "truth").glob("case-*"))]
+    asked = [name for name in names if all((answers / tool / name).is_dir() for tool in tools)]
+    return _judge(tools, [read_case(folder / "cases" / name, folder / "truth" / name) for name in asked], answers)
+
+
+def _facts(judged: Sequence[Judged]) -> list[str]:
+    seeds = sorted({str(case.truth["seed"]) for case in judged})
+    cases = {(case.truth["seed"], case.case) for case in judged}
+    spent = sum(case.cost.cpu_s for case in judged)
+    return [f"seed {', '.join(seeds)}; {len(cases)} cases; the tools' processor time {spent:.0f} s"]
 
 
 def run(chosen: argparse.Namespace) -> None:
@@ -55,17 +76,13 @@ def run(chosen: argparse.Namespace) -> None:
     names = [str(case.truth["case"]) for case in cases]
     for case, name in zip(cases, names, strict=True):
         write_question(case, chosen.out / "cases" / name)
-    started = time.process_time()
     _ask(chosen.tool, chosen.out / "cases", names, chosen.out / "answers", chosen.limit)
     judged = _judge([tool.name for tool in chosen.tool], cases, chosen.out / "answers")
     for case, name in zip(cases, names, strict=True):
         write_truth(case, chosen.out / "truth" / name)
-    spent = sum(each.cost.cpu_s for each in judged) + time.process_time() - started
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    facts = [
-        f"{today}, seed {seed}{' (drawn afresh)' if chosen.seed is None else ' (given)'}, {len(cases)} cases",
-        f"time limit {chosen.limit:g} s a case; {spent:.0f} s of processor time, one case at a time",
-    ]
+    drawn_how = "drawn afresh" if chosen.seed is None else "given"
+    facts = [f"{today}, seed {drawn_how}, time limit {chosen.limit:g} s a case", *_facts(judged)]
     (chosen.out / "table.md").write_text(markdown(judged, facts), encoding="utf-8")
     frame(judged).to_csv(chosen.out / "cases.csv", index=False)
     print(markdown(judged, facts))
@@ -114,11 +131,10 @@ def _arguments() -> argparse.Namespace:
     drawing(command("draw", draw, "write cases and, apart from them, truths"))
     answering = command("answer", answer, "have tools answer cases")
     asking(answering)
-    answering.add_argument("--cases", type=Path, required=True)
-    answering.add_argument("--answers", type=Path, required=True)
+    answering.add_argument("folder", type=Path, help="what `draw` has written; gets `answers`")
     scoring = command("score", score, "judge kept answers")
-    for name in ("--cases", "--truth", "--answers"):
-        scoring.add_argument(name, type=Path, required=True)
+    scoring.add_argument("folder", type=Path, nargs="+", help="with `cases`, `truth` and `answers`; one a round")
+    scoring.add_argument("--csv", type=Path, help="file for one row per case and tool")
     running = command("run", run, "draw, ask and judge in one go")
     drawing(running)
     asking(running)

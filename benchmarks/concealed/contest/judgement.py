@@ -85,6 +85,7 @@ class Judged:
         """For a table with one row per case and tool."""
         there = " + ".join(f"{each['physics']} at {' or '.join(each['parts'])}" for each in self.truth["effects"])
         return {
+            "seed": self.truth["seed"],
             "case": self.case,
             "tool": self.tool,
             "physics": self.physics,

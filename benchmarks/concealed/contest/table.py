@@ -104,12 +104,40 @@ def _consistent(cases: Sequence[Judged]) -> tuple[list[str], list[list[str]]]:
 
 def _sizes(cases: Sequence[Judged]) -> str:
     rows = [case.truth["rows"] for case in cases]
-    return f"{len({case.case for case in cases})} cases, {min(rows)}–{max(rows)} rows"
+    return f"{len({(case.truth['seed'], case.case) for case in cases})} cases, {min(rows)}–{max(rows)} rows"
 
 
 def grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """A Markdown table."""
     return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def agreement(first: Sequence[Judged], second: Sequence[Judged]) -> str:
+    """Figures of two rounds side by side, over all cases with a mismatch, and whether their intervals overlap."""
+    rows = []
+    for tool in tools_of(first):
+        own, other = ([c for c in each if c.tool == tool and c.physics != "none"] for each in (first, second))
+        for what, right in _SHARES.items():
+            one, two = (Rate.of(right(case) for case in each).interval for each in (own, other))
+            rows.append([tool, what, share(own, right), share(other, right), _overlap(one, two)])
+        one, two = (median_interval([case.error for case in each])[1:] for each in (own, other))
+        middles = [middle([case.error for case in each]) for each in (own, other)]
+        rows.append([tool, "held-out RMS", *middles, _overlap(one, two)])
+    agreeing = sum(row[-1] == "yes" for row in rows)
+    head = ["tool", "figure", "first round", "second round", "overlap"]
+    return "\n".join([*grid(head, rows), "", f"Intervals of {agreeing} of {len(rows)} figures overlap.", ""])
+
+
+_SHARES: dict[str, Callable[[Judged], bool]] = {
+    "located": lambda case: case.located,
+    "named": lambda case: case.named,
+    "below 1": lambda case: case.error < 1.0,
+    "worse than base": lambda case: case.worse,
+}
+
+
+def _overlap(one: tuple[float, float], other: tuple[float, float]) -> str:
+    return "yes" if one[0] <= other[1] and other[0] <= one[1] else "**no**"
 
 
 def frame(cases: Sequence[Judged]) -> pd.DataFrame:

@@ -18,8 +18,10 @@ from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.files.table import Table
-from expdesign.identification.identify import identify
-from expdesign.identification.recorded_knowledge import recorded_knowledge
+from expdesign.identification.recorded_knowledge import identified_so_far, recorded_knowledge, require_readings_of
+from expdesign.model_error.impact import ModelErrorImpact
+from expdesign.model_error.next_rows import Objective, next_rows
+from expdesign.model_error.record import meir_of_problem
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 
@@ -36,6 +38,9 @@ class PlannedNext:
         frame: the plan of the next measurements, numbered on from the recordings.
         before: expected total error now, in tolerances; infinite where the recordings do not determine it.
         after: the same with each further measurement, shape (k,).
+        objective: what the measurements were chosen to lower.
+        hidden: what physics beyond the model may add without being noticed (MEIR), now and with each further
+            measurement, shape (k + 1,); None where only the total error was asked for.
         p_value: of the χ² test of the base model on the recordings, or None where there is no such test, as for a robot
             whose diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
@@ -47,6 +52,18 @@ class PlannedNext:
     after: FloatArray
     p_value: float | None
     undetermined: str | None
+    objective: Objective = Objective.TOTAL
+    hidden: FloatArray | None = None
+
+    @property
+    def totals(self) -> FloatArray:
+        """Expected total error now and with each further measurement, shape (k + 1,)."""
+        return np.concatenate([[self.before], self.after])
+
+    @property
+    def values(self) -> FloatArray:
+        """The objective now and with each further measurement, shape (k + 1,)."""
+        return self.totals if self.hidden is None else self.objective.of(self.totals, self.hidden)
 
     def save(self, file: PathLike) -> Path:
         """Write the plan into a file."""
@@ -61,6 +78,7 @@ def plan_next(
     count: int | None = None,
     accuracy: float | None = None,
     seed: int = 1,
+    objective: Objective | str = Objective.TOTAL,
 ) -> PlannedNext:
     """Plan the next measurements, given what was measured.
 
@@ -68,25 +86,45 @@ def plan_next(
         config: run configuration.
         recordings: what was measured so far.
         count: how many; 1 if left out, or as many as the accuracy takes (at most `MOST`).
-        accuracy: expected total error, in tolerances, at which to stop.
+        accuracy: value of the objective, in tolerances, at which to stop.
         seed: of the candidates that are drawn.
+        objective: `total`, the expected error from noise and load errors; `meir`, the largest error that physics beyond
+            the model may cause without being noticed; or `both`, the root of the sum of their squares.
 
     Raises:
         InputError: a file is missing or wrong, or a number is out of range.
         SingularConfigurationError: the robot is singular in a row.
     """
     _require_sensible(count, accuracy, seed)
+    aim = _objective(objective)
     problem = problem_of(config)
-    problem.require_elastostatic("the next measurements can be planned")
     table = table_of(recordings, "recordings")
     measured = recordings_from_table(table, problem.loaded.robot)
     require_measured(measured, problem.loaded.robot)
+    require_readings_of(problem, measured)
     p_value, undetermined = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
+    if aim is not Objective.TOTAL:
+        meir = meir_of_problem(problem)
+        impact = ModelErrorImpact(problem) if meir is None else meir.impact
+        rows = next_rows(impact, measured, known, aim, count=most, accuracy=accuracy, seed=seed)
+        frame = _continued(problem, rows.genes, measured)
+        total = np.array([each.total for each in rows.after])
+        hidden = np.array([each.meir for each in (rows.before, *rows.after)])
+        return PlannedNext(measured, frame, rows.before.total, total, p_value, undetermined, aim, hidden)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame = _continued(problem, found.genes, measured)
     return PlannedNext(measured, frame, found.before, found.after, p_value, undetermined)
+
+
+def _objective(objective: Objective | str) -> Objective:
+    try:
+        return Objective(objective)
+    except ValueError:
+        what = f"`{objective}` is nothing that further measurements can lower"
+        remedy = f"Choose {', '.join(each.value for each in Objective)}."
+        raise InputError(what, where="--objective", remedy=remedy) from None
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
@@ -110,7 +148,7 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
 def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[float | None, str | None]:
     """p-value of the base model, and what it does not determine."""
     try:
-        found = identify(problem.loaded.robot, measured, shared_reference=problem.noise.shared_reference)
+        found = identified_so_far(problem, measured)
     except NotIdentifiableError as error:
         return None, error.message
     return (found.goodness.p_value if problem.found is None else None), None

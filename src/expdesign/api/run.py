@@ -13,8 +13,7 @@ from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.budget_search import search_within_budget
 from expdesign.design.front import Front
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.optimality.refinement import LowerBound
+from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_bounds
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
@@ -25,6 +24,7 @@ from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.model_error.record import recommended_accuracy
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]
@@ -150,6 +150,9 @@ def run(
     problem, front = search_within_budget(problem, searching)
     record = run_record(problem, front, *_bounds(problem, front, report))
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
+    accuracy = recommended_accuracy(problem, front)
+    if accuracy is not None:
+        record["accuracy"] = accuracy.record
     minutes = design_minutes(problem, front)
     if minutes is not None:
         record["cost_min"] = float(minutes[front.recommended])
@@ -161,10 +164,10 @@ def run(
     return Run(problem, front, record)
 
 
-def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[LowerBound, LowerBound]:
+def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[CriterionBounds, CriterionBounds]:
     report("bounding", 0, 2, "DUIR")
-    duir = duir_lower_bound(problem, front.genes)
+    duir = criterion_bounds(problem, 0.0, front.genes)
     report("bounding", 1, 2, "total")
-    total = total_lower_bound(problem, front.genes)
+    total = criterion_bounds(problem, 1.0, front.genes)
     report("bounding", 2, 2, "")
     return duir, total

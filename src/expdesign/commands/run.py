@@ -49,6 +49,8 @@ def command(
     )
     for text in sentences(recommended_acceptance(result.problem, front)):
         note(text)
+    if "accuracy" in result.record:
+        note(result.record["accuracy"]["sentence"])
     if result.record["duir_lower_bound"] is None:
         note(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
     if result.protocol is not None:

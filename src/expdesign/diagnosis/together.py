@@ -82,10 +82,10 @@ def verdict_together(errors: HeldOut) -> str:
 
 def group_findings(many: Many) -> tuple[Finding, ...]:
     """One finding per group, the largest first."""
-    return tuple(_finding(group) for group in many.groups)
+    return tuple(_finding(group, share) for group, share in zip(many.groups, many.stability.shares, strict=True))
 
 
-def _finding(group: Group) -> Finding:
+def _finding(group: Group, share: float) -> Finding:
     where = _where(group.components)
     text = (
         f"{group.name[0].upper()}{group.name[1:]}: together {group.size:.2g} standard deviations of the readings RMS, "
@@ -95,7 +95,7 @@ def _finding(group: Group) -> Finding:
         text += f"; told apart (95 %): {', '.join(group.told_apart)}"
     else:
         text += "; its members are not told apart"
-    return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".")
+    return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".", share=share)
 
 
 def _where(components: tuple[str, ...]) -> str:

@@ -9,11 +9,23 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.errors import InputError
 from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.validation.compensation import ExactCompensation
+from expdesign.validation.geometry import GeometricPlant
 from expdesign.validation.plants import ExplicitPlant, Plant
 
 _BATCH = 10_000
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some of the repetitions: errors (s, t, n), estimates (s, n_p) and the residual as in `Simulation`."""
+
+    errors: FloatArray
+    estimates: FloatArray
+    residual: float
 
 
 @dataclass(frozen=True)
@@ -22,7 +34,7 @@ class Simulation:
 
     Attributes:
         errors: attained minus wanted pose (m, rad), along the axes of the tolerances, shape (s, t, n).
-        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p).
+        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p), or all parameters that are calibrated, shape (s, p).
         assessment: of the plan; its criteria are the prediction.
         noise: whether the readings had noise.
         load_errors: whether the loads had errors.
@@ -82,11 +94,57 @@ def simulate(
         NotIdentifiableError: the plan does not identify what a target needs.
         ConvergenceError: a compensation has no command, or a robot does not come to rest.
     """
-    problem.require_elastostatic("experiments can be repeated")
+    drawn, every = (noise, load_errors), batch_sizes(samples)
+    found = simulated(problem, plan, every, seed, *drawn, plant=plant, distribution=distribution, truth=truth)
+    return joined(problem, plan, [found], *drawn)
+
+
+def batch_sizes(samples: int) -> list[tuple[int, int]]:
+    """Number and repetitions of every batch."""
+    return [(number, min(_BATCH, samples - start)) for number, start in enumerate(range(0, samples, _BATCH))]
+
+
+def joined(problem: DesignProblem, plan: Plan, batches: list[Batch], noise: bool, load_errors: bool) -> Simulation:
+    """The simulation whose repetitions are those of `batches`, in this order."""
+    whole = (
+        batches[0]
+        if len(batches) == 1
+        else Batch(
+            np.concatenate([batch.errors for batch in batches]),
+            np.concatenate([batch.estimates for batch in batches]),
+            max(batch.residual for batch in batches),
+        )
+    )
+    assessment = _assessed(problem, plan)
+    return Simulation(whole.errors, whole.estimates, assessment, noise, load_errors, whole.residual)
+
+
+def _assessed(problem: DesignProblem, plan: Plan) -> Assessment:
+    """The plan's assessment; raises where it does not identify what a target needs."""
     assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     error = problem.unidentified(assessment)
     if error is not None:
         raise error
+    return assessment
+
+
+def simulated(
+    problem: DesignProblem,
+    plan: Plan,
+    batches: list[tuple[int, int]],
+    seed: int,
+    noise: bool,
+    load_errors: bool,
+    *,
+    plant: type[Plant] = ExplicitPlant,
+    distribution: Distribution = "normal",
+    truth: LoadedRobot | None = None,
+) -> Batch:
+    """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
+    assessment = _assessed(problem, plan)
+    if not isinstance(problem.loaded.regressor, Elastostatic):
+        _require_nominal(plant, truth)
+        return _of_geometry(problem, plan, batches, (seed, noise, load_errors), assessment, distribution)
     robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
@@ -103,32 +161,74 @@ def simulate(
     known, origin = model.true, model.model().reshape(-1)
     if problem.loaded.under_load is None:
         known, origin = np.zeros_like(known), np.zeros_like(origin)
+    samples = sum(count for _, count in batches)
     errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
     estimates = np.empty((samples, len(robot.true)))
-    residual, axes = 0.0, problem.targets.axes
-    for batch, start in enumerate(range(0, samples, _BATCH)):
-        rows = slice(start, min(start + _BATCH, samples))
-        readings = _readings(problem, plan, robot, rows.stop - start, (seed, batch), noise, load_errors, distribution)
-        estimates[rows] = known + (readings.reshape(rows.stop - start, -1) - origin) @ gain
+    residual, axes, start = 0.0, problem.targets.axes, 0
+    for number, count in batches:
+        rows = slice(start, start + count)
+        start += count
+        readings = _readings(problem, plan, robot, count, (seed, number), noise, load_errors, distribution)
+        estimates[rows] = known + (readings.reshape(count, -1) - origin) @ gain
         for index, (compensation, (target, wrench)) in enumerate(zip(compensations, pairs, strict=True)):
             attained = compensation.attained(estimates[rows])
             found = robot.errors(attained, target, wrench)
             errors[rows, index] = found if axes is None else found @ axes[index].T
             residual = max(residual, attained.residual)
-    return Simulation(errors, estimates, assessment, noise, load_errors, residual)
+    return Batch(errors, estimates, residual)
+
+
+def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
+    """Raise where a plant or a truth is asked for that geometric calibrations are not repeated with."""
+    if plant is not ExplicitPlant:
+        what = f"a geometric calibration is repeated with non-linear kinematics, not with the plant `{plant.name}`"
+        raise InputError(what, where="--plant", remedy="Leave it out.")
+    if truth is not None:
+        what = "a geometric calibration is repeated with the robot of the configuration"
+        raise InputError(what, where="--truth", remedy="Use `simulate --truth` and `identify` for single experiments.")
+
+
+def _of_geometry(
+    problem: DesignProblem,
+    plan: Plan,
+    batches: list[tuple[int, int]],
+    how: tuple[int, bool, bool],
+    assessment: Assessment,
+    distribution: Distribution,
+) -> Batch:
+    """The same for a calibration of the geometry, alone or with the stiffness; `how`: seed, noise, load errors."""
+    seed, noise, load_errors = how
+    machine, axes = GeometricPlant(problem, plan), problem.targets.axes
+    gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, assessment.parameters)
+    samples = sum(count for _, count in batches)
+    errors = np.empty((samples, *problem.targets.importance.shape))
+    estimates = np.empty((samples, assessment.parameters))
+    residual, start = 0.0, 0
+    for batch, count in batches:
+        rows = slice(start, start + count)
+        start += count
+        readings = _readings(problem, plan, machine, count, (seed, batch), noise, load_errors, distribution)
+        estimates[rows] = readings.reshape(count, -1) @ gain
+        pairs = zip(problem.targets.configurations, problem.target_wrenches, strict=True)
+        for index, (target, wrench) in enumerate(pairs):
+            found, step = machine.attained(estimates[rows], target, wrench)
+            errors[rows, index] = found if axes is None else found @ axes[index].T
+            residual = max(residual, step)
+    nominal = problem.loaded.regressor.nominal(problem.loaded.robot)
+    return Batch(errors, nominal + estimates, residual)
 
 
 def _readings(
     problem: DesignProblem,
     plan: Plan,
-    plant: Plant,
+    plant: Plant | GeometricPlant,
     count: int,
     seeds: tuple[int, int],
     noise: bool,
     load_errors: bool,
     distribution: Distribution,
 ) -> FloatArray:
-    """Measured deflections of `count` repetitions, shape (count, m, n)."""
+    """Measured deflections of `count` repetitions, or what is wrong with measured poses, shape (count, m, n)."""
     if load_errors and problem.loaded.sources:
         generator = np.random.default_rng([*seeds, 1])
         where = (plan.configurations, plan.loads)
