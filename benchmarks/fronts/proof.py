@@ -52,7 +52,7 @@ def measured(number: int, kept: Path) -> dict[str, Any]:
         found = problem(number, Path(folder))
     settings = found.optimiser
     searched(replace(found, optimiser=replace(settings, population=4, generations=2)))  # what is compiled once
-    result = {"default": searched(found), "long": []}
+    result: dict[str, Any] = {"default": searched(found), "long": []}
     for seed in SEEDS:
         longer = replace(settings, seed=seed, generations=EFFORT * settings.generations, population=POPULATION)
         result["long"].append(searched(replace(found, optimiser=longer)))
