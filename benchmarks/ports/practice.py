@@ -220,7 +220,7 @@ def predicted_of(found: Diagnosis, question: Question, robot: object) -> tuple[A
     shown = DEFLECTIONS[:2] if question.robot.get("kind") == "bipod" else DEFLECTIONS
     axes = [i for i, name in enumerate(shown) if name in question.recordings]
     inverse = np.argsort(points.lines, kind="stable")
-    return values[inverse][:, axes], deviations[inverse][:, axes]
+    return np.asarray(values[inverse][:, axes]), deviations[inverse][:, axes]
 
 
 def _first(record: dict) -> str:  # type: ignore[type-arg]

@@ -52,3 +52,12 @@ def test_variances_that_are_too_small_are_inflated_by_what_left_out_errors_say()
     left_out = LeftOut(10.0 * errors, errors, blocks)
     assert left_out.inflation(np.full(len(blocks), 1.5)) == pytest.approx(4.0, rel=0.1)
     assert left_out.inflation(np.full(len(blocks), 4.0)) == 1.0
+
+
+def test_laws_that_leave_a_third_have_to_help_nearly_everywhere() -> None:
+    """Of 20 blocks 14 are better: enough where little is left, not where laws imitate something else."""
+    worse = BLOCKS >= 14
+    before = np.where(worse, 1.0, 5.0) * np.sign(_noise(5))
+    for remains, doubted in ((1.2, False), (3.0, True)):
+        after = np.where(worse, 1.4, remains) * np.sign(_noise(6))
+        assert ("of the blocks" in LeftOut(before, after, BLOCKS).doubt) is doubted

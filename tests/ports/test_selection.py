@@ -1,5 +1,6 @@
 """Which laws are there: components are compared by what their laws explain together, and by what they predict."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +17,7 @@ ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)
 
 
-def _search(laws: list[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> LawSearch:
+def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> LawSearch:
     base = np.random.default_rng(seed).standard_normal((ROWS, 2))
     atoms = [Atom(component, law / np.sqrt((law**2).sum() / ROWS), named=(None, 0)) for component, law in laws]
     dictionary = SimpleNamespace(atoms=atoms)

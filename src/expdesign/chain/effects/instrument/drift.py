@@ -25,7 +25,7 @@ class Motion(StrEnum):
 
 
 class InstrumentDrift(Effect):
-    """The reading y gains v·t + (w·t)×y, t the time since the first row of the file. Variants: `shift` and `shift and
+    """The reading y gains v·t + (w·t)×y, t the time since the first recorded row. Variants: `shift` and `shift and
     turn` (w, about the instrument's origin).
     """
 
