@@ -52,7 +52,7 @@ def measured(number: int, kept: Path) -> dict[str, Any]:
         found = problem(number, Path(folder))
     settings = found.optimiser
     searched(replace(found, optimiser=replace(settings, population=4, generations=2)))  # what is compiled once
-    result = {"default": searched(found), "long": []}
+    result: dict[str, Any] = {"default": searched(found), "long": []}
     for seed in SEEDS:
         longer = replace(settings, seed=seed, generations=EFFORT * settings.generations, population=POPULATION)
         result["long"].append(searched(replace(found, optimiser=longer)))
@@ -108,16 +108,15 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
         f"- processor seconds of a default search: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the "
         f"long ones together took {ratio:.0f} times as long (median)",
         "",
-        "| number | hypervolume | of the long ones | DUIR above the least | estimated missing | largest KKTPM "
+        "| number | hypervolume | of the long ones | DUIR above the least | largest KKTPM "
         "| designs | s | long ones (s) |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for each in rows:
-        missing = "–" if each["missing"] is None else f"{each['missing']:.4f}"
         largest = "–" if each["kktpm"] is None else f"{each['kktpm']:.0e}"
         long = ", ".join(f"{part:.4f}" for part in each["long"])
         lines.append(
-            f"| {each['number']} | {each['default']:.4f} | {long} | {each['duir']:.0e} | {missing} | {largest} | "
+            f"| {each['number']} | {each['default']:.4f} | {long} | {each['duir']:.0e} | {largest} | "
             f"{each['designs']} | {each['seconds']:.1f} | {each['longer']:.0f} |"
         )
     return "\n".join([*lines, ""])

@@ -203,11 +203,13 @@ class Polishing:
         gaps = 0.0
         if self._count == 2 and self._free:
             gaps = float(gap_shares(front[np.argsort(front[:, 0])]).sum())
-        last = np.array(self.gains[-3:])
-        if len(last) < 2:
-            return gaps + float(last.sum())
-        ratio = min((last[-1] / max(last[0], 1e-300)) ** (1.0 / (len(last) - 1)), 0.75)
-        return gaps + float(last.mean() * ratio / (1.0 - ratio))
+        if len(self.gains) < 2:
+            return min(1.0, gaps + sum(self.gains))
+        before, last = self.gains[-2:]
+        # One round that happens to bring nothing does not say that there is nothing.
+        last = max(last, 0.1 * before)
+        ratio = min(last / max(before, 1e-300), 0.75)
+        return min(1.0, gaps + last * ratio / (1.0 - ratio))
 
     def _follow(self) -> int:
         """Predict and correct designs in the gaps; how many."""

@@ -1,0 +1,34 @@
+"""A search that is ended: with the designs that are there, or, before any is known, by saying so."""
+
+import numpy as np
+import pytest
+from tests.design.problems import BIPOD, problem
+
+import expdesign as xd
+from expdesign.design.search import search
+from expdesign.errors import InputError
+
+
+def test_a_search_that_is_ended_at_once_gives_the_designs_at_random() -> None:
+    here = problem(BIPOD, {"optimiser.polish": True})
+    front = search(here, lambda state: True)
+    assert len(front) >= 1
+    assert np.isfinite(front.criteria["duir"]).all()
+
+
+def test_a_limit_of_time_ends_a_run_and_is_recorded() -> None:
+    run = xd.run(problem(BIPOD, {"optimiser.polish": True}), seconds=0.0)
+    assert "generation 0" in run.record["ended_by_hand"]
+    assert len(run.front) >= 1
+
+
+def test_an_end_before_any_plan_is_known_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = problem(BIPOD, {"optimiser.polish": False})
+    violated = np.ones((20, 3))
+    monkeypatch.setattr(
+        "expdesign.design.pymoo_problem.DesignPopulation.objectives",
+        lambda self, genes: (np.full((len(genes), 2), 1e30), violated[: len(genes)]),
+    )
+    with pytest.raises(InputError, match="before any plan was known") as error:
+        search(here, lambda state: True)
+    assert error.value.remedy
