@@ -51,9 +51,9 @@ SAME_POOL = "DUIR from FIGAROH's pool"
 _HYPERCUBES = 200
 
 
-def pool_plans(problem: DesignProblem, python: str, pool: int, seed: int) -> dict[str, Plan]:
-    """What FIGAROH chooses from a pool of reachable measurements, by its SOCP and by its DetMax, and what this program
-    does by DUIR from the same pool.
+def pool_plans(problem: DesignProblem, python: str, pool: int, seed: int, *, same: bool) -> dict[str, Plan]:
+    """What FIGAROH chooses from a pool of reachable measurements, by its SOCP and by its DetMax, and (`same`) what this
+    program does by DUIR from the same pool.
     """
     genes = reachable_measurements(problem, pool, np.random.default_rng(seed))
     rows = MeasurementInformation(problem, 0.0).rows(genes)
@@ -62,8 +62,8 @@ def pool_plans(problem: DesignProblem, python: str, pool: int, seed: int) -> dic
         chosen, seconds = figaroh(python, rows, problem.space.measurements, *options)
         print(f"{name}: {seconds[0]:.1f} s of processor time", file=sys.stderr, flush=True)
         found[name] = plan_of_genes(problem, genes[chosen])
-    best = choose_measurements(problem, genes)
-    found[SAME_POOL] = plan_of_genes(problem, best.variables)
+    if same:
+        found[SAME_POOL] = plan_of_genes(problem, choose_measurements(problem, genes).variables)
     return found
 
 
@@ -112,6 +112,7 @@ def main() -> None:
     parser.add_argument("--figaroh", default=sys.executable, help="interpreter with figaroh")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--pool", type=int, default=1000)
+    parser.add_argument("--same-pool", action="store_true", help="also this program's choice by DUIR from that pool")
     parser.add_argument("--repetitions", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
@@ -121,14 +122,15 @@ def main() -> None:
     plans = {}
     for name in KEPT:
         plans[name] = read_plan(read_table(options.kept / f"plan-{name}.csv"), problem.loaded, shared_reference=shared)
-    plans |= pool_plans(problem, options.figaroh, options.pool, options.seed)
+    plans |= pool_plans(problem, options.figaroh, options.pool, options.seed, same=options.same_pool)
     table = run(loop, plans, options.repetitions, options.seed)
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "attained.csv").write_text(csv_text(table), encoding="utf-8")
     for name, plan in plans.items():
         if name not in KEPT:
-            file = options.out / f"plan-{name.replace("'s", '').replace(', ', '-').replace(' ', '-').lower()}.csv"
-            file.write_text(csv_text(plan_frame(plan, problem.loaded, False)), encoding="utf-8")
+            words = name.lower().replace("'s", "").replace(",", "").split()
+            text = csv_text(plan_frame(plan, problem.loaded, False))
+            (options.out / f"plan-{'-'.join(words)}.csv").write_text(text, encoding="utf-8")
     (options.out / "README.md").write_text(text_of(table, options), encoding="utf-8")
     print(table.to_string(index=False))
 
@@ -139,12 +141,14 @@ def text_of(table: pd.DataFrame, options: argparse.Namespace) -> str:
         f"python benchmarks/closed_loop_peers.py {options.config} --kept {options.kept} --figaroh PYTHON "
         f"--out {options.out} --pool {options.pool} --repetitions {options.repetitions} --seed {options.seed}"
     )
+    same = options.same_pool
+    command += " --same-pool" * same
     rows = [f"| {' | '.join(row)} |" for row in (COLUMNS, ("---",) * len(COLUMNS), *cells(table))]
     told = (
         f"{options.repetitions} repetitions, robots and draws of noise and load errors as in `{options.kept}`, whose\n"
         f"plans by `{'`, `'.join(KEPT)}` were sought over all poses and loads; FIGAROH chooses from a pool of\n"
-        f"{options.pool} reachable measurements with this program's regressors, and this program by DUIR from the\n"
-        "same pool; a space-filling plan is drawn anew in every repetition. All have as many measurements. Error\n"
+        f"{options.pool} reachable measurements with this program's regressors{', as does this program by DUIR' * same};\n"
+        "a space-filling plan is drawn anew in every repetition. All have as many measurements. Error\n"
         "attained at the targets, in tolerances; ± is one standard error; differences are repetition by repetition."
     )
     return f"# Closed loop: plans of other tools\n\n```\n{command}\n```\n\n{told}\n\n" + "\n".join(rows) + "\n"

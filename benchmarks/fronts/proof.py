@@ -29,7 +29,7 @@ from expdesign.design.search import search
 from .configurations import problem
 
 FOLDER = Path("results/fronts")
-SEEDS, EFFORT, POPULATION = (1001, 1002), 12, 200
+SEEDS, EFFORT, POPULATION = (1001, 1002), 6, 200
 """Seeds of the long searches, their generations in those of the settings, and their population."""
 
 
@@ -89,24 +89,27 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
     duir = np.array([each["duir"] for each in rows])
     seconds = np.array([each["seconds"] for each in rows])
     longer = np.array([each["longer"] for each in rows])
+    numbers = ", ".join(str(each["number"]) for each in rows)
+    seeds = ", ".join(map(str, SEEDS))
+    many, few = int((parts >= 0.998).sum()), int((parts >= 0.99).sum())
+    equal, ratio = int((duir <= 1e-6).sum()), float(np.median(longer / seconds))
     lines = [
         "# Fronts against long searches",
         "",
-        f"Command: `{command}`. Date: {datetime.datetime.now(datetime.UTC).date()}. Configurations "
-        f"{', '.join(str(each['number']) for each in rows)} of `python -m benchmarks.fronts.configurations`, seeds of the "
-        f"default searches their numbers, of the {len(SEEDS)} long ones {', '.join(map(str, SEEDS))}, with {EFFORT} times "
-        f"the generations and a population of {POPULATION}. Processor seconds of one thread on a shared machine.",
+        f"Command: `{command}`. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on "
+        f"a shared machine. Configurations {numbers} ({len(rows)}) of `python -m benchmarks.fronts.configurations`; "
+        f"the default searches have their numbers as seeds, the {len(SEEDS)} long ones {seeds}, {EFFORT} times the "
+        f"generations and a population of {POPULATION}.",
         "",
-        f"- hypervolume of the default search in parts of that of all three fronts together: median {np.median(parts):.4f}, "
-        f"worst {parts.min():.4f}; at least 0.998 in {int((parts >= 0.998).sum())} of {len(parts)}, at least 0.99 in "
-        f"{int((parts >= 0.99).sum())}",
-        f"- least DUIR within 1e-6 of the least of all in {int((duir <= 1e-6).sum())} of {len(rows)}; furthest above it "
-        f"{duir.max():.1e}",
-        f"- processor seconds of a default search: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the long "
-        f"searches together took {np.median(longer / seconds):.0f} times as long (median)",
+        f"- hypervolume of the default search in parts of that of the {len(SEEDS) + 1} fronts together: median "
+        f"{np.median(parts):.4f}, worst {parts.min():.4f}; at least 0.998 in {many} of {len(parts)}, at least 0.99 in "
+        f"{few}",
+        f"- least DUIR within 1e-6 of the least of all in {equal} of {len(rows)}; furthest above it {duir.max():.1e}",
+        f"- processor seconds of a default search: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the "
+        f"long ones together took {ratio:.0f} times as long (median)",
         "",
-        "| number | hypervolume | of the long ones | DUIR above the least | estimated missing | largest KKTPM | designs | s | "
-        "long, together (s) |",
+        "| number | hypervolume | of the long ones | DUIR above the least | estimated missing | largest KKTPM "
+        "| designs | s | long ones (s) |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for each in rows:
@@ -125,14 +128,18 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--last", type=int, default=50)
     parser.add_argument("--kept", type=Path, default=Path("results/fronts/kept"), help="searches already done")
+    parser.add_argument("--page", action="store_true", help="the table of the searches already done alone")
     arguments = parser.parse_args()
     rows = []
     for number in range(arguments.first, arguments.last + 1):
-        rows.append(row(number, measured(number, arguments.kept / f"random-{number:02d}.json")))
+        path = arguments.kept / f"random-{number:02d}.json"
+        if arguments.page and not path.exists():
+            continue
+        rows.append(row(number, measured(number, path)))
         print(rows[-1], flush=True)
-        command = f"python -m benchmarks.fronts.proof --first {arguments.first} --last {rows[-1]['number']}"
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        (FOLDER / "hypervolume.md").write_text(page(rows, command), encoding="utf-8")
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    command = f"python -m benchmarks.fronts.proof --first {arguments.first} --last {arguments.last}"
+    (FOLDER / "hypervolume.md").write_text(page(rows, command), encoding="utf-8")
 
 
 if __name__ == "__main__":

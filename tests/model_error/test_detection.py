@@ -4,6 +4,8 @@ An experiment is simulated by the effect alone on the measurement chain, with fi
 directions; the base model is fitted to its noisy readings, and the remaining residuals are tested.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -31,19 +33,25 @@ LINEAR = 0.01
 actuator altogether, are beyond it."""
 
 
-def worst_entries(meir: ModelErrorImpact, squares: FloatArray, visible: FloatArray, count: int) -> list[int]:
-    """The worst entry of every physics and component, those that show, the worst first, in turn by physics."""
+def worst_entries(
+    meir: ModelErrorImpact, squares: FloatArray, visible: FloatArray, linear: Callable[[int], bool]
+) -> list[int]:
+    """The worst entry of every physics and component that shows and is linear enough, in turn by physics.
+
+    Forms of one effect that are the same to first order (`cube` and `cubic` springs) tie to rounding: were the worst
+    chosen first, rounding would decide whether the one that is beyond first order drops its component from the list.
+    """
     best: dict[tuple[str, str], int] = {}
     for index in np.argsort(-squares):
         key = meir.names[index][:2]
-        if visible[index] > LEAST**2 and key not in best:
+        if visible[index] > LEAST**2 and key not in best and linear(int(index)):
             best[key] = int(index)
     turns: dict[str, int] = {}
     order = []
     for (physics, _), index in best.items():
         turns[physics] = turns.get(physics, 0) + 1
         order.append((turns[physics], -squares[index], index))
-    return [index for _, _, index in sorted(order)[:count]]
+    return [index for _, _, index in sorted(order)]
 
 
 def simulate(
@@ -121,17 +129,24 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
     start = np.cumsum([0, *(entry.columns for entry in meir.physics)])
     n_p = meir.directions.base
     base, directions = meir.whitened(assessed(meir, configurations, loads))
-    for index in worst_entries(meir, found.squares[0], found.visible[0], 3 * count):
-        if len(results) == count:
-            break
+
+    def just_noticed(index: int) -> tuple[FloatArray, FloatArray]:
+        """Parameters of an entry, and those that are not shapes, at which it is just noticed."""
         entry, columns = meir.physics[index], slice(start[index], start[index + 1])
         noticed = found.sizes[index][0] * meir.deviations[columns] / np.sqrt(found.visible[0, index])
         if entry.columns == 1:
             noticed = np.abs(noticed)  # gaps and friction are not negative
         values = entry.start.copy()
         values[entry.free] += noticed
-        if finite_over_first_order(meir, entry, values, configurations[0], loads[0]) > LINEAR:
-            continue
+        return values, noticed
+
+    def linear(index: int) -> bool:
+        values, _ = just_noticed(index)
+        return finite_over_first_order(meir, meir.physics[index], values, configurations[0], loads[0]) <= LINEAR
+
+    for index in worst_entries(meir, found.squares[0], found.visible[0], linear)[:count]:
+        entry, columns = meir.physics[index], slice(start[index], start[index + 1])
+        values, noticed = just_noticed(index)
         rate, mean, deviation = simulate(case, entry, values, configurations[0], loads[0], seed=index)
         taken = np.linalg.pinv(base[0], rcond=1e-9) @ (directions[0][:, columns] @ noticed)
         predicted = meir.errors[0][:, n_p:][:, columns] @ noticed - meir.errors[0][:, :n_p] @ taken
@@ -151,9 +166,9 @@ def test_just_noticed_and_the_error_it_then_makes(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(QUICK))
 def test_just_noticed_of_twenty_effects(name: str) -> None:
-    # The bipod has no more that show within twice their prior sizes; which form of a spring stands for a leg is a tie.
+    # The bipod has no more that show within twice their prior sizes.
     results = check(name, None, 20)
-    assert len(results) >= (20 if name != "bipod" else 12)
+    assert len(results) >= (20 if name != "bipod" else 14)
     for key, rate, away in results:
         assert abs(rate - 0.8) <= 0.03, (key, rate)
         assert away <= 4.0, (key, away)

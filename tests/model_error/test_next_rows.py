@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.model_error.problems import assessed, impact, plans, problem
+from tests.model_error.problems import CONFIGS, assessed, impact, plans, problem
 
+from expdesign.api.plan_next import plan_next
 from expdesign.design.sequential import expected_total
+from expdesign.errors import InputError
 from expdesign.identification.recorded_knowledge import recorded_knowledge
 from expdesign.model_error.left_out import plan_points
 from expdesign.model_error.next_rows import NextRows, Objective, next_rows
@@ -66,6 +68,12 @@ def test_an_accuracy_ends_the_search(by_meir: NextRows) -> None:
     wanted = by_meir.after[0].meir * 1.001
     ended = next_rows(impact(NAME), recordings, known, Objective.MEIR, count=5, accuracy=wanted, seed=1)
     assert len(ended.genes) == len(ended.after) == 1
+
+
+def test_an_objective_that_is_none() -> None:
+    with pytest.raises(InputError, match="total, meir, both") as caught:
+        plan_next(CONFIGS / "hexapod-h1.yaml", "recordings.csv", objective="duir")
+    assert caught.value.where == "--objective"
 
 
 def test_too_little_is_known_for_meir() -> None:

@@ -7,7 +7,8 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.api.identify import RecordingsInput, recordings_of
+from expdesign.acceptance.identified import identified_budget
+from expdesign.api.identify import RecordingsInput, recorded_accuracy, recordings_of
 from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of
 from expdesign.design.problem import DesignProblem
 from expdesign.diagnosis.diagnose import Diagnosis
@@ -17,8 +18,10 @@ from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.identification.identify import identify as identify_recordings
 from expdesign.model_error.record import hidden_record, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
+from expdesign.model_error.statement import AccuracyStatement
 from expdesign.model_error.words import sentence
 from expdesign.models.model_file import Model, model_text
 from expdesign.report.diagnosis_record import diagnosis_record
@@ -38,6 +41,7 @@ class Diagnosed:
         series: number of series of a plan that separates two explanations.
         hidden: what may still be wrong at the targets although the recordings are consistent; None where they are not,
             or where no targets were named.
+        accuracy: the same beside noise and load errors.
     """
 
     robot: RobotFile
@@ -45,6 +49,7 @@ class Diagnosed:
     model: Model
     series: int
     hidden: HiddenByRecordings | None = None
+    accuracy: AccuracyStatement | None = None
 
     @property
     def verdict(self) -> str:
@@ -73,6 +78,7 @@ class Diagnosed:
         hidden = self.hidden
         if hidden is not None:
             record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
 
     @property
@@ -80,13 +86,15 @@ class Diagnosed:
         """What may still be hidden, in words."""
         if self.hidden is None:
             return None
+        if self.accuracy is not None:
+            return self.accuracy.sentence
         return sentence(self.hidden.physics[0], self.hidden.freedom, "these recordings")
 
     def page(self) -> Page:
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
-        return diagnosis_report(self.result, self.hidden)
+        return diagnosis_report(self.result, self.hidden, self.accuracy)
 
     def save(self, folder: PathLike) -> Path:
         """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
@@ -140,13 +148,15 @@ def diagnose(
         machine.robot, measured, shared_reference=shared_reference, without=without, report=report
     )
     model = Model.from_fit(result.predictive.fit, machine.document, measured.source)
-    hidden = None
+    hidden, accuracy = None, None
     if problem is not None and result.verdict == "consistent":
         report("looking for what may still be hidden")
         meir = meir_of_problem(problem)
         assumptions = None if meir is None else meir.impact.assumptions
         hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
-    return Diagnosed(machine, result, model, series, hidden)
+        fitted = identify_recordings(machine.robot, measured, shared_reference=shared_reference)
+        accuracy = recorded_accuracy(problem, identified_budget(problem, fitted), hidden)
+    return Diagnosed(machine, result, model, series, hidden, accuracy)
 
 
 def _problem_for(targets: Config, machine: RobotFile) -> DesignProblem:

@@ -18,6 +18,7 @@ from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
 from expdesign.model_error.hidden_physics import HiddenPhysics
 from expdesign.model_error.record import hidden_by_plan, hidden_record, meir_of_problem
+from expdesign.model_error.statement import AccuracyStatement
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.robot import CONDITION_LIMIT
 
@@ -48,6 +49,7 @@ class Evaluation:
         record["acceptance"] = acceptance_record(self.acceptance)
         if self.hidden is not None:
             record["hidden"] = hidden_record(*self.hidden, "this plan")
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
 
     @property
@@ -60,6 +62,11 @@ class Evaluation:
         """What the plan hides, the worst first, and the degrees of freedom; None where MEIR is not asked for."""
         meir = meir_of_problem(self.problem)
         return None if meir is None else hidden_by_plan(meir, self.assessment)
+
+    @property
+    def accuracy(self) -> AccuracyStatement | None:
+        """Noise, load errors and what may be hidden; None where MEIR is not asked for, or nothing is determined."""
+        return None if self.hidden is None else AccuracyStatement.of(self.assessment, *self.hidden, "this plan")
 
     @property
     def criteria(self) -> pd.DataFrame:

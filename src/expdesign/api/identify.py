@@ -5,16 +5,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import pandas as pd
 
+from expdesign.acceptance.budget import MODEL, NOISE, UncertaintyBudget
 from expdesign.acceptance.decision import Decision, acceptance_record
 from expdesign.acceptance.identified import identified_budget
 from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of, table_of
+from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.geometric import Calibration
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
+from expdesign.model_error.record import meir_of_problem
+from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
+from expdesign.model_error.statement import AccuracyStatement, given_variances
 from expdesign.models.model_file import Model, model_text
 from expdesign.plausibility.finding import say
 from expdesign.plausibility.recordings import recordings_findings
@@ -41,6 +47,8 @@ class Identified:
         model: what prediction and compensation need.
         acceptance: of the targets of a configuration, where one was given.
         configuration: its path; empty where none was given.
+        hidden: what the recordings may hide at its targets, where it asks for MEIR.
+        accuracy: the same beside noise and load errors.
     """
 
     robot: RobotFile
@@ -48,6 +56,8 @@ class Identified:
     model: Model
     acceptance: Decision | None = None
     configuration: str = ""
+    hidden: HiddenByRecordings | None = None
+    accuracy: AccuracyStatement | None = None
 
     @property
     def stiffness(self) -> pd.DataFrame:
@@ -71,7 +81,8 @@ class Identified:
     def record(self) -> dict[str, Any]:
         """The content of `identification.json` (file-formats.md, identification.json)."""
         accepted = {} if self.acceptance is None else {"acceptance": acceptance_record(self.acceptance)}
-        return identification_record(self.result) | accepted
+        stated = {} if self.accuracy is None else {"accuracy": self.accuracy.record}
+        return identification_record(self.result) | accepted | stated
 
     def page(self) -> Page:
         """The report."""
@@ -83,7 +94,12 @@ class Identified:
         from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
 
         section = acceptance_section(self.acceptance, "the identified robot")
-        return replace(page, sections=(page.sections[0], section, *page.sections[1:]))
+        sections = [page.sections[0], section]
+        if self.hidden is not None:
+            from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
+
+            sections.append(recordings_section(self.hidden, self.accuracy))
+        return replace(page, sections=(*sections, *page.sections[1:]))
 
     def save(self, folder: PathLike) -> Path:
         """Write the files of `expdesign identify` into a folder and return the path of the report."""
@@ -160,5 +176,22 @@ def identify(
         frames_known=frames == "known",
     )
     accepted = None if problem is None else Decision(identified_budget(problem, result))
+    hidden, accuracy = None, None
+    meir = None if problem is None else meir_of_problem(problem)
+    if problem is not None and meir is not None and accepted is not None:
+        deviations, assumptions = result.noise.deviations, meir.impact.assumptions
+        hidden = hidden_by(problem, result.recordings.rows(result.fitted), deviations, assumptions)
+        accuracy = recorded_accuracy(problem, accepted.budget, hidden)
     model = Model.from_fit(result.fit, machine.document, measured.source, birge_ratio=result.goodness.birge_ratio)
-    return Identified(machine, result, model, accepted, "" if problem is None else problem.source)
+    return Identified(machine, result, model, accepted, "" if problem is None else problem.source, hidden, accuracy)
+
+
+def recorded_accuracy(
+    problem: DesignProblem, budget: UncertaintyBudget, hidden: HiddenByRecordings
+) -> AccuracyStatement | None:
+    """The accuracy to expect at the targets from recordings: their budget, and what they may hide."""
+    parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
+    for each in budget.contributions:
+        parts[each.name in (NOISE, MODEL)] += each.deviation**2
+    variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
+    return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")

@@ -18,8 +18,7 @@ from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import write_file
 from expdesign.files.table import Table
-from expdesign.identification.identify import identify
-from expdesign.identification.recorded_knowledge import recorded_knowledge
+from expdesign.identification.recorded_knowledge import identified_so_far, recorded_knowledge, require_readings_of
 from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.next_rows import Objective, next_rows
 from expdesign.model_error.record import meir_of_problem
@@ -99,10 +98,10 @@ def plan_next(
     _require_sensible(count, accuracy, seed)
     aim = _objective(objective)
     problem = problem_of(config)
-    problem.require_elastostatic("the next measurements can be planned")
     table = table_of(recordings, "recordings")
     measured = recordings_from_table(table, problem.loaded.robot)
     require_measured(measured, problem.loaded.robot)
+    require_readings_of(problem, measured)
     p_value, undetermined = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
@@ -149,7 +148,7 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
 def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[float | None, str | None]:
     """p-value of the base model, and what it does not determine."""
     try:
-        found = identify(problem.loaded.robot, measured, shared_reference=problem.noise.shared_reference)
+        found = identified_so_far(problem, measured)
     except NotIdentifiableError as error:
         return None, error.message
     return (found.goodness.p_value if problem.found is None else None), None

@@ -24,6 +24,7 @@ from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.model_error.record import recommended_accuracy
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]
@@ -104,17 +105,27 @@ class Run:
         return Path(folder) / PAGE
 
 
-def run(config: Config, *, report: Report = silent, follow: Follow = lambda state: None, timed: bool = True) -> Run:
+def run(
+    config: Config,
+    *,
+    report: Report = silent,
+    follow: Follow = lambda state: None,
+    seconds: float | None = None,
+    timed: bool = True,
+) -> Run:
     """Find the Pareto front of a configuration's objectives, and lower bounds of DUIR and of the total error.
 
     Args:
         config: run configuration.
         report: called with the progress of the search.
         follow: called with the state of the search, its front so far; returns True to end it with what is there.
+        seconds: after which the search ends with what is there (the bounds follow); without a limit, the same input
+            gives the same front.
         timed: whether the record says how long it took; without that, the same input gives the same bytes.
 
     Raises:
-        InputError: the configuration is wrong, or leaves nothing to choose.
+        InputError: the configuration is wrong, or leaves nothing to choose; or the search was ended before any plan
+            was known.
         InfeasibleError: no pose is within the robot's limits.
         NotIdentifiableError: no design identifies what the targets need.
     """
@@ -131,13 +142,17 @@ def run(config: Config, *, report: Report = silent, follow: Follow = lambda stat
         nonlocal ended
         text = state.note or f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
         report("searching", state.generation, state.generations, text)
-        if follow(state) and not ended:
+        late = seconds is not None and time.perf_counter() - started > seconds
+        if (follow(state) or late) and not ended:
             ended = f"generation {state.generation} of {state.generations}" + (f", {state.note}" if state.note else "")
         return bool(ended)
 
     problem, front = search_within_budget(problem, searching)
     record = run_record(problem, front, *_bounds(problem, front, report))
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
+    accuracy = recommended_accuracy(problem, front)
+    if accuracy is not None:
+        record["accuracy"] = accuracy.record
     minutes = design_minutes(problem, front)
     if minutes is not None:
         record["cost_min"] = float(minutes[front.recommended])

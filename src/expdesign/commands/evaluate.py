@@ -37,6 +37,5 @@ def command(
     Console(soft_wrap=True).print(shown)
     for text in sentences(result.acceptance):
         note(text)
-    hidden = record.get("hidden")
-    if hidden is not None:
-        print(hidden["sentence"])
+    if result.accuracy is not None:
+        print(result.accuracy.sentence)

@@ -64,6 +64,8 @@ def command(
     _summarise(identified.result)
     for text in sentences(identified.acceptance) if identified.acceptance is not None else []:
         note(text)
+    if identified.accuracy is not None:
+        note(identified.accuracy.sentence)
     print(page)
 
 

@@ -24,6 +24,9 @@ def command(
     watch: Annotated[
         bool, typer.Option("--watch", help="Show the front as it grows in the browser, where the run can be ended.")
     ] = False,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.0, help="End the search after so many seconds with what is there.")
+    ] = None,
     port: Annotated[int, typer.Option(help="Of the page of --watch on this machine; any that is free if 0.")] = 0,
 ) -> None:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.
@@ -33,10 +36,10 @@ def command(
     folder = out or new_folder(config.stem)
     require_writable(folder)
     if watch:
-        result, page = _watched(config, folder, port)
+        result, page = _watched(config, folder, port, seconds)
     else:
         with stages() as report:
-            result = xd.run(config, report=report)
+            result = xd.run(config, report=report, seconds=seconds)
         page = result.save(folder)
     front = result.front
     best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
@@ -46,6 +49,8 @@ def command(
     )
     for text in sentences(recommended_acceptance(result.problem, front)):
         note(text)
+    if "accuracy" in result.record:
+        note(result.record["accuracy"]["sentence"])
     if result.record["duir_lower_bound"] is None:
         note(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
     if result.protocol is not None:
@@ -53,7 +58,7 @@ def command(
     print(page)
 
 
-def _watched(config: Path, folder: Path, port: int) -> tuple[xd.Run, Path]:
+def _watched(config: Path, folder: Path, port: int, seconds: float | None) -> tuple[xd.Run, Path]:
     """The run with a page on which it can be looked at and ended, and the path of its report."""
     from expdesign.watching.server import serve  # noqa: PLC0415 (needed here alone)
     from expdesign.watching.watched import Watched  # noqa: PLC0415
@@ -69,7 +74,7 @@ def _watched(config: Path, folder: Path, port: int) -> tuple[xd.Run, Path]:
                 report(title, done, total, text)
                 watched.stage(title, done, total, text)
 
-            result = xd.run(problem, report=both, follow=watched.follow)
+            result = xd.run(problem, report=both, follow=watched.follow, seconds=seconds)
         watched.stage("writing", 0, 0, "")
         page = result.save(folder)
         watched.ended("ended" if "ended_by_hand" in result.record else "finished")

@@ -143,9 +143,8 @@ def judge(
 
     Raises:
         NotIdentifiableError: no design identifies what the targets need.
-        InputError: something other than the stiffness is calibrated.
+        InputError: the frames of the instrument are unknown.
     """
-    problem.require_elastostatic("designs can be compared by Monte-Carlo")
     values: dict[str, list[float]] = {name: [] for name in problem.criteria}
     squares = np.full((len(contenders), samples), np.nan)
     judged: list[int] = []

@@ -3,6 +3,7 @@
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.extreme_singular_values import after, largest_singular_value, smallest_singular_value
 
 
 class O2(Criterion):
@@ -13,5 +14,8 @@ class O2(Criterion):
     maximise = True
 
     def values(self, assessment: Assessment) -> FloatArray:
-        values: FloatArray = 1.0 / assessment.condition
+        if assessment.place == 0:
+            smallest_singular_value(assessment), largest_singular_value(assessment, after())
+            return 1.0 / assessment.condition
+        values: FloatArray = smallest_singular_value(assessment) / largest_singular_value(assessment, after())
         return values

@@ -3,6 +3,7 @@
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.extreme_singular_values import smallest_singular_value
 
 
 class O3(Criterion):
@@ -14,4 +15,4 @@ class O3(Criterion):
     maximise = True
 
     def values(self, assessment: Assessment) -> FloatArray:
-        return assessment.singular_values[:, -1]
+        return smallest_singular_value(assessment)

@@ -3,6 +3,7 @@
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion
+from expdesign.criteria.extreme_singular_values import after, largest_singular_value, smallest_singular_value
 
 
 class O4(Criterion):
@@ -14,5 +15,8 @@ class O4(Criterion):
     maximise = True
 
     def values(self, assessment: Assessment) -> FloatArray:
-        values: FloatArray = assessment.singular_values[:, -1] / assessment.condition
+        if assessment.place == 0:
+            smallest_singular_value(assessment), largest_singular_value(assessment, after())
+            return assessment.singular_values[:, -1] / assessment.condition
+        values: FloatArray = smallest_singular_value(assessment) ** 2 / largest_singular_value(assessment, after())
         return values

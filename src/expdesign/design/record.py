@@ -31,6 +31,7 @@ def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, tota
         "whole_plans": {"duir": duir.whole.record, "total": total.whole.record},
         "objectives": list(front.objectives),
         "hypervolume": front.hypervolume,
+        "missing_hypervolume": front.missing,
         "reference_point": front.reference_point.tolist(),
         "designs": len(front),
         "recommended": front.recommended + 1,

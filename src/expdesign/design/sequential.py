@@ -21,6 +21,8 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 CANDIDATES = 4000
+_FEW = 8
+"""Parameters up to which as many candidates are drawn; more of them cost more each, and are drawn fewer times."""
 _RANK = 1e-9
 """Singular values below this fraction of the largest are zero."""
 _LOST = 1e-6
@@ -80,12 +82,12 @@ def together(parts: list[Knowledge]) -> Knowledge:
 
 
 def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) -> FloatArray:
-    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on compliances not determined.
+    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on parameters not determined.
 
     Args:
         knowledge: of all measurements.
         targets: where accuracy is wanted.
-        scale: unit of the compliances in `knowledge` (m/N), shape (p,).
+        scale: units of the parameters in `knowledge`, shape (p,).
     """
     root = knowledge.root
     missing = root.shape[-1] - root.shape[-2]
@@ -141,9 +143,9 @@ def next_measurements(
         InfeasibleError: no measurement is within the robot's limits.
     """
     generator = np.random.default_rng(seed)
-    pool = reachable_measurements(problem, CANDIDATES, generator)
+    pool = reachable_measurements(problem, round(CANDIDATES * _fewer(problem)), generator)
     candidates = knowledge_of(problem, pool)
-    scale, targets = problem.loaded.robot.compliance, problem.targets
+    scale, targets = problem.loaded.scale, problem.targets
 
     def totals(base: Knowledge, added: Knowledge) -> FloatArray:
         return expected_total(base.plus(added), targets, scale)
@@ -173,6 +175,11 @@ def next_measurements(
     return NextMeasurements(genes[: len(after)], before, np.array(after))
 
 
+def _fewer(problem: DesignProblem) -> float:
+    """Share of the usual number of candidates."""
+    return min(1.0, _FEW / len(problem.loaded.scale))
+
+
 def _information(knowledge: Knowledge) -> FloatArray:
     """Product of the non-zero singular values, in logarithms, of a batch; more rank comes first."""
     singular = np.linalg.svd(knowledge.root, compute_uv=False)
@@ -190,7 +197,7 @@ def _exchanged(
     generator: np.random.Generator,
 ) -> FloatArray:
     """Measurements (k, g) after exchange with the pool and refinement of the continuous variables."""
-    scale, targets, space = problem.loaded.robot.compliance, problem.targets, problem.space
+    scale, targets, space = problem.loaded.scale, problem.targets, problem.space
     robot = problem.loaded.robot
     genes = genes.copy()
 
@@ -216,11 +223,12 @@ def _exchanged(
         if not improved:
             break
     span = (space.upper - space.lower) * ~space.discrete
+    brood_size = round(_BROOD * _fewer(problem))
     for place in range(len(genes)):
         base, size = others(place), 0.1
         now = score(base, place)
         for _ in range(_STEPS if span.any() else 0):
-            moves = generator.standard_normal((_BROOD, space.genes)) * size * span
+            moves = generator.standard_normal((brood_size, space.genes)) * size * span
             brood = np.clip(genes[place] + moves, space.lower, space.upper)
             brood = brood[robot.usable(space.decode(brood)[0])]
             scores = expected_total(base.plus(knowledge_of(problem, brood)), targets, scale)
@@ -232,7 +240,7 @@ def _exchanged(
 
 def _ordered(problem: DesignProblem, known: Knowledge, genes: FloatArray) -> FloatArray:
     """The same measurements, the most useful first."""
-    scale, targets = problem.loaded.robot.compliance, problem.targets
+    scale, targets = problem.loaded.scale, problem.targets
     left, ordered, base = list(range(len(genes))), [], known
     each = knowledge_of(problem, genes)
     while left:

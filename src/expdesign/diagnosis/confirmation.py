@@ -99,7 +99,7 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
         errors, model = best
         reason = f"held-out rows are predicted worse with all effects than without any; `{gone}` goes first"
         search.log.add("held out", model, True, reason)
-    if not model.candidates and model is not search.base:
+    if worse and not model.candidates:
         model = search.base
         errors = held_out(base, model.fit, search.sample, test, model.outliers)
     return model, errors

@@ -9,6 +9,7 @@ from expdesign.diagnosis.sample import Sample, rms
 from expdesign.identification.fit import Fit, fit
 
 FOLDS = 5
+_NORMAL_95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,9 @@ class HeldOut:
             its prediction is expected to miss by, √(1 + h) with h the variance that the fitted parameters bring in; 1
             for a model that is right, however few the rows.
         how: in words.
+        coverage: share of those readings within 1.96 predicted standard deviations, noise and parameters together, of
+            the model with effects; where χ² exceeds its degrees of freedom, both are larger by the Birge ratio. NaN
+            where no prediction is determined.
     """
 
     train_before: float
@@ -30,11 +34,16 @@ class HeldOut:
     test_after: float
     test_surprise: float
     how: str
+    coverage: float = float("nan")
 
     def divided_by(self, level: float) -> "HeldOut":
-        """The same errors in units of another noise level, given as a multiple of the present one."""
+        """The same errors in units of another noise level, given as a multiple of the present one.
+
+        How many lie within intervals of another level is not known.
+        """
         return replace(
             self,
+            coverage=float("nan"),
             train_before=self.train_before / level,
             train_after=self.train_after / level,
             test_before=self.test_before / level,
@@ -53,10 +62,11 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
     if test.any():
         before, after = (_rms_on(f, sample, test) for f in (base, model))
-        surprise = _surprise_on(model, sample, test)
-        return HeldOut(train_before, train_after, before, after, surprise, f"{int(test.sum())} rows marked `test`")
+        surprise, how = _surprise_on(model, sample, test), f"{int(test.sum())} rows marked `test`"
+        share = _share(*within_intervals(model, sample, test))
+        return HeldOut(train_before, train_after, before, after, surprise, how, share)
     folds = folds_of(sample)
-    squares = np.zeros(3)
+    squares, within = np.zeros(3), np.zeros(2)
     count = 0
     for fold in range(int(folds.max()) + 1):
         left_out = (folds == fold) & kept
@@ -66,11 +76,25 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
         for index, original in enumerate((base, model)):
             refitted = fit(original.chain, fitted, original.values if original.chain.effects else None)
             squares[index] += _rms_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
+        within += within_intervals(refitted, fitted, left_out)
         squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         count += int(left_out.sum())
     before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
     how = f"cross-validation in {FOLDS} blocks of series"
-    return HeldOut(train_before, train_after, before, after, surprise, how)
+    return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within))
+
+
+def within_intervals(fitted: Fit, sample: Sample, chosen: BoolArray) -> tuple[int, int]:
+    """Readings of rows that were not fitted within their 95 % intervals, and how many predictions are determined."""
+    residuals, slopes = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
+    birge = max(1.0, fitted.chi2 / max(fitted.dof, 1))
+    deviations = np.sqrt(birge * (1.0 + fitted.estimable.deviations(slopes[chosen]) ** 2))
+    known = np.isfinite(deviations)
+    return int((np.abs(residuals[chosen]) <= _NORMAL_95 * deviations)[known].sum()), int(known.sum())
+
+
+def _share(part: float, whole: float) -> float:
+    return float(part / whole) if whole else float("nan")
 
 
 def folds_of(sample: Sample) -> IntArray:

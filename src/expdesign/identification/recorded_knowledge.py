@@ -1,12 +1,14 @@
-"""What recordings say about the compliances, in the form in which further measurements can be added to it."""
+"""What recordings say about what is calibrated, in the form in which further measurements can be added to it."""
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
 from expdesign.design.sequential import Knowledge
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.identification.identify import identify, reference_rows
+from expdesign.identification.geometric import Calibration
+from expdesign.identification.identify import Identification, identify, reference_rows
 from expdesign.identification.whitening import Whitening
 from expdesign.loads.wrench import Wrench
 from expdesign.recordings.recordings import Recordings
@@ -33,7 +35,7 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     whitening = Whitening(deviations, train.series, shared_reference=problem.noise.shared_reference)
     jacobians = robot.jacobians(train.configurations)
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
-    observation = measured.observation[:, train.axes] * robot.compliance
+    observation = measured.observation[:, train.axes] * loaded.scale
     rows = whitening.apply(observation)
     count = rows.shape[-1]
     # The whitening of the readings, transposed, so that every row's load error meets all that it is whitened with.
@@ -55,11 +57,37 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     return Knowledge(root, np.concatenate(common, axis=-1), own)
 
 
+def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:
+    """Raise where the recordings are not of what the configuration calibrates: poses for geometry, else deflections.
+
+    Raises:
+        InputError: which columns are missing.
+    """
+    geometry = not isinstance(problem.loaded.regressor, Elastostatic)
+    if geometry == recordings.poses:
+        return
+    wanted, columns = ("measured poses", "measured_x_m ...") if geometry else ("deflections", "dx_m ...")
+    what = f"the configuration calibrates the {problem.loaded.regressor.noun}, and these are no {wanted}"
+    remedy = f"Give {wanted} (columns {columns}), or change `experiment.calibration`."
+    raise InputError(what, where=recordings.source, remedy=remedy)
+
+
+def identified_so_far(problem: DesignProblem, recordings: Recordings) -> Identification:
+    """What the recordings identify of what the configuration calibrates; raises as `identify` does."""
+    regressor, shared = problem.loaded.regressor, problem.noise.shared_reference
+    calibration: Calibration = "elastostatic"
+    if not isinstance(regressor, Elastostatic):
+        calibration = "both" if regressor.needs_load else "geometric"
+    known = regressor.redundant == 0
+    return identify(
+        problem.loaded.robot, recordings, shared_reference=shared, calibration=calibration, frames_known=known
+    )
+
+
 def estimated_deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:
     """Estimated standard deviations, or those of the configuration."""
-    shared = problem.noise.shared_reference
     try:
-        return identify(problem.loaded.robot, recordings, shared_reference=shared).noise.deviations
+        return identified_so_far(problem, recordings).noise.deviations
     except NotIdentifiableError:
         pass
     stated = dict(zip(problem.noise.axes.tolist(), np.sqrt(np.diag(problem.noise.covariance)), strict=True))

@@ -5,9 +5,11 @@ from typing import Any
 import numpy as np
 
 from expdesign.criteria.assessment import Assessment
+from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 from expdesign.model_error.hidden_physics import HiddenPhysics, hidden_physics
 from expdesign.model_error.meir import Meir
+from expdesign.model_error.statement import AccuracyStatement
 from expdesign.model_error.words import sentence
 
 
@@ -27,6 +29,15 @@ def hidden_by_plan(meir: Meir, assessment: Assessment) -> tuple[tuple[HiddenPhys
     if not np.isfinite(found.squares[0]).all():
         return (), freedom
     return hidden_physics(found, impact.physics, impact.deviations, 0), freedom
+
+
+def recommended_accuracy(problem: DesignProblem, front: Front) -> AccuracyStatement | None:
+    """What the recommended design of a front promises and hides; None where MEIR is not asked for."""
+    meir = meir_of_problem(problem)
+    if meir is None:
+        return None
+    assessment = problem.assess(*problem.space.decode(front.genes[[front.recommended]]))
+    return AccuracyStatement.of(assessment, *hidden_by_plan(meir, assessment), "the recommended plan")
 
 
 def hidden_record(physics: tuple[HiddenPhysics, ...], freedom: int, readings: str) -> dict[str, Any] | None:

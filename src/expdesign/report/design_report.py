@@ -112,7 +112,7 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     best = f", the best design on the front within {words.number(least, 2)}\u00a0%" if least < recommended else ""
     whole = run.get("whole_plans", {}).get("duir", {})
     proved = ""
-    if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
+    if whole.get("finished") and whole["poses"] is None and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
         within = words.number(100.0 * max(whole["gap"], 0.001), 2)
         proved = f" The design with the least DUIR is the best plan there is, to {within}\u00a0%."
     return (
@@ -242,6 +242,12 @@ def _each(problem: DesignProblem) -> str:
     return "one loaded pose each" if problem.loaded.regressor.needs_load else "one pose without load each"
 
 
+def _missing(share: float | None) -> str:
+    if share is None:
+        return "not estimated"
+    return "none: every design there is was looked at" if share == 0.0 else f"about {share:.2%} of it, estimated"
+
+
 def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:
     robot, settings = problem.loaded.robot, problem.optimiser
     point = ", ".join(words.number(float(value)) for value in front.reference_point)
@@ -256,6 +262,7 @@ def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Sectio
         ("Seed", str(run.get("seed", settings.seed))),
         ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
         ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
+        ("Missing hypervolume", _missing(run.get("missing_hypervolume"))),
         (
             "Lower bound of DUIR",
             "not computed" if bound is None else f"{words.number(bound, 4)} ({scope or 'no scope'})",

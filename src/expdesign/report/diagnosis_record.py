@@ -40,6 +40,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "test_after": errors.test_after,
             "test_surprise": errors.test_surprise,
             "held_out": errors.how,
+            "coverage_95": _finite(errors.coverage),
         },
         "stability": None if stable is None else {"refits": stable.refits, "same": stable.same},
         "caveats": sentences(diagnosis.caveats),

@@ -11,6 +11,7 @@ from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.locate import LEVEL
 from expdesign.files.csv_writer import csv_text
 from expdesign.model_error.recorded import HiddenByRecordings
+from expdesign.model_error.statement import AccuracyStatement
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -42,8 +43,10 @@ _VERDICTS = {
 }
 
 
-def diagnosis_report(result: Diagnosis, hidden: HiddenByRecordings | None = None) -> Page:
-    """The report of a diagnosis, with what may still be hidden where targets were named."""
+def diagnosis_report(
+    result: Diagnosis, hidden: HiddenByRecordings | None = None, stated: AccuracyStatement | None = None
+) -> Page:
+    """The report of a diagnosis, with the accuracy and what may still be hidden where targets were named."""
     sections = [
         Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
         Section(
@@ -57,7 +60,7 @@ def diagnosis_report(result: Diagnosis, hidden: HiddenByRecordings | None = None
     if result.findings:
         sections.insert(1, Section("physics", "What was left out", [_effects_table(result)]))
     if hidden is not None:
-        sections.append(recordings_section(hidden))
+        sections.append(recordings_section(hidden, stated))
     laws = law_blocks(result)
     if laws:
         sections.insert(2 if result.findings else 1, Section("laws", "Laws at ports", laws))
@@ -99,6 +102,9 @@ def _conclusions(result: Diagnosis) -> list[str]:
         stable = result.stability
         text = f"Of {stable.refits} refits, each without a tenth of the rows, {100.0 * stable.same:.0f} % name the same"
         texts.append(f"{text} (score tests on the model linearised).")
+    if np.isfinite(errors.coverage):
+        share = f"{100.0 * errors.coverage:.1f} % of the readings that were not fitted"
+        texts.append(f"{share} lie within their predicted 95 % intervals.")
     texts += sentences(result.caveats)
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")

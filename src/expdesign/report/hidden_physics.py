@@ -9,6 +9,7 @@ from expdesign.files.csv_writer import csv_text
 from expdesign.model_error.hidden_physics import HiddenPhysics
 from expdesign.model_error.record import hidden_by_plan, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings
+from expdesign.model_error.statement import AccuracyStatement
 from expdesign.model_error.words import phrase, sentence
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Download, Figure, Section, Sentences
@@ -28,7 +29,8 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     physics, freedom = hidden_by_plan(meir, assessment)
     if not physics:
         return None
-    texts = [sentence(physics[0], freedom, "the recommended plan")]
+    stated = AccuracyStatement.of(assessment, physics, freedom, "the recommended plan")
+    texts = [sentence(physics[0], freedom, "the recommended plan") if stated is None else stated.sentence]
     cheap = cheapest_sentence(front)
     if cheap is not None:
         texts.append(cheap)
@@ -36,9 +38,9 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     return Section("hidden", "What the plan would not notice", blocks)
 
 
-def recordings_section(found: HiddenByRecordings) -> Section:
-    """The section about recordings that the model explains."""
-    text = sentence(found.physics[0], found.freedom, "these recordings")
+def recordings_section(found: HiddenByRecordings, stated: AccuracyStatement | None = None) -> Section:
+    """The section about recordings that the model explains, with the accuracy to expect where it is known."""
+    text = sentence(found.physics[0], found.freedom, "these recordings") if stated is None else stated.sentence
     return Section("hidden", "What may still be hidden", [Sentences([text]), hidden_figure(found.physics),
                                                           hidden_table(found.physics)])  # fmt: skip
 

@@ -9,8 +9,11 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.errors import InputError
 from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.validation.compensation import ExactCompensation
+from expdesign.validation.geometry import GeometricPlant
 from expdesign.validation.plants import ExplicitPlant, Plant
 
 _BATCH = 10_000
@@ -31,7 +34,7 @@ class Simulation:
 
     Attributes:
         errors: attained minus wanted pose (m, rad), along the axes of the tolerances, shape (s, t, n).
-        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p).
+        estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p), or all parameters that are calibrated, shape (s, p).
         assessment: of the plan; its criteria are the prediction.
         noise: whether the readings had noise.
         load_errors: whether the loads had errors.
@@ -118,7 +121,6 @@ def joined(problem: DesignProblem, plan: Plan, batches: list[Batch], noise: bool
 
 def _assessed(problem: DesignProblem, plan: Plan) -> Assessment:
     """The plan's assessment; raises where it does not identify what a target needs."""
-    problem.require_elastostatic("experiments can be repeated")
     assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     error = problem.unidentified(assessment)
     if error is not None:
@@ -140,6 +142,9 @@ def simulated(
 ) -> Batch:
     """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
     assessment = _assessed(problem, plan)
+    if not isinstance(problem.loaded.regressor, Elastostatic):
+        _require_nominal(plant, truth)
+        return _of_geometry(problem, plan, batches, (seed, noise, load_errors), assessment, distribution)
     robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
@@ -173,17 +178,57 @@ def simulated(
     return Batch(errors, estimates, residual)
 
 
+def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
+    """Raise where a plant or a truth is asked for that geometric calibrations are not repeated with."""
+    if plant is not ExplicitPlant:
+        what = f"a geometric calibration is repeated with non-linear kinematics, not with the plant `{plant.name}`"
+        raise InputError(what, where="--plant", remedy="Leave it out.")
+    if truth is not None:
+        what = "a geometric calibration is repeated with the robot of the configuration"
+        raise InputError(what, where="--truth", remedy="Use `simulate --truth` and `identify` for single experiments.")
+
+
+def _of_geometry(
+    problem: DesignProblem,
+    plan: Plan,
+    batches: list[tuple[int, int]],
+    how: tuple[int, bool, bool],
+    assessment: Assessment,
+    distribution: Distribution,
+) -> Batch:
+    """The same for a calibration of the geometry, alone or with the stiffness; `how`: seed, noise, load errors."""
+    seed, noise, load_errors = how
+    machine, axes = GeometricPlant(problem, plan), problem.targets.axes
+    gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, assessment.parameters)
+    samples = sum(count for _, count in batches)
+    errors = np.empty((samples, *problem.targets.importance.shape))
+    estimates = np.empty((samples, assessment.parameters))
+    residual, start = 0.0, 0
+    for batch, count in batches:
+        rows = slice(start, start + count)
+        start += count
+        readings = _readings(problem, plan, machine, count, (seed, batch), noise, load_errors, distribution)
+        estimates[rows] = readings.reshape(count, -1) @ gain
+        pairs = zip(problem.targets.configurations, problem.target_wrenches, strict=True)
+        for index, (target, wrench) in enumerate(pairs):
+            found, step = machine.attained(estimates[rows], target, wrench)
+            errors[rows, index] = found if axes is None else found @ axes[index].T
+            residual = max(residual, step)
+    nominal = problem.loaded.regressor.nominal(problem.loaded.robot)
+    return Batch(errors, nominal + estimates, residual)
+
+
 def _readings(
     problem: DesignProblem,
     plan: Plan,
-    plant: Plant,
+    plant: Plant | GeometricPlant,
     count: int,
     seeds: tuple[int, int],
     noise: bool,
     load_errors: bool,
     distribution: Distribution,
 ) -> FloatArray:
-    """Measured deflections of `count` repetitions, shape (count, m, n)."""
+    """Measured deflections of `count` repetitions, or what is wrong with measured poses, shape (count, m, n)."""
     if load_errors and problem.loaded.sources:
         generator = np.random.default_rng([*seeds, 1])
         where = (plan.configurations, plan.loads)

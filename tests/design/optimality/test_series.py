@@ -1,10 +1,12 @@
 """Series that share a reference: their information, the most sensitive one, and the bound they give."""
 
 from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.measurement_pool import Effort
@@ -13,14 +15,14 @@ from expdesign.design.optimality.series_pool import SeriesPool, takes_series
 from expdesign.design.optimality.weights import Dual, dual_of
 from expdesign.design.problem import DesignProblem
 
-SHARED = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 3}
-CASES = {
+SHARED: dict[str, Any] = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 3}
+CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, SHARED),
     "hexapod": (HEXAPOD, {**SHARED, "experiment.load.gravity": {"tilt_x_rad": 0.0}}),
 }
 
 
-def pool_and_dual(here: DesignProblem, factor: float) -> tuple[SeriesPool, Dual, np.ndarray]:
+def pool_and_dual(here: DesignProblem, factor: float) -> tuple[SeriesPool, Dual, Array]:
     information = MeasurementInformation(here, factor)
     assert takes_series(information)
     pool = SeriesPool(information, Effort(samples=100))

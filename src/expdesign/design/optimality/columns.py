@@ -128,14 +128,23 @@ class Columns:
         return replace(self, pose=np.repeat(self.pose[column], len(halves)), boxes=boxes)
 
 
-def sites_of(information: MeasurementInformation) -> Sites | str:
-    """The poses of a problem, where they are finitely many; or why whole plans cannot be bounded over them."""
+def sites_of(information: MeasurementInformation, listed: FloatArray | None = None) -> Sites | str:
+    """The poses of a problem, where they are finitely many; or why whole plans cannot be bounded over them.
+
+    Args:
+        information: maps of single measurements.
+        listed: measurements (j, g) whose poses are taken where there are infinitely many.
+    """
     problem = information.problem
     series = takes_series(information)
     if problem.noise.shared_reference and not series:
         return "measurements that share references are not whole series where information is not convex in the load"
     loads = LoadRange.of(information) if information.convex_in_load else LoadRange(np.zeros(0, dtype=np.int64), (), ())
     poses = enumerated(problem, loads.index)
+    if poses is None and listed is not None:
+        poses = listed.copy()
+        poses[:, loads.index] = 0.0
+        poses = np.unique(poses, axis=0)
     if poses is None:
         return "not all poses and loads can be listed"
     axes = len(problem.noise.axes)
@@ -149,7 +158,9 @@ def sites_of(information: MeasurementInformation) -> Sites | str:
     return Sites(variables, rows.reshape(*variables.shape[:2], *rows.shape[1:]), Boxes(loads), series)
 
 
-def columns_of(sites: Sites, count: int, dual: Dual, threshold: float, most: float) -> list[Columns] | str:
+def columns_of(
+    sites: Sites, count: int, dual: Dual, threshold: float, most: float, limit: float
+) -> list[Columns] | str:
     """The columns of which a plan can be made that is better than one that is known; or why they are not listed.
 
     Args:
@@ -158,6 +169,7 @@ def columns_of(sites: Sites, count: int, dual: Dual, threshold: float, most: flo
         dual: a Q, by which columns are left out.
         threshold: the least Σ tr(QᵀNQ) of a plan that is better.
         most: the largest tr(QᵀNQ)/n of any column.
+        limit: number of columns that may be looked at.
     """
     halves = np.array([sites.boxes.add(box) for box in sites.boxes.loads.halves()])
     lists = [halves[:, None]]
@@ -169,11 +181,23 @@ def columns_of(sites: Sites, count: int, dual: Dual, threshold: float, most: flo
             gains, interactions = quadratic(dual, sites.maps)
             if n * longer(gains, interactions(n), n).max() + (count - n) * most >= threshold:
                 return f"series of {n} and more measurements are too many to be listed"
+        sensitive = multisets.best(dual, sites.maps).bound
+    else:
+        sensitive = sites.quadratic(dual, 1, np.arange(len(sites.maps)))[0].diagonal(axis1=1, axis2=2).max(axis=1)
+    # No plan with even one measurement at the other poses is better.
+    everywhere = np.flatnonzero(sensitive + (count - 1) * most >= threshold)
+    number = len(everywhere) * sum(len(members) for members in lists)
+    if number > limit:
+        return f"{number} series at {len(everywhere)} poses are too many for the time"
     found = []
     for members in lists:
-        n, together, kept = members.shape[1], max(1, 100_000 // len(members)), []
-        for start in range(0, len(sites.maps), together):
-            poses = np.arange(start, min(start + together, len(sites.maps)))
+        n, together, kept = (
+            members.shape[1],
+            max(1, 100_000 // len(members)),
+            [Columns(sites, everywhere[:0], members[:0])],
+        )
+        for start in range(0, len(everywhere), together):
+            poses = everywhere[start : start + together]
             columns = Columns(sites, np.repeat(poses, len(members)), np.tile(members, (len(poses), 1)))
             kept.append(columns.take(np.flatnonzero(columns.most(dual) + (count - n) * most >= threshold)))
         pose, boxes = (np.concatenate([getattr(part, name) for part in kept]) for name in ("pose", "boxes"))

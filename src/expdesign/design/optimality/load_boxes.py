@@ -37,7 +37,8 @@ class LoadRange:
     def of(cls, information: MeasurementInformation) -> "LoadRange":
         space = information.problem.space
         index = information.load_variables().index
-        values, steps = [], []
+        values: list[tuple[float, float]] = []
+        steps: list[tuple[tuple[float, float], ...] | None] = []
         for place in index:
             domain = space.variables[place].domain
             values.append(space.variables[place].bounds)
@@ -53,7 +54,9 @@ class LoadRange:
     @cached_property
     def bits(self) -> FloatArray:
         """Which end of each variable a corner of the whole range has, shape (v, l), as in `load_variables`."""
-        return np.array(list(product((0.0, 1.0), repeat=len(self.index)))).reshape(-1, len(self.index))
+        return np.array(list(product((0.0, 1.0), repeat=len(self.index)))).reshape(
+            2 ** len(self.index), len(self.index)
+        )
 
     def halves(self) -> list[Box]:
         """The range cut once in every variable."""

@@ -7,6 +7,7 @@ linear programs of its tree (`tree.py`) are solved by HiGHS (Huangfu & Hall 2018
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linprog
@@ -186,13 +187,13 @@ class Master:
         self.work += (binding.size + _FIXED) / _RATE
         constants = np.array([2.0 * self._duals[i].gain - self._duals[i].prior for i in self._kept]) / self._unit
         cuts = np.concatenate([-np.ones((len(binding), 1)), -binding, np.zeros((len(binding), poses))], axis=1)
-        found = linprog(
+        found: Any = linprog(
             np.concatenate([[1.0], np.zeros(number + poses)]),
             A_ub=cuts,
             b_ub=-constants,
             A_eq=self._plans,
             b_eq=np.concatenate([[m], nowhere]),
-            bounds=np.stack([np.concatenate([[0.0], low]), np.concatenate([[np.inf], high])], axis=1),
+            bounds=np.stack([np.concatenate([[0.0], low]), np.concatenate([[np.inf], high])], axis=1).tolist(),
             method="highs-ds",
         )
         if found.status == 2:

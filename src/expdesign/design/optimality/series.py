@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 
@@ -63,7 +64,7 @@ class SeriesInformation:
         ordered = np.concatenate([stacked[..., q:], stacked[..., :q]], axis=-1)
         prior = np.broadcast_to(np.sqrt(2.0) * np.eye(k, q + k), (len(series), k, q + k))
         padding = np.zeros((len(series), max(0, q - stacked.shape[1]), q + k))
-        triangle = np.linalg.qr(np.concatenate([prior, ordered, padding], axis=1), mode="r")
+        triangle: Any = np.linalg.qr(np.concatenate([prior, ordered, padding], axis=1), mode="r")
         roots: FloatArray = triangle[:, k : k + q, k:] / np.sqrt(sizes(series))[:, None, None]
         return roots
 
@@ -99,7 +100,7 @@ class Multisets:
         for n in range(1, measurements + 1):
             number = _multisets(options, n)
             total += number
-            if n > 1 and total * max(options**2, min(poses, 2000)) > 10 * _ENTRIES:
+            if n > 1 and total * max(options**2 * poses, 200) > 100 * _ENTRIES:
                 break
             listed = list(combinations_with_replacement(range(options), n))
             self.members.append(np.array(listed, dtype=np.int64))
@@ -112,7 +113,7 @@ class Multisets:
     @cached_property
     def counts(self) -> list[FloatArray]:
         """How often each option occurs, shape (s, v) for each n."""
-        found = []
+        found: list[FloatArray] = []
         for members in self.members:
             counts = np.zeros((len(members), self.options))
             np.add.at(counts, (np.arange(len(members))[:, None], members), 1.0)

@@ -18,7 +18,12 @@ GAP = 1e-3
 """Relative distance between a plan and the bound at which branch and bound ends."""
 LARGEST = 3000
 """Columns beyond which whole plans are not sought."""
+LISTED_FROM = 1.0
+"""Seconds from which on the plans at the poses that are known are bounded where there are infinitely many."""
+_LISTED = 60
 _LIKELY, _MARGIN = 300, 1.3
+_LOOKED_AT = 300_000
+"""Columns among which those of better plans are sought, and as many for every second more."""
 _AGAIN = 0.8
 """Part of the distance from plan to bound that is left when columns are chosen anew."""
 
@@ -28,13 +33,15 @@ class WholePlans:
     """How far branch and bound got.
 
     Attributes:
-        bound: what no plan of whole measurements goes below; None where it was not attempted.
+        bound: what no plan of whole measurements (at the listed poses) goes below; None where it was not attempted.
         best: the least value of any plan that is known.
         plan: that plan (m, g) where it was found here, else None.
         finished: whether the bound was reached to `GAP`, and not only the end of the time.
         columns: of the last integer program.
         nodes: of all trees.
         words: what was done.
+        poses: number of poses to which the bound is limited, because there are infinitely many; None where it holds
+            for all plans.
     """
 
     bound: float | None
@@ -44,11 +51,17 @@ class WholePlans:
     columns: int
     nodes: int
     words: str
+    poses: int | None = None
 
     def sentence(self, criterion: str) -> str:
         """What is proved, in words."""
         if self.bound is None or self.gap is None:
             return ""
+        if self.poses is not None:
+            return (
+                f"of plans at {self.poses} poses that the search met, none is better than the best one known by more "
+                f"than {self.gap:.2%}; over the continuum only the bound of the relaxation is one"
+            )
         if self.finished:
             return f"the best plan there is, to {100.0 * max(self.gap, GAP):.2g} %, has {criterion} {self.best:.5g}"
         return (
@@ -65,6 +78,7 @@ class WholePlans:
             "finished": self.finished,
             "columns": self.columns,
             "nodes": self.nodes,
+            "poses": self.poses,
             "how": self.words,
         }
 
@@ -90,14 +104,17 @@ class BranchAndBound:
     ) -> None:
         self._problem, self._certificate, self._result = problem, certificate, result
         self._criterion = certificate.name.lower()
-        self._seconds = seconds
+        self._seconds, self._given = seconds, seconds
         self._nodes = 0
         space = problem.space
         self._free = problem.constraints is None and space.most_poses is None
         self._free &= not space.required.poses and not space.required.masses
         self._best, self._plan = np.inf, None
+        self._known: FloatArray | None = None
+        self._poses: int | None = None
         if known is not None and len(known):
-            self._best = float(np.min(self._values(known)))
+            values = self._values(known)
+            self._best, self._known = float(values.min()), known[int(values.argmin())]
 
     def run(self) -> WholePlans:
         """Bound the whole plans from below as far as the work allows."""
@@ -108,7 +125,13 @@ class BranchAndBound:
             return self._found(relaxed, 0, "the relaxation's bound is reached")
         sites = sites_of(self._certificate.information)
         if isinstance(sites, str):
-            return self._not(sites)
+            if self._known is None or self._seconds < LISTED_FROM or not self._free:
+                return self._not(sites)
+            listed = np.concatenate([self._known, last.shortlist[: _LISTED - len(self._known)]])
+            sites = sites_of(self._certificate.information, listed)
+            if isinstance(sites, str):
+                return self._not(sites)
+            self._poses = len(sites.maps)
         parts = self._columns(sites, last, min(self._best, _MARGIN * relaxed))
         if isinstance(parts, str):
             return self._not(parts)
@@ -135,7 +158,8 @@ class BranchAndBound:
         """Columns that a plan better than `value` can have."""
         dual = last.dual
         threshold = dual.gain**2 / value**2 - dual.prior
-        return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest)
+        limit = _LOOKED_AT * (1.0 + self._given)
+        return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest, limit)
 
     def _search(self, parts: list[Columns], last: Refinement, relaxed: float, seconds: float) -> tuple[float, bool]:
         """The bound over plans of these columns and the best known one, with better plans on the way; and whether it
@@ -184,7 +208,7 @@ class BranchAndBound:
             f"branch and bound over {columns} poses with their loads, {self._nodes} nodes"
             f"{'' if finished else ', ended by its time'}"
         )
-        return WholePlans(bound, self._best, self._plan, finished, columns, self._nodes, text)
+        return WholePlans(bound, self._best, self._plan, finished, columns, self._nodes, text, self._poses)
 
 
 @dataclass(frozen=True)
@@ -219,4 +243,5 @@ def criterion_bounds(
     if relaxed is None or whole.gap is None or whole.bound is None:
         return CriterionBounds(with_split(problem, result, load_errors), whole)
     words = f"{result.bound.certified_on}; {whole.words}: {whole.sentence(certificate.name)}"
-    return CriterionBounds(LowerBound(max(relaxed, whole.bound), words), whole)
+    lower = relaxed if whole.poses is not None else max(relaxed, whole.bound)
+    return CriterionBounds(LowerBound(lower, words), whole)

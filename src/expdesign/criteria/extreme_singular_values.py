@@ -1,0 +1,48 @@
+"""The smallest and the largest singular value of the whitened observation matrix, with the pieces of both.
+
+μ_L = min over unit vectors v of ‖Ã·v‖ and μ_1 = max of the same. Where two singular values coincide neither is
+differentiable: any v in the plane of their vectors gives a subgradient, that of ‖Ã·v‖ with v held (Lewis & Overton
+1996, Eigenvalue optimization, Acta Numerica 5). Some vectors of that plane are pieces beside the value itself, so that
+steps and optimality conditions see the convex hull of their subgradients, as for any other maximum
+(`TargetVariances.largest`).
+"""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.assessment import Assessment
+from expdesign.differentiation import plain, square_root, sum_of_squares
+
+_PLANE = ((0.0, 1.0), (1.0, 1.0), (1.0, -1.0))
+"""Vectors beside that of the value itself, in the basis of the two that may coincide."""
+
+
+def smallest_singular_value(assessment: Assessment, first: int = 1) -> FloatArray:
+    """μ_L of b designs, shape (b,); its further pieces have the places from `first` on."""
+    return _extreme(assessment, first, (-1, -2))
+
+
+def largest_singular_value(assessment: Assessment, first: int = 1) -> FloatArray:
+    """μ_1 of b designs, shape (b,); its further pieces have the places from `first` on."""
+    return _extreme(assessment, first, (0, 1))
+
+
+def after(first: int = 1) -> int:
+    """The place after the pieces of one value whose pieces begin at `first`."""
+    return first + len(_PLANE)
+
+
+def _extreme(assessment: Assessment, first: int, order: tuple[int, int]) -> FloatArray:
+    values = assessment.singular_values
+    if assessment.parameters < 2:
+        return values[:, order[0]]
+    assessment.pieces = max(assessment.pieces, after(first))
+    piece = assessment.place - first
+    if not 0 <= piece < len(_PLANE):
+        return values[:, order[0]]
+    whitened = assessment.whitened
+    right = np.linalg.svd(plain(whitened), full_matrices=True)[2][:, : assessment.parameters]
+    vector = _PLANE[piece][0] * right[:, order[0]] + _PLANE[piece][1] * right[:, order[1]]
+    vector = vector / np.linalg.norm(vector, axis=1, keepdims=True)
+    along: FloatArray = square_root(sum_of_squares((whitened @ vector[..., None])[..., 0], -1))
+    return along

@@ -1,0 +1,100 @@
+"""Geometric calibrations repeated, compared and continued: criteria, Monte-Carlo and what is identified agree."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from tests.commands.calls import call
+
+import expdesign as xd
+from expdesign.errors import InputError
+
+CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
+POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
+LOAD = {"fx_N": [-50.0, 50.0], "fy_N": [-50.0, 50.0], "fz_N": [-300.0, -100.0]}
+
+
+def poses(count: int, seed: int = 1) -> pd.DataFrame:
+    reach = np.array([0.03, 0.03, 0.02, 0.15, 0.15, 0.2])
+    return pd.DataFrame(np.random.default_rng(seed).uniform(-reach, reach, (count, 6)), columns=POSE)
+
+
+def changed(folder: Path, change: dict[str, object], targets: dict[str, object] | None = None) -> Path:
+    """The configuration with another experiment, and more in its targets."""
+    document = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    document["robot"] = str(CONFIG.parent / "robots" / "hexapod-h1.yaml")
+    document["experiment"].update(change)
+    for target in document["targets"]:
+        target.update(targets or {})
+    file = folder / "config.yaml"
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    return file
+
+
+def test_monte_carlo_of_the_geometry_agrees_with_the_criteria() -> None:
+    """10,000 experiments with non-linear kinematics; no compared figure is 4 standard errors from its prediction."""
+    result = xd.montecarlo(CONFIG, poses(14), samples=10_000)
+    duir = result.criteria.loc["duir"]
+    assert duir["standard_error"] < 0.006 * duir["predicted"]
+    assert abs(duir["z"]) < 4.0
+    assert np.abs(result.result.scores()).max() < 4.0
+    assert result.result.residual < 1e-12
+    assert result.result.causes["total"].estimates.shape == (10_000, 42)
+
+
+def test_monte_carlo_of_geometry_and_stiffness_agrees_with_the_criteria(tmp_path: Path) -> None:
+    """Poses under uncertain loads: noise, load errors and both."""
+    wrench = {"kind": "wrench", **LOAD}
+    error = [{"source": "wrench", "std": [1.0, 1.0, 2.0, 0.1, 0.1, 0.1], "shared": False}]
+    config = changed(
+        tmp_path, {"calibration": "both", "load": wrench, "load_error": error, "measurements": 20},
+        {"wrench": [20.0, 0.0, -200.0, 0.0, 0.0, 0.0]},
+    )  # fmt: skip
+    generator, plan = np.random.default_rng(2), poses(20)
+    for name, (low, high) in LOAD.items():
+        plan[name] = generator.uniform(low, high, 20)
+    plan = plan.assign(mx_Nm=0.0, my_Nm=0.0, mz_Nm=0.0)
+    result = xd.montecarlo(config, plan, samples=10_000)
+    assert set(result.criteria.index) == {"duir", "feir", "total"}
+    assert (result.criteria["z"].abs() < 4.0).all()
+    assert (result.criteria["standard_error"] < 0.012 * result.criteria["predicted"]).all()
+    assert np.abs(result.result.scores()).max() < 4.5
+
+
+def test_unknown_frames_and_other_plants_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="unknown frames"):
+        xd.montecarlo(changed(tmp_path, {"frames": "unknown"}), poses(14), samples=100)
+    with pytest.raises(InputError, match="non-linear kinematics"):
+        xd.montecarlo(CONFIG, poses(14), samples=100, plant="equilibrium")
+
+
+def test_the_next_poses_promise_what_the_longer_plan_has(tmp_path: Path) -> None:
+    """DUIR of the recorded plan and of both together, as `evaluate` has them."""
+    plan = poses(12)
+    plan.to_csv(tmp_path / "plan.csv", index=False)
+    call("simulate", CONFIG, tmp_path / "plan.csv", "--out", tmp_path / "poses.csv")
+    found = xd.plan_next(CONFIG, tmp_path / "poses.csv", count=2)
+    assert found.undetermined is None
+    assert found.before == pytest.approx(xd.evaluate(CONFIG, plan).criteria.loc["duir", "value"], rel=1e-6)
+    longer = pd.concat([plan, found.frame[POSE]])
+    assert found.after[-1] == pytest.approx(xd.evaluate(CONFIG, longer).criteria.loc["duir", "value"], rel=1e-6)
+    assert found.after[-1] < 0.93 * found.before
+
+
+def test_deflections_do_not_continue_a_geometric_calibration(tmp_path: Path) -> None:
+    plan = poses(4).assign(fz_N=-100.0, fx_N=0.0, fy_N=0.0, mx_Nm=0.0, my_Nm=0.0, mz_Nm=0.0)
+    plan = plan.assign(**{f"d{name}": 1e-6 for name in POSE}, sequence=range(1, 5), series=range(1, 5))
+    plan.to_csv(tmp_path / "deflections.csv", index=False)
+    with pytest.raises(InputError, match="measured poses"):
+        xd.plan_next(CONFIG, tmp_path / "deflections.csv")
+
+
+def test_designs_of_geometric_calibrations_are_compared(tmp_path: Path) -> None:
+    config = changed(tmp_path, {"measurements": 10})
+    result = xd.compare(config, samples=400, generations=2, random=2)
+    (judgement,) = result.judgements
+    assert np.isfinite(judgement.attained).all()
+    predicted = judgement.values["total"]
+    np.testing.assert_allclose(judgement.attained, predicted, rtol=0.15)

@@ -1,0 +1,102 @@
+"""Exchanges of measurements, the front of all designs, and following a front: known answers."""
+
+from itertools import pairwise, product
+
+import numpy as np
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
+
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.front import GAPS, drawn_through, gap_shares, hypervolume, non_dominated
+from expdesign.design.optimality.additive import Additive
+from expdesign.design.optimality.continuation import predictions
+from expdesign.design.optimality.enumeration import every_design
+from expdesign.design.optimality.polish import Polishing
+from expdesign.design.optimality.seeds import relaxed_designs
+from expdesign.design.problem import DesignProblem
+from expdesign.design.search import search
+from expdesign.design.start import starting_designs
+
+GRID = {
+    "experiment.poses": {"grid": {"x_m": [-0.3, 0.3, 3], "y_m": [0.35, 0.95, 3]}},
+    "experiment.load": {"kind": "wrench", "fx_N": {"choices": [-500, 400]}, "fy_N": {"choices": [-1000, 0]}},
+    "optimiser.polish": True,
+}
+
+
+def designs(here: DesignProblem, count: int) -> Array:
+    genes = starting_designs(here, count, np.random.default_rng(5))
+    return genes.reshape(count, here.space.measurements, here.space.genes)
+
+
+def test_sums_over_measurements_are_the_criteria() -> None:
+    for base, changes in ((BIPOD, {}), (HEXAPOD, {}), (HEXAPOD, {"aggregate": "max"})):
+        here = problem(base, changes)
+        genes = designs(here, 6)
+        sums = Additive(here, 1.0)
+        noise, force = sums.variances(
+            sums.parts(genes.reshape(-1, genes.shape[-1])).reshape(6, genes.shape[1], -1).sum(1)
+        )
+        assessment = here.assess(*here.space.decode(genes))
+        for name, squares in (("duir", noise), ("feir", force), ("total", noise + force)):
+            expected = known_criteria()[name].values(assessment)
+            np.testing.assert_allclose(np.sqrt(squares.max(axis=-1)), expected, rtol=1e-6)
+
+
+def test_a_space_of_few_designs_is_looked_at_as_a_whole() -> None:
+    here = problem(BIPOD, GRID)
+    found = every_design(here)
+    assert found is not None
+    rows = np.array(list(product(range(9 // 3), range(9 // 3), range(2), range(2))), dtype=float)
+    pairs = np.array([[rows[i], rows[j]] for i in range(len(rows)) for j in range(i, len(rows))])
+    assessment = here.assess(*here.space.decode(pairs))
+    usable = assessment.differentiable
+    values = np.stack([known_criteria()[name].values(assessment) for name in ("duir", "feir")], axis=1)[usable]
+    expected = np.unique(values[non_dominated(values)].round(9), axis=0)
+    front = search(here)
+    np.testing.assert_allclose(
+        np.unique(np.stack([front.criteria["duir"], front.criteria["feir"]], axis=1).round(9), axis=0), expected
+    )
+    assert front.missing == 0.0
+
+
+def test_roundings_of_the_relaxation_are_within_the_limits_of_the_legs() -> None:
+    here = problem(HEXAPOD, {"robot.limits.leg_length": [0.275, 0.342]})
+    poses = here.space.decode(relaxed_designs(here))[0]
+    assert here.loaded.robot.usable(poses).all()
+
+
+def test_a_straight_front_is_filled_evenly() -> None:
+    here = problem(BIPOD)
+    first = designs(here, 1)[0]
+    second = np.clip(first + 0.02 * (here.space.upper - here.space.lower), here.space.lower, here.space.upper)
+    values = np.array([[0.0, 1.0], [1.0, 0.0]])
+    found = predictions(here.space, np.stack([first, second]), values, 0.01, 1000)
+    front = np.concatenate([values, found.aims])
+    assert found.smooth.all()
+    assert gap_shares(front[np.argsort(front[:, 0])]).sum() <= 0.0101
+    assert drawn_through(front, np.ones(2)) == 0.5
+    assert hypervolume(front, np.ones(2)) < 0.5
+
+
+def test_rounds_of_exchanges_lose_nothing_and_the_front_is_drawn_without_gaps() -> None:
+    here = problem(HEXAPOD, {"optimiser.population": 40, "optimiser.generations": 60, "optimiser.polish": True})
+    polishing = Polishing(here)
+    polishing.take(designs(here, 12))
+    point = polishing.front.max(axis=0) + 1.0
+    volumes = [hypervolume(polishing.front, point)]
+    for _ in polishing.rounds():
+        volumes.append(hypervolume(polishing.front, point))
+    assert all(later >= earlier * (1.0 - 1e-6) for earlier, later in pairwise(volumes))
+    front = polishing.front[non_dominated(polishing.front)]
+    assert gap_shares(front[np.argsort(front[:, 0])]).sum() < 10.0 * GAPS
+    assert 0.0 <= polishing.missing() < 0.1
+
+
+def test_the_ends_of_a_front_are_met_from_other_seeds_too() -> None:
+    """Least DUIR of three seeds: exchanges leave the valleys in which single descents end."""
+    settings = {"population": 20, "generations": 80, "polish": True}
+    least = [
+        search(problem(HEXAPOD, {"optimiser": {**settings, "seed": seed}})).criteria["duir"].min() for seed in (1, 2, 3)
+    ]
+    assert max(least) <= min(least) * (1.0 + 1e-3)

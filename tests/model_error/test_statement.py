@@ -1,0 +1,78 @@
+"""The accuracy statement carries what may be hidden beside noise and load errors, in every command that makes one."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.model_error.problems import CONFIGS
+
+import expdesign as xd
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.plan import plan_frame
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import problem_from_document
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.model_error.statement import AccuracyStatement, given_variances
+
+PARTS = {"noise", "load_errors", "total", "hidden", "hidden_physics", "hidden_component", "sentence"}
+
+
+@pytest.fixture(scope="module")
+def problem() -> DesignProblem:
+    document = read_yaml(CONFIGS / "bipod.yaml")
+    section = {"physics": ["leg_coupling", "leg_backlash"]}
+    return problem_from_document(replace(document, content={**document.content, "model_error": section}))
+
+
+@pytest.fixture(scope="module")
+def evaluation(problem: DesignProblem) -> xd.Evaluation:
+    return xd.evaluate(problem, plan(problem))
+
+
+def plan(problem: DesignProblem) -> "object":
+    from benchmarks.model_error.trial import plan_of_genes  # noqa: PLC0415
+
+    genes = problem.space.sample(6, np.random.default_rng(2))
+    return plan_frame(plan_of_genes(problem, genes), problem.loaded, False)
+
+
+def test_of_a_plan(problem: DesignProblem, evaluation: xd.Evaluation) -> None:
+    stated = evaluation.accuracy
+    assert stated is not None
+    record = evaluation.record
+    assert (stated.noise, stated.load_errors, stated.total, stated.hidden.error) == pytest.approx(
+        (record["duir"], record["feir"], record["total"], record["meir"])
+    )
+    assert set(record["accuracy"]) == PARTS
+    assert f"{record['total']:.3g} tolerances" in stated.sentence
+    assert f"{record['meir']:.3g} tolerances" in stated.sentence
+
+
+def test_of_recordings(problem: DesignProblem, evaluation: xd.Evaluation, tmp_path: Path) -> None:
+    """Recordings that follow the plan state what the plan promised, in the identification and in the diagnosis."""
+    recordings = xd.simulate(problem, plan(problem), seed=3).frame
+    robot = CONFIGS / "robots" / "bipod.yaml"
+    identified = xd.identify(robot, recordings, targets=problem)
+    assert identified.accuracy is not None
+    planned = evaluation.accuracy
+    assert planned is not None
+    assert identified.accuracy.noise == pytest.approx(planned.noise, rel=1e-6)
+    assert identified.accuracy.load_errors == pytest.approx(planned.load_errors, rel=1e-2)
+    assert identified.accuracy.hidden.error == pytest.approx(planned.hidden.error, rel=1e-6)
+    assert set(identified.record["accuracy"]) == PARTS
+    identified.save(tmp_path)
+    assert "What may still be hidden" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    diagnosed = xd.diagnose(robot, recordings, targets=problem)
+    if diagnosed.verdict == "consistent":
+        assert diagnosed.accuracy is not None
+        assert diagnosed.record["accuracy"]["noise"] == pytest.approx(planned.noise, rel=1e-6)
+
+
+def test_standard_deviations_are_summed_as_the_criteria_do(problem: DesignProblem) -> None:
+    assessment = problem.assess(*problem.space.decode(problem.space.sample(5, np.random.default_rng(0))[None]))
+    noise, force = (np.sqrt(each[0]) for each in (assessment.noise_variance, assessment.force_variance))
+    given = given_variances(problem.targets, noise, force)
+    for name in ("duir", "feir", "total"):
+        assert known_criteria()[name].values(given) == pytest.approx(known_criteria()[name].values(assessment)[0])
+    assert AccuracyStatement.of(given, (), 0, "this plan") is None
