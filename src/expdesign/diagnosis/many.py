@@ -14,6 +14,7 @@ from expdesign.diagnosis.laws import measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Fit
+from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Dictionary
 from expdesign.ports.everything import Everything, Priors, chosen_groups, few_suffice
 from expdesign.ports.found import law_of
@@ -42,6 +43,7 @@ class Group:
         determined: how many of its parameters the data determine.
         size: RMS of what it does to the readings, in standard deviations.
         told_apart: members whose 95 % interval does not include what is known beforehand.
+        curve: of its first law, where it is one of laws.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Group:
     determined: float
     size: float
     told_apart: tuple[str, ...] = ()
+    curve: Curve | None = None
 
 
 @dataclass(frozen=True)
@@ -183,9 +186,21 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
                 float(found.determined[index]),
                 size,
                 told,
+                _curve(chain, int(own[0]), found),
             )
         )
     return tuple(sorted(groups, key=lambda group: -group.size))
+
+
+def _curve(chain: Chain, index: int, found: Everything) -> Curve | None:
+    """The curve of the law of a parameter of the chain; None for effects of known form."""
+    for effect, part in zip(chain.effects, chain.slices, strict=True):
+        if part.start <= index < part.stop and isinstance(effect, Law):
+            seen = np.vstack([effect.form.low[0], effect.form.high[0]])
+            return curve_of(
+                effect, chain.robot, found.values[: part.stop], found.covariance[: part.stop, : part.stop], part, seen
+            )
+    return None
 
 
 def _group_name(chain: Chain, index: int) -> str:

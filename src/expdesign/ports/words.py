@@ -6,6 +6,8 @@ from expdesign.robots.robot import Robot
 FORMS = {
     "compliance": "yields more or less, depending on",
     "force law": "does not yield in proportion: its deflection follows a curve of",
+    "guide": "tilts the more the less its guides overlap, following a curve of",
+    "settling": "settles, whatever the load, depending on",
     "step at zero": "jumps where the sign changes of",
     "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
     "latch": "gives way and stays there until it is pushed back; it remembers",
@@ -24,6 +26,8 @@ FORMS = {
 _USUAL = {
     "compliance": "a guide, a bearing or a spindle that is worn, clamped or free in part of its travel does that",
     "force law": "play, preload, rubber, contact and opening joints do that",
+    "guide": "clearance and yielding pads of a telescope's guides do that",
+    "settling": "a floor, feet and tyres that give way slowly do that",
     "step at zero": "play and stick-slip do that",
     "friction": "guides, seals and clamped joints do that",
     "latch": "a clamp or a mount that slips does that",
@@ -39,7 +43,16 @@ _USUAL = {
     "geometry": "joints that are not where the drawing has them do that",
     "twist": "bearings, guides and flanges do that",
 }
-_UNITS = {"effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "warming": "K"}
+_UNITS = {
+    "effort": "N",
+    "ground": "N",
+    "length": "m",
+    "position": "m",
+    "clock": "s",
+    "elapsed": "s",
+    "settling": "",
+    "warming": "K",
+}
 
 
 def quantity_name(quantity: Quantity, robot: Robot) -> str:
@@ -57,6 +70,10 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
         "length": f"the length of {robot.actuators[index]}" if index < count else "length",
+        "whole": robot.coordinates.wrench[index % robot.coordinates.n],
+        "rest": f"{robot.coordinates.wrench[index % robot.coordinates.n]} of the reference",
+        "overlap": f"what {robot.configuration[index % max(len(robot.configuration), 1)]} leaves of its guide",
+        "settling": "the time since the series' first row",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
         "position": f"the place of P along {'xyz'[index % 3]}",
         "distance": "the distance from (" + ", ".join(f"{v:.3g}" for v in quantity.setting) + ") m",
@@ -88,6 +105,10 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
         "length": "angle" if index < count and robot.units[index] == "rad" else "length",
+        "whole": wrench[index % len(wrench)],
+        "rest": f"{wrench[index % len(wrench)]}_of_reference",
+        "overlap": "overlap",
+        "settling": "time_in_series",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
         "position": f"position_{'xyz'[index % 3]}",
         "clock": "time",
@@ -117,6 +138,8 @@ def unit_of(quantity: Quantity, robot: Robot) -> str:
     if quantity.kind in ("stop", "lag", "effort"):
         first = quantity.index - len(robot.stiffness)
         return "N·m" if first >= len(robot.gravity) else "N"
+    if quantity.kind in ("whole", "rest"):
+        return "N·m" if quantity.index >= len(robot.gravity) else "N"
     if quantity.kind in ("pose", "deflection"):
         return "m" if quantity.index < len(robot.gravity) else "rad"
     return _UNITS.get(quantity.kind, "")
