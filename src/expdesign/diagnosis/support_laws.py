@@ -137,7 +137,8 @@ def _one_guide(atoms: list[Atom], present: Present) -> list[Atom]:
     """
     laws = [atom for atom in atoms if _entry(atom).form == "force law"]
     guides = [atom for atom in atoms if _entry(atom).form == "guide"]
-    rest = [atom for atom in atoms if _entry(atom).form not in ("force law", "guide")]
+    drawn = [atom for atom in atoms if _entry(atom).form == "guide friction"]
+    rest = [atom for atom in atoms if _entry(atom).form not in ("force law", "guide", "guide friction")]
     scales = {_entry(atom).scales for atom in laws}
     level = _NOISE * float(np.sqrt((present.readings**2).mean())) or 1.0
     quiet = replace(present, base=present.base / level, readings=present.readings / level)
@@ -151,7 +152,8 @@ def _one_guide(atoms: list[Atom], present: Present) -> list[Atom]:
                 state = state.beside(atom.directions, _NOISE**-2)
             if state.log_evidence > best[0]:
                 best = state.log_evidence, [*own, *beside]
-    return [*rest, *best[1]]
+    ends = {_entry(atom).channels[0].amplitude for atom in best[1]}
+    return [*rest, *(atom for atom in drawn if _entry(atom).channels[0].amplitude in ends), *best[1]]
 
 
 def _entry(atom: Atom) -> Entry:

@@ -7,6 +7,7 @@ FORMS = {
     "compliance": "yields more or less, depending on",
     "force law": "does not yield in proportion: its deflection follows a curve of",
     "guide": "tilts the more the less its guides overlap, following a curve of",
+    "guide friction": "keeps part of its tilt when the load changes, the more the less its guides overlap; it remembers",
     "settling": "settles, whatever the load, depending on",
     "step at zero": "jumps where the sign changes of",
     "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
@@ -27,6 +28,7 @@ _USUAL = {
     "compliance": "a guide, a bearing or a spindle that is worn, clamped or free in part of its travel does that",
     "force law": "play, preload, rubber, contact and opening joints do that",
     "guide": "clearance and yielding pads of a telescope's guides do that",
+    "guide friction": "dry friction in the guides of a telescope does that",
     "settling": "a floor, feet and tyres that give way slowly do that",
     "step at zero": "play and stick-slip do that",
     "friction": "guides, seals and clamped joints do that",
@@ -70,8 +72,8 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
         "length": f"the length of {robot.actuators[index]}" if index < count else "length",
-        "whole": robot.coordinates.wrench[index % robot.coordinates.n],
-        "rest": f"{robot.coordinates.wrench[index % robot.coordinates.n]} of the reference",
+        "whole": _load(index, robot),
+        "rest": f"{_load(index, robot)} of the reference",
         "overlap": f"what {robot.configuration[index % max(len(robot.configuration), 1)]} leaves of its guide",
         "settling": "the time since the series' first row",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
@@ -86,6 +88,12 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "own_gravity": f"gravity along the platform's {'xyz'[index % 3]}",
     }
     return names.get(kind, kind)
+
+
+def _load(index: int, robot: Robot) -> str:
+    """A component of the load, e.g. `the moment about x`."""
+    d = len(robot.gravity)
+    return f"the force along {'xyz'[index]}" if index < d else f"the moment about {'xyz'[index - d]}"
 
 
 def depends_on(quantities: tuple[Quantity, ...], robot: Robot) -> list[str]:
@@ -105,8 +113,8 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
         "length": "angle" if index < count and robot.units[index] == "rad" else "length",
-        "whole": wrench[index % len(wrench)],
-        "rest": f"{wrench[index % len(wrench)]}_of_reference",
+        "whole": _load(index, robot).split(" ")[1] + f"_{_load(index, robot)[-1]}",
+        "rest": "load_of_reference",
         "overlap": "overlap",
         "settling": "time_in_series",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],

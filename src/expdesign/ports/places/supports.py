@@ -113,6 +113,9 @@ class Supports(Port):
             scales = tuple(sight.spread(q) for q in inputs)
             for a in sight.axes if inputs else ():
                 yield Entry(self.name, BASE, form, (Channel(a, 0, inputs),), "linear", scales, len(inputs))
+                for overlap in self.overlaps(sight) if form == "friction" else ():
+                    guided = (Channel(a, 0, inputs, overlap),)
+                    yield Entry(self.name, BASE, "guide friction", guided, "linear", scales, len(inputs))
 
     def _in_time(self, sight: Sight) -> Iterator[Entry]:
         """The body settles from the start of a series on, or drifts."""
