@@ -147,7 +147,7 @@ def diagnose(
     many, method = together(robot, sample, base, entries, report)
     frame = _Frame(robot, recordings, noise, base, search, entries, method)
     at_once = _at_once(frame, many, judged)
-    if at_once is not None and (at_once.support is None or at_once.support.nameless):
+    if at_once is not None and (at_once.support is None or at_once.support.nameless(sample)):
         return at_once.diagnosis
     model = search.run(outliers=False) if OUTLIER in without else _searched(search, sample, robot)
     report("checking on held-out recordings")

@@ -12,6 +12,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.blocks import blocks_of
+from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Fit
@@ -84,10 +85,13 @@ class Support:
             f"laws of what the body stands on together, to {self.before:.3g} without them"
         )
 
-    @property
-    def nameless(self) -> bool:
-        """Whether so much remains beside all laws that no few named effects can predict to the noise."""
-        return self.noise > _NAMELESS
+    def nameless(self, sample: Sample) -> bool:
+        """Whether no few named effects can predict to the noise: what all laws leave is no noise, and not their fault.
+
+        A named law that changes too fast for laws of limited rank leaves remainders that do not depend on the row
+        before; where rows are alike, something is missing that no law of the load, its history or time can stand for.
+        """
+        return self.noise > _NAMELESS and dispersion(self.fit.residuals, sample).correlation > ALIKE
 
     def beats(self, named: Fit, sample: Sample) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""

@@ -7,7 +7,7 @@ FORMS = {
     "compliance": "yields more or less, depending on",
     "force law": "does not yield in proportion: its deflection follows a curve of",
     "guide": "tilts the more the less its guides overlap, following a curve of",
-    "guide friction": "keeps part of its tilt when the load changes, the more the less its guides overlap; it remembers",
+    "guide friction": "keeps part of its tilt when the load changes, the more the less guides overlap; it remembers",
     "settling": "settles, whatever the load, depending on",
     "step at zero": "jumps where the sign changes of",
     "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
