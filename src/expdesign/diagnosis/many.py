@@ -10,12 +10,12 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.held_out import folds_of
-from expdesign.diagnosis.laws import measured_of
+from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Fit
 from expdesign.ports.curve import Curve, curve_of
-from expdesign.ports.dictionary import Dictionary
+from expdesign.ports.dictionary import Atom, Dictionary
 from expdesign.ports.everything import Everything, Priors, chosen_groups, few_suffice
 from expdesign.ports.found import law_of
 from expdesign.ports.law import Law
@@ -111,6 +111,9 @@ def many_laws(robot: Robot, sample: Sample, base: Fit) -> tuple[Law, ...]:
         if entry.kernel == "squared_exponential" and entry.inputs[0].kind == "length":
             widest[entry.component] = max(widest.get(entry.component, 0.0), entry.scales[0])
     found: list[Law] = []
+    for atom in _guides(dictionary, base, sample):
+        zero = np.zeros(atom.directions.shape[1])
+        found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     for atom, entry in entries:
         seen = entry.inputs[0].kind
         smooth = entry.kernel == "squared_exponential" and entry.scales[0] == widest.get(entry.component)
@@ -119,6 +122,19 @@ def many_laws(robot: Robot, sample: Sample, base: Fit) -> tuple[Law, ...]:
             zero = np.zeros(atom.directions.shape[1])
             found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     return tuple(found)
+
+
+def _guides(dictionary: Dictionary, base: Fit, sample: Sample) -> list[Atom]:
+    """For every sliding joint the law of its guide with the end that alone explains most."""
+    kept = np.repeat(sample.counts, len(sample.recordings.axes))
+    present = base_alone(base, sample, kept)
+    best: dict[Component, tuple[float, Atom]] = {}
+    for atom in dictionary.atoms:
+        if atom.entry is not None and atom.entry.form == "guide":
+            gain = present.gain(atom.directions, atom.directions.T @ atom.directions)[0]
+            if gain > best.get(atom.component, (-np.inf, atom))[0]:
+                best[atom.component] = gain, atom
+    return [atom for _, atom in best.values()]
 
 
 def start_with_everything(
@@ -208,6 +224,8 @@ def _group_name(chain: Chain, index: int) -> str:
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         if part.start <= index < part.stop:
             if isinstance(effect, Law):
+                if effect.form.kind == "guide":
+                    return f"{effect.component}, tilt of its guide"
                 seen = "place" if effect.form.depends_on[0].kind == "length" else "moments"
                 return f"{effect.component}, {effect.form.kind} of its {seen}"
             parameter = effect.parameters[index - part.start]

@@ -13,7 +13,7 @@ import numpy as np
 
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.row import Row
-from expdesign.ports.families import time_constants
+from expdesign.ports.families import guide_ends, time_constants
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -23,8 +23,6 @@ _MATTERS = 0.02
 _SCALES = (1.0, 2.0)
 _STOPS = (0.015, 0.04, 0.1, 0.25)
 """Thresholds of friction, in ranges of the load."""
-_BEYOND = (0.05, 0.1, 0.14, 0.2, 0.28, 0.4, 0.8)
-"""Where guides end, in ranges of the pose beyond its range."""
 _SETTLES = (0.01, 0.03, 0.1, 0.3, 1.0)
 _FEATURES = 90
 
@@ -88,14 +86,8 @@ class Supports(Port):
 
     def overlaps(self, sight: Sight) -> list[Quantity]:
         """Reciprocals of what guides overlap, for ends of the guides at several distances beyond the range."""
-        found = []
-        for pose in sight.varying("pose", len(self.robot.configuration)):
-            values = sight.values(pose)[sight.counts]
-            low, high = float(values.min()), float(values.max())
-            for share in _BEYOND:
-                for end, way in ((high + share * (high - low), 1.0), (low - share * (high - low), -1.0)):
-                    found.append(Quantity("overlap", pose.index, (round(end, 6), way)))
-        return [overlap for overlap in found if sight.spread(overlap) > 0.0]
+        poses = sight.varying("pose", len(self.robot.configuration))
+        return [overlap for pose in poses for overlap in guide_ends(sight, pose)]
 
     def _memory(self, sight: Sight, loads: list[int]) -> Iterator[Entry]:
         """Dry friction and creep under every component of the load: banks of stop operators and of slow parts."""
