@@ -12,7 +12,7 @@ from tests.identification.experiments import read
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE
-from expdesign.chain.row import row_data
+from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.blocks import blocks_of
 from expdesign.diagnosis.sample import Sample, rms
@@ -21,6 +21,7 @@ from expdesign.diagnosis.support_laws import Support, support_laws
 from expdesign.identification.fit import Data, fit
 from expdesign.identification.whitening import Whitening
 from expdesign.ports.law import Law, form_data, form_of
+from expdesign.ports.quantities import Quantity, evaluate
 from expdesign.recordings.recordings import Recordings
 
 _NOISE, _ENDS, _GAP, _WIDTH, _SOFT = 2e-5, 4.2, 6e-4, 25.0, 4e-6
@@ -142,3 +143,14 @@ def test_a_support_that_does_not_yield_has_no_laws() -> None:
     noisy = replace(still, deflections=noise)
     sample = sample_of(noisy)
     assert support_laws(BODY, sample, fit(Chain(BODY), sample)) is None
+
+
+def test_an_overlap_is_what_is_left_of_a_guide() -> None:
+    row = row_symbols(BODY)
+    far, near = (
+        evaluate([Quantity("overlap", 2, setting)], row_data(column(), BODY), row, BODY)[:, 0]
+        for setting in ((_ENDS, 1.0), (1.5, -1.0))
+    )
+    heights = column().configurations[:, 2]
+    np.testing.assert_allclose(far, 1.0 / (_ENDS - heights))
+    np.testing.assert_allclose(near, 1.0 / (heights - 1.5))
