@@ -1,22 +1,32 @@
 # `make run` plans the calibration of the example hexapod; `make test` checks everything,
-# `make studies` makes the thesis' studies again.
-PYTHON ?= python3.11
+# `make studies` makes the thesis' studies again, `make release` builds the distribution.
+PYTHON ?= $(or $(shell command -v python3.11 2>/dev/null),python3)
 VENV := .venv
 BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 CONFIG ?= configs/hexapod-h1.yaml
 
-.PHONY: run test lint proof studies docs clean
+.PHONY: run test lint proof studies release docs clean
 
-$(VENV)/installed: pyproject.toml constraints.txt
-	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is needed (or: make PYTHON=python3)"; exit 2; }
+# What is installed, by a file in the environment for each: running needs the package alone, tests its extras as well.
+$(VENV)/running: pyproject.toml constraints.txt
+	@command -v $(PYTHON) >/dev/null || { echo "there is no $(PYTHON) here; name another: make PYTHON=python3"; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "$(PYTHON) is older than 3.11; name another: make PYTHON=python3.12"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[cluster,dev,laboratory,studies]'
-	touch $@
+	@echo "installing what running needs into $(VENV) (0.85 GB)"
+	@$(INSTALL) -e .
+	@touch $@
 
-run: $(VENV)/installed
+$(VENV)/testing: $(VENV)/running
+	@echo "installing the tools of development into $(VENV) (1.2 GB more)"
+	@$(INSTALL) -e '.[benchmark,cluster,dev,laboratory,studies]'
+	@touch $@
+
+run: $(VENV)/running
 	$(BIN)/expdesign run $(CONFIG)
 
-lint: $(VENV)/installed
+lint: $(VENV)/testing
 	$(BIN)/ruff format --check src tests benchmarks docs
 	$(BIN)/ruff check src tests benchmarks docs
 	$(BIN)/mypy
@@ -24,15 +34,20 @@ lint: $(VENV)/installed
 test: lint
 	$(BIN)/pytest -n 2 -m "not slow"
 
-proof: $(VENV)/installed
+proof: $(VENV)/testing
 	$(BIN)/pytest -m slow
 
-studies: $(VENV)/installed
+studies: $(VENV)/testing
 	$(BIN)/expdesign study all
 
-$(VENV)/docs: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
-	touch $@
+# The wheel and the source archive, into dist/.
+release: $(VENV)/testing
+	rm -rf build dist
+	$(BIN)/python -m build
+
+$(VENV)/docs: $(VENV)/testing
+	$(INSTALL) -e '.[docs]'
+	@touch $@
 
 # The documentation as pages that open from their files: site/index.html. Broken links are errors.
 docs: $(VENV)/docs
@@ -40,4 +55,4 @@ docs: $(VENV)/docs
 	@echo "site/index.html"
 
 clean:
-	rm -rf $(VENV) site
+	rm -rf $(VENV) site build dist

@@ -24,7 +24,8 @@ from scipy.optimize import differential_evolution
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import total_lower_bound
-from expdesign.design.optimality.polish import polish_rounds
+from expdesign.design.optimality.polish import Polishing
+from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.problem_file import read_problem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import starting_designs
@@ -68,7 +69,10 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
     )
     ours: list[tuple[float, float]] = []
     begun, looking = time.process_time(), 0.0
-    for designs in polish_rounds(problem, start.reshape(100, space.measurements, space.genes)):
+    polishing = Polishing(problem)
+    polishing.take(np.concatenate([start.reshape(100, space.measurements, space.genes), relaxed_designs(problem)]))
+    for _ in polishing.rounds():
+        designs = polishing.pool
         now = time.process_time()
         ours.append((now - begun - looking, float(total.values(problem.assess(*space.decode(designs))).min())))
         looking += time.process_time() - now

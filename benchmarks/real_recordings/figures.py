@@ -12,7 +12,7 @@ _MOST = 12
 
 def drawn(curve: Curve, columns: tuple[str, ...]) -> str:
     """A figure with one panel for every output and every input that is varied."""
-    panels = []
+    panels: list[str] = []
     outputs, varied = np.array(curve.output), np.array(curve.varied)
     for output in dict.fromkeys(curve.output):
         for i, column in enumerate(columns):

@@ -2,7 +2,6 @@
 
 import ast
 import importlib
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -47,11 +46,6 @@ def test_type_checkers_see_what_is_there() -> None:
             assert getattr(xd, alias.name) is getattr(importlib.import_module(str(node.module)), alias.name)
     named = {alias.name for node in imports for alias in node.names}
     assert set(xd._TYPES) <= named
-
-
-def test_the_version_is_stated_once() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert xd.__version__ == project["version"]
 
 
 def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,6 @@
 """Positions of markers: instrument and marker are found with the rest, and what cannot be told apart is said."""
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.instrument.drift import InstrumentDrift
 from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.readings.position import MarkerPosition, turns
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.compensation.prediction import predict
 from expdesign.diagnosis.diagnose import diagnose
@@ -200,3 +201,14 @@ def test_markers_read_at_one_configuration_are_no_replicates_of_each_other(arm: 
     assert level is not None
     # 36 degrees of freedom: the standard error of a deviation is 1/√72 of it.
     assert level.deviations[0, 0] == pytest.approx(DEVIATION, rel=4.0 / np.sqrt(72.0))
+
+
+def test_orientations_of_many_rows_need_little_memory(arm: SerialRobot) -> None:
+    """The left singular vectors of 4,000 rotations would be a matrix of 1.2 GB."""
+    q = configurations(4000, 3)
+    rows = recordings_of(arm, q, np.zeros((4000, 3)))
+    tracemalloc.start()
+    turns(arm, rows)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 5e7

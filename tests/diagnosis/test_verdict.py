@@ -9,7 +9,7 @@ from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.selection import Model
-from expdesign.diagnosis.verdict import beyond_limits, doubt, verdict_without
+from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
 
 MOST_EFFECTS = 3
 GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
@@ -62,13 +62,13 @@ def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_
 
 
 def test_a_value_that_no_machine_has_is_no_explanation(one: Model) -> None:
-    assert beyond_limits(one) == ""
+    assert at_limits(one) == {}
     values = one.fit.values.copy()
     values[-1] = PLAY.parameters[0].high
     absurd = replace(one, fit=replace(one.fit, values=values))
     assert "gap_m of leg 1" in doubt(absurd, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
     values[-1] = 0.0  # vanishing is possible
-    assert beyond_limits(replace(one, fit=replace(one.fit, values=values))) == ""
+    assert at_limits(replace(one, fit=replace(one.fit, values=values))) == {}
 
 
 def test_every_parameter_has_limits() -> None:

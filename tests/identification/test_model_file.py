@@ -108,7 +108,7 @@ PLAY = {"physics": "leg_backlash", "component": "leg 1", "variant": "middle"}
     ("changes", "says"),
     [
         ({"kind": "hexapod"}, "not an identified model"),
-        ({"schema_version": 2}, "schema version 2"),
+        ({"schema_version": 3}, "schema version 3"),
         ({"covariance": [[1.0]]}, "a matrix of"),
         ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),
         ({"effects": [{"physics": "ghost", "component": "leg 1", "parameters": {}}]}, "unknown physics `ghost`"),

@@ -1,12 +1,16 @@
 """Poses from measured points (theory.md 9.A)."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
+from expdesign.design.problem_file import problem_from_document, read_problem
 from expdesign.errors import InputError
-from expdesign.instrument.registration import registered, twist_covariance
+from expdesign.files.yaml_reader import YamlDocument
+from expdesign.instrument.registration import pose_covariance, registered, twist_covariance
 
 POINTS = np.array([[0.06, 0.0, 0.05], [-0.03, 0.05, 0.05], [-0.03, -0.05, 0.05], [0.0, 0.0, 0.07]])
 TURNED = Rotation.from_euler("xyz", [0.1, -0.2, 0.3])
@@ -59,3 +63,15 @@ def test_a_configuration_takes_twice_the_covariance_of_one_pose() -> None:
 def test_points_that_cannot_be_are_named(base: dict[str, object], changes: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
         problem(base, {"experiment.deflection_noise": {"points": changes}})
+
+
+def test_an_arm_that_is_singular_at_zero_is_measured_with_points() -> None:
+    """A UR5 stands stretched with all joints at zero; the noise of a registered pose needs no inverse of its J."""
+    configs = Path(__file__).parents[2] / "configs"
+    known = read_problem(configs / "ur5.yaml")
+    config, rotation = known.config, known.loaded.robot.jacobians(np.zeros(6)).rotation
+    config["robot"]["urdf"] = str(configs / "robots" / "ur5.urdf")
+    config["experiment"]["deflection_noise"] = {"points": {"positions": POINTS.tolist(), "std_m": 1e-6}}
+    noise = problem_from_document(YamlDocument("ur5", Path(), config)).noise
+    expected = 2.0 * pose_covariance(POINTS, 1e-6, rotation, np.eye(6))
+    np.testing.assert_allclose(noise.covariance, expected, rtol=1e-12)

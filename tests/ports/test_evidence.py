@@ -33,7 +33,7 @@ def test_evidence_is_the_restricted_likelihood_of_a_gaussian_process() -> None:
 
 def test_gain_is_the_largest_difference_of_evidence() -> None:
     before = present((OTHER, 0.7))
-    gain, size = before.gain(LAW, LAW.T @ LAW)
+    gain, size = before.gain(LAW)
     differences = [
         present((OTHER, 0.7), (LAW, s)).log_evidence - before.log_evidence for s in np.geomspace(1e-3, 1e6, 2000)
     ]
@@ -59,3 +59,15 @@ def test_left_out_errors_are_those_of_refits() -> None:
         kept, left = blocks != block, blocks == block
         weights = np.linalg.solve(design[kept].T @ design[kept] + precision, design[kept].T @ READINGS[kept])
         np.testing.assert_allclose(errors[left], READINGS[left] - design[left] @ weights, rtol=1e-6, atol=1e-8)
+
+
+def test_variances_of_left_out_errors_are_those_of_predictions_by_the_rest() -> None:
+    """Noise and the posterior variance of a reading given all other blocks, with the base directions nearly free."""
+    state = Present(BASE, np.full(3, 1e-6), READINGS, (LAW,), (0.8,))
+    blocks = np.repeat(np.arange(8), 5)
+    found = state.left_out_variances(blocks)
+    design, precision = np.hstack([BASE, LAW]), np.concatenate([np.full(3, 1e-6), np.full(6, 1.0 / 0.8)])
+    rest = blocks != 2
+    covariance = np.linalg.inv(design[rest].T @ design[rest] + np.diag(precision))
+    direct = 1.0 + np.einsum("ij,jk,ik->i", design[~rest], covariance, design[~rest])
+    np.testing.assert_allclose(found[~rest], direct, rtol=1e-6)

@@ -35,3 +35,20 @@ def test_a_gain_in_noise_alone_passes_as_often_as_the_level_says() -> None:
     p_values = [LeftOut(_noise(2 * seed), _noise(2 * seed + 1), BLOCKS).p_value for seed in range(400)]
     share = float(np.mean(np.array(p_values) < LEVEL))
     assert share == pytest.approx(LEVEL, abs=3.0 * np.sqrt(LEVEL * (1.0 - LEVEL) / 400))
+
+
+def test_squares_of_a_few_blocks_do_not_make_a_sure_gain_uncertain() -> None:
+    """Every series is brought to the noise; that two were far worse than the others takes nothing away."""
+    far = np.where(BLOCKS < 2, 300.0, 3.0)
+    left_out = LeftOut(_noise(3) + far, _noise(4), BLOCKS)
+    assert left_out.doubt == ""
+
+
+def test_variances_that_are_too_small_are_inflated_by_what_left_out_errors_say() -> None:
+    """Errors of variance 1 + 4·0.5 where 1 + 0.5 is stated ask for a factor of 4, within 10 %."""
+    generator = np.random.default_rng(8)
+    blocks = np.repeat(np.arange(800), 12)
+    errors = generator.standard_normal(len(blocks)) * np.sqrt(1.0 + 4.0 * 0.5)
+    left_out = LeftOut(10.0 * errors, errors, blocks)
+    assert left_out.inflation(np.full(len(blocks), 1.5)) == pytest.approx(4.0, rel=0.1)
+    assert left_out.inflation(np.full(len(blocks), 4.0)) == 1.0

@@ -15,7 +15,7 @@ from virtual_laboratory.legs import Leg
 from virtual_laboratory.recordings import deflection_columns, std_columns
 
 from ..cases import INSIDE
-from ..experiments import Experiment, Wishes, add_bystanders, draw_interleaved
+from ..experiments import USUAL, Experiment, Extent, Wishes, add_bystanders, draw_interleaved
 from ..hidden import Hidden, Recipe, Sized, UnsuitableError, numbers_of, plain
 from ..linear_model import Array, BaseFit
 from ..mimicry import remaining_misfit
@@ -37,11 +37,12 @@ _ATTEMPTS, _PATIENCE = 150, 12
 
 @dataclass(frozen=True)
 class Order:
-    """What a case shall be: its family (see `FAMILIES`), the recipes' names, the robot."""
+    """What a case shall be: its family (see `FAMILIES`), the recipes' names, the robot, the experiment's extent."""
 
     family: str
     physics: tuple[str, ...]
     robot: str
+    extent: Extent = USUAL
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def _attempt(order: Order, rng: np.random.Generator) -> Case:
     recipes, wishes = [RECIPES[name] for name in order.physics], Wishes()
     for recipe in recipes:
         wishes = wishes | recipe.wishes(rng)
-    bench = Bench(draw_interleaved(machine, wishes, rng), rng)
+    bench = Bench(draw_interleaved(machine, wishes, rng, order.extent), rng)
     if bench.fit.condition > 60:
         raise UnsuitableError("the legs' stiffnesses can hardly be told apart")
     hidden = [recipe.hide(bench.experiment, rng) for recipe in recipes]

@@ -27,6 +27,7 @@ from expdesign.report import check_texts
 from expdesign.report.remark_texts import sentences
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
+from expdesign.sweeps.computed_by import computed_by_text
 from expdesign.sweeps.runs import SweepRun, sweep_runs
 
 
@@ -205,7 +206,11 @@ def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: 
         return CheckedModel(model, _robot(model.chain.robot, str(path)))
     if {"vary", "cases", "config"} & set(content):
         return _sweep(document)
-    if "experiment" in content or "schema_version" in content or "targets" in content:
+    if (
+        "experiment" in content
+        or "targets" in content
+        or {"schema_version", "kind"} & set(content) == {"schema_version"}
+    ):
         problem = checked_problem(document)
         return CheckedProblem(problem, feasibility(problem))
     if "kind" in content or "base_joints" in content:
@@ -222,9 +227,7 @@ def _robot(robot: Robot, source: str) -> CheckedRobot:
 
 
 def _sweep(document: YamlDocument) -> CheckedSweep:
-    import expdesign  # noqa: PLC0415 (the package's version; the package finds this module by its place)
-
-    return CheckedSweep(sweep_runs(document, expdesign.__version__))
+    return CheckedSweep(sweep_runs(document, computed_by_text()))
 
 
 def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool) -> CheckedRecordings:

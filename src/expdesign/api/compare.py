@@ -15,6 +15,7 @@ from expdesign.comparison.judgement import Judgement, judge
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import total_lower_bound
 from expdesign.design.optimality.refinement import LowerBound
+from expdesign.design.parts import one_after_another
 from expdesign.design.plan import plan_frame, read_plan, without_validation
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
@@ -22,6 +23,8 @@ from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
 from expdesign.model_error.meir import Meir
 from expdesign.report.page import Page
+from expdesign.sweeps.engine import Engine
+from expdesign.sweeps.problem_work import by_engine
 
 SAMPLES, RANDOM = 4000, 40
 
@@ -120,6 +123,7 @@ def compare(
     random: int = RANDOM,
     generations: int | None = None,
     seed: int = 1,
+    engine: Engine | None = None,
     report: Report = silent,
 ) -> Comparison:
     """Compare the designs that are best by each criterion alone, random ones, and given plans.
@@ -132,11 +136,14 @@ def compare(
         random: random designs per configuration.
         generations: of the search for each criterion; the configuration's setting if left out.
         seed: of everything.
+        engine: that does searches, refinements and repetitions; one after another in this process if left out. The
+            results are the same.
         report: called with the progress.
 
     Raises:
         InputError: a file is wrong, or the configurations are not comparable.
         NotIdentifiableError: no design identifies what the targets need.
+        WorkersError: the workers are gone.
     """
     _require_settings(configs, plans or {}, samples, random, generations, seed)
     problems = [problem_of(config) for config in configs]
@@ -160,9 +167,10 @@ def compare(
         def at(text: str, name: str = name) -> None:
             step(f"{name}: {text}")
 
-        contenders = [*optimised(problem, seed, generations, at), *own]
+        parts = one_after_another(problem) if engine is None else by_engine(problem, engine)
+        contenders = [*optimised(problem, seed, generations, at, parts), *own]
         contenders += drawn(problem, random, seed) if random else []
-        judgements.append(judge(problem, contenders, samples, seed, at))
+        judgements.append(judge(problem, contenders, samples, seed, at, parts))
         bounds.append(total_lower_bound(problem))
         at("lower bound")
     correlations = tuple(rank_correlations(judgement, seed) for judgement in judgements)

@@ -9,16 +9,27 @@ import pandas as pd
 
 from expdesign.api.evaluate import evaluate
 from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, truth_of
+from expdesign.api.run import Report, silent
+from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.files.yaml_reader import parse_yaml
 from expdesign.instrument.drawn_errors import Distribution
+from expdesign.models.model_file import Model, model_from_document, model_text
 from expdesign.report.page import Page
+from expdesign.sweeps.engine import Engine
+from expdesign.sweeps.problem_work import by_engine
 from expdesign.validation.plants import PLANTS
-from expdesign.validation.repeated import Repeated, repeat
+from expdesign.validation.repeated import Drawn, Elsewhere, Repeated, repeat
+from expdesign.validation.simulation import Batch, simulated
 
 MOST_SAMPLES = 5_000_000
+Common = tuple[Plan, int, str, Distribution]
+"""What all batches share: plan, seed, plant and distribution."""
+_ROOT = Path("/")
+"""What the paths of a truth that is sent to workers are relative to."""
 DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")
 
 
@@ -74,6 +85,8 @@ def montecarlo(
     plant: str = "explicit",
     distribution: str = "normal",
     truth: ModelInput | None = None,
+    engine: Engine | None = None,
+    report: Report = silent,
 ) -> MonteCarlo:
     """Repeat a plan's experiment, identification and exact compensation, and compare with the criteria.
 
@@ -86,12 +99,16 @@ def montecarlo(
         distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
         truth: robot file or model without further effects that is really measured and commanded; the configuration's
             robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
+        engine: that does batches of repetitions; one after another in this process if left out. The results are the
+            same.
+        report: called with the number of finished batches, where there is an engine.
 
     Raises:
         InputError: a file or an argument is wrong.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the plan does not identify what the targets need.
         ConvergenceError: a repetition has no compensation.
+        WorkersError: the workers are gone.
     """
     if plant not in PLANTS:
         raise InputError(f"there is no plant `{plant}`", where="--plant", remedy=f"Known: {', '.join(PLANTS)}.")
@@ -105,14 +122,55 @@ def montecarlo(
     if seed < 0:
         raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
     judged = evaluate(config, plan)
-    real = None if truth is None else _truth(judged.problem, truth, plant)
-    result = repeat(judged.problem, judged.plan, samples, seed, plant=PLANTS[plant], distribution=chosen, truth=real)
+    model = None if truth is None else truth_of(truth)
+    real = None if model is None else _truth(judged.problem, model, plant)
+    common = (judged.plan, seed, plant, chosen)
+    elsewhere = None if engine is None else _by_engine(judged.problem, engine, common, model, report)
+    result = repeat(
+        judged.problem,
+        judged.plan,
+        samples,
+        seed,
+        plant=PLANTS[plant],
+        distribution=chosen,
+        truth=real,
+        elsewhere=elsewhere,
+    )
     return MonteCarlo(result, judged.remarks)
 
 
-def _truth(problem: DesignProblem, truth: ModelInput, plant: str) -> LoadedRobot:
+def _by_engine(
+    problem: DesignProblem, engine: Engine, common: Common, truth: Model | None, report: Report
+) -> Elsewhere:
+    """Batches by an engine; a truth travels as its model file."""
+    text = None if truth is None else model_text(truth, _ROOT)
+
+    def elsewhere(batches: list[Drawn]) -> list[Batch]:
+        count, done = len(batches), 0
+        report("repeating", 0, count, "")
+
+        def finished(index: int) -> None:
+            nonlocal done
+            done += 1
+            report("repeating", done, count, "")
+
+        return by_engine(problem, engine)(_batch, [(drawn, common, text) for drawn in batches], finished)
+
+    return elsewhere
+
+
+def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Batch:
+    """One batch, in a worker."""
+    (size, noise, load_errors), (plan, seed, plant, distribution) = drawn, common
+    real = None
+    if truth is not None:
+        real = _truth(problem, model_from_document(parse_yaml(truth, "truth", _ROOT)), plant)
+    options: dict[str, Any] = {"plant": PLANTS[plant], "distribution": distribution, "truth": real}
+    return simulated(problem, plan, [size], seed, noise, load_errors, **options)
+
+
+def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:
     """The robot that is measured, under the loads of the configuration."""
-    model = truth_of(truth)
     robot, own = model.chain.robot, problem.loaded.robot
     if plant != "explicit":
         remedy = "Use `--plant explicit`, or a configuration of the true robot."

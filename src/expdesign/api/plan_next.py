@@ -20,6 +20,9 @@ from expdesign.files.output import write_file
 from expdesign.files.table import Table
 from expdesign.identification.identify import identify
 from expdesign.identification.recorded_knowledge import recorded_knowledge
+from expdesign.model_error.impact import ModelErrorImpact
+from expdesign.model_error.next_rows import Objective, next_rows
+from expdesign.model_error.record import meir_of_problem
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 
@@ -36,6 +39,9 @@ class PlannedNext:
         frame: the plan of the next measurements, numbered on from the recordings.
         before: expected total error now, in tolerances; infinite where the recordings do not determine it.
         after: the same with each further measurement, shape (k,).
+        objective: what the measurements were chosen to lower.
+        hidden: what physics beyond the model may add without being noticed (MEIR), now and with each further
+            measurement, shape (k + 1,); None where only the total error was asked for.
         p_value: of the χ² test of the base model on the recordings, or None where there is no such test, as for a robot
             whose diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
@@ -47,6 +53,18 @@ class PlannedNext:
     after: FloatArray
     p_value: float | None
     undetermined: str | None
+    objective: Objective = Objective.TOTAL
+    hidden: FloatArray | None = None
+
+    @property
+    def totals(self) -> FloatArray:
+        """Expected total error now and with each further measurement, shape (k + 1,)."""
+        return np.concatenate([[self.before], self.after])
+
+    @property
+    def values(self) -> FloatArray:
+        """The objective now and with each further measurement, shape (k + 1,)."""
+        return self.totals if self.hidden is None else self.objective.of(self.totals, self.hidden)
 
     def save(self, file: PathLike) -> Path:
         """Write the plan into a file."""
@@ -61,6 +79,7 @@ def plan_next(
     count: int | None = None,
     accuracy: float | None = None,
     seed: int = 1,
+    objective: Objective | str = Objective.TOTAL,
 ) -> PlannedNext:
     """Plan the next measurements, given what was measured.
 
@@ -68,14 +87,17 @@ def plan_next(
         config: run configuration.
         recordings: what was measured so far.
         count: how many; 1 if left out, or as many as the accuracy takes (at most `MOST`).
-        accuracy: expected total error, in tolerances, at which to stop.
+        accuracy: value of the objective, in tolerances, at which to stop.
         seed: of the candidates that are drawn.
+        objective: `total`, the expected error from noise and load errors; `meir`, the largest error that physics beyond
+            the model may cause without being noticed; or `both`, the root of the sum of their squares.
 
     Raises:
         InputError: a file is missing or wrong, or a number is out of range.
         SingularConfigurationError: the robot is singular in a row.
     """
     _require_sensible(count, accuracy, seed)
+    aim = _objective(objective)
     problem = problem_of(config)
     problem.require_elastostatic("the next measurements can be planned")
     table = table_of(recordings, "recordings")
@@ -84,9 +106,26 @@ def plan_next(
     p_value, undetermined = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
+    if aim is not Objective.TOTAL:
+        meir = meir_of_problem(problem)
+        impact = ModelErrorImpact(problem) if meir is None else meir.impact
+        rows = next_rows(impact, measured, known, aim, count=most, accuracy=accuracy, seed=seed)
+        frame = _continued(problem, rows.genes, measured)
+        total = np.array([each.total for each in rows.after])
+        hidden = np.array([each.meir for each in (rows.before, *rows.after)])
+        return PlannedNext(measured, frame, rows.before.total, total, p_value, undetermined, aim, hidden)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame = _continued(problem, found.genes, measured)
     return PlannedNext(measured, frame, found.before, found.after, p_value, undetermined)
+
+
+def _objective(objective: Objective | str) -> Objective:
+    try:
+        return Objective(objective)
+    except ValueError:
+        what = f"`{objective}` is nothing that further measurements can lower"
+        remedy = f"Choose {', '.join(each.value for each in Objective)}."
+        raise InputError(what, where="--objective", remedy=remedy) from None
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:

@@ -13,14 +13,13 @@ from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.budget_search import search_within_budget
 from expdesign.design.front import Front
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.optimality.refinement import LowerBound
+from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_bounds
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import design_minutes, pareto_frame, plan_of, plans_frame
-from expdesign.design.search import Progress
+from expdesign.design.search import Follow, Progress
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
@@ -105,12 +104,13 @@ class Run:
         return Path(folder) / PAGE
 
 
-def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
+def run(config: Config, *, report: Report = silent, follow: Follow = lambda state: None, timed: bool = True) -> Run:
     """Find the Pareto front of a configuration's objectives, and lower bounds of DUIR and of the total error.
 
     Args:
         config: run configuration.
         report: called with the progress of the search.
+        follow: called with the state of the search, its front so far; returns True to end it with what is there.
         timed: whether the record says how long it took; without that, the same input gives the same bytes.
 
     Raises:
@@ -125,9 +125,15 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
     started = time.perf_counter()
 
-    def searching(state: Progress) -> None:
+    ended = ""
+
+    def searching(state: Progress) -> bool:
+        nonlocal ended
         text = state.note or f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
         report("searching", state.generation, state.generations, text)
+        if follow(state) and not ended:
+            ended = f"generation {state.generation} of {state.generations}" + (f", {state.note}" if state.note else "")
+        return bool(ended)
 
     problem, front = search_within_budget(problem, searching)
     record = run_record(problem, front, *_bounds(problem, front, report))
@@ -136,15 +142,17 @@ def run(config: Config, *, report: Report = silent, timed: bool = True) -> Run:
     if minutes is not None:
         record["cost_min"] = float(minutes[front.recommended])
         record["measurements"] = problem.space.measurements
+    if ended:
+        record["ended_by_hand"] = ended
     if timed:
         record["wall_s"] = time.perf_counter() - started
     return Run(problem, front, record)
 
 
-def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[LowerBound, LowerBound]:
+def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[CriterionBounds, CriterionBounds]:
     report("bounding", 0, 2, "DUIR")
-    duir = duir_lower_bound(problem, front.genes)
+    duir = criterion_bounds(problem, 0.0, front.genes)
     report("bounding", 1, 2, "total")
-    total = total_lower_bound(problem, front.genes)
+    total = criterion_bounds(problem, 1.0, front.genes)
     report("bounding", 2, 2, "")
     return duir, total

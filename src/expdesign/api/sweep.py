@@ -8,19 +8,21 @@ from typing import Any
 import pandas as pd
 import yaml
 
-import expdesign
 from expdesign.api.inputs import PathLike, document_of, numeric
 from expdesign.api.run import Report, run, silent
 from expdesign.design.problem_file import problem_from_document
 from expdesign.errors import ExpdesignError
 from expdesign.files.output import json_text, require_writable
 from expdesign.files.yaml_reader import YamlDocument
+from expdesign.sweeps.computed_by import computed_by, computed_by_text
 from expdesign.sweeps.engine import Engine, Serial
 from expdesign.sweeps.runs import sweep_runs
 from expdesign.sweeps.store import FAILURE, Store, sole_writer
 
 CONFIG = "config.yaml"
 """In the folder of a run: its configuration, as resolved, so that it can be run and judged there."""
+COMPUTED_BY = "computed_by.json"
+"""In the folder of a run: digest of the code and versions of the libraries that its numbers come from."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Sweep:
 def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, report: Report = silent) -> Sweep:
     """Do the runs of a sweep that are not done yet, and keep each as it arrives.
 
-    Given again after an interruption, it goes on; given again with more values, it does only the new runs.
+    Given again after an interruption, it goes on; given again with more values, it does only the new runs. A run is
+    done again where other code or other libraries would compute it now.
 
     Args:
         file: what varies.
@@ -59,7 +62,7 @@ def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, rep
     path = Path(folder)
     document = document_of(file, "sweep")
     require_writable(path)
-    runs = sweep_runs(document, expdesign.__version__)
+    runs = sweep_runs(document, computed_by_text())
     with sole_writer(path):
         store = Store(path, runs)
         waiting = store.waiting()
@@ -92,4 +95,4 @@ def run_files(config: dict[str, Any]) -> tuple[dict[str, str], float]:
     except ExpdesignError as error:
         files = {FAILURE: json_text({"message": error.message})}
     text = yaml.safe_dump(config, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
-    return files | {CONFIG: text}, time.perf_counter() - started
+    return files | {CONFIG: text, COMPUTED_BY: json_text(computed_by())}, time.perf_counter() - started

@@ -33,7 +33,7 @@ class Row:
         lengths: commanded actuator lengths (n_p,), m or rad.
         warming: temperature above that of the series' first row, per actuator (n_p,), K; one for a body.
         elapsed: time since the series' first row (1,), s.
-        clock: time since the first row of all (1,), s.
+        clock: time as recorded, since the first row of the recordings that the model is from (1,), s.
         interval: time since the row before in the series (1,), s.
         first: 1 for the first row of a series (1,).
         number: rows since the first row of all (1,).
@@ -152,7 +152,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             robot.actuator_coordinates(points.configurations),
             warming,
             (time - time[first_row])[:, None],
-            (time - time[:1])[:, None],
+            time[:, None],
             (time - time[previous])[:, None],
             (position == 0).astype(float)[:, None],
             np.arange(count, dtype=float)[:, None],

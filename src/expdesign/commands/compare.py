@@ -8,8 +8,10 @@ import typer
 import expdesign as xd
 from expdesign.api.compare import RANDOM, SAMPLES
 from expdesign.commands.console import note, stages
+from expdesign.commands.engines import CLUSTER, WORKERS, engine_of
 from expdesign.errors import InputError
 from expdesign.files.output import new_folder, require_writable
+from expdesign.sweeps.engine import Serial
 
 
 def command(
@@ -27,6 +29,8 @@ def command(
         int | None, typer.Option(help="Of the search for each criterion; as configured if left out.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the searches, the random designs and the experiments.")] = 1,
+    workers: Annotated[int | None, typer.Option(help=f"{WORKERS}; 1 if left out.")] = None,
+    cluster: Annotated[str | None, typer.Option(help=CLUSTER)] = None,
 ) -> None:
     """Compare the designs of every criterion, random ones and given plans by the accuracy that they attain.
 
@@ -35,7 +39,7 @@ def command(
     folder = out or new_folder("compare")
     require_writable(folder)
     plans = _plans(plan or [])
-    with stages() as report:
+    with engine_of(workers, cluster, default=1) as engine, stages() as report:
         result = xd.compare(
             *configs,
             plans=plans,
@@ -44,6 +48,7 @@ def command(
             random=random,
             generations=generations,
             seed=seed,
+            engine=None if isinstance(engine, Serial) else engine,
             report=report,
         )
     page = result.save(folder)

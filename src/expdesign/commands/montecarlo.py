@@ -6,8 +6,10 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.commands.console import note
+from expdesign.commands.console import note, stages
+from expdesign.commands.engines import CLUSTER, WORKERS, engine_of
 from expdesign.files.output import require_writable
+from expdesign.sweeps.engine import Serial
 
 
 def command(
@@ -23,13 +25,26 @@ def command(
     truth: Annotated[
         Path | None, typer.Option(help="Robot or model file (YAML) that is really measured and commanded.")
     ] = None,
+    workers: Annotated[int | None, typer.Option(help=f"{WORKERS}; 1 if left out.")] = None,
+    cluster: Annotated[str | None, typer.Option(help=CLUSTER)] = None,
 ) -> None:
     """Repeat experiment, identification and exact compensation, and compare with DUIR, FEIR and total.
 
     Example: expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
     require_writable(out)
-    done = xd.montecarlo(config, plan, samples=samples, seed=seed, plant=plant, distribution=distribution, truth=truth)
+    with engine_of(workers, cluster, default=1) as engine, stages() as report:
+        done = xd.montecarlo(
+            config,
+            plan,
+            samples=samples,
+            seed=seed,
+            plant=plant,
+            distribution=distribution,
+            truth=truth,
+            engine=None if isinstance(engine, Serial) else engine,
+            report=report,
+        )
     for remark in done.remarks:
         note(f"expdesign: {remark}")
     for row in done.criteria.itertuples():

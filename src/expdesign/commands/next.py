@@ -21,15 +21,21 @@ def command(
         int | None, typer.Option(help="How many; 1 if left out, or as many as the accuracy takes.")
     ] = None,
     accuracy: Annotated[
-        float | None, typer.Option(help="Expected total error, in tolerances, at which to stop.")
+        float | None, typer.Option(help="Value of the objective, in tolerances, at which to stop.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the candidates that are drawn.")] = 1,
+    objective: Annotated[
+        str,
+        typer.Option(
+            help="What to lower: `total` (noise and load errors), `meir` (what the model may leave out) or `both`."
+        ),
+    ] = "total",
 ) -> None:
     """Plan the next measurements, given what was measured.
 
     Example: expdesign next configs/hexapod-h1.yaml recordings.csv --out plan-next.csv --accuracy 0.8
     """
-    planned = xd.plan_next(config, recordings, count=count, accuracy=accuracy, seed=seed)
+    planned = xd.plan_next(config, recordings, count=count, accuracy=accuracy, seed=seed, objective=objective)
     planned.save(out)
     note_unknown_columns(planned.recordings)
     if planned.p_value is not None and planned.p_value < DOUBTFUL:
@@ -39,13 +45,16 @@ def command(
         )
     if planned.undetermined is not None:
         note(f"so far: {planned.undetermined}")
+    values = planned.values
     wanted = accuracy if accuracy is not None else 1.0
-    if planned.before <= wanted:
+    if values[0] <= wanted:
         note(f"already within {wanted:g} tolerances: no further measurement is needed")
-    note(f"expected total error now: {_tolerances(planned.before)}")
-    for index, value in enumerate(planned.after):
-        note(f"with {index + 1} more: {_tolerances(float(value))}")
-    if accuracy is not None and planned.after[-1] > accuracy:
+    totals, hidden = planned.totals, planned.hidden
+    for index, total in enumerate(totals):
+        when = f"with {index} more" if index else "expected total error now"
+        beside = "" if hidden is None else f"; {_tolerances(float(hidden[index]))} may be hidden beside it"
+        note(f"{when}: {_tolerances(float(total))}{beside}")
+    if accuracy is not None and values[-1] > accuracy:
         note(f"{len(planned.after)} more are not enough for {accuracy:g} tolerances")
     print(out)
 

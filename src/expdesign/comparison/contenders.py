@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.comparison.refinement import refined
+from expdesign.design.parts import Parts, one_after_another
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.single import search_single
@@ -38,26 +39,26 @@ def optimised(
     seed: int,
     generations: int | None,
     report: Callable[[str], None] = lambda text: None,
+    parts: Parts | None = None,
 ) -> list[Contender]:
     """The best design by each known criterion alone, as its own author would have chosen it.
 
     Every criterion is searched by itself, and what all searches found is refined by its gradient (`refinement.py`). A
     search can end at a local optimum, and what another one found can be better by its own criterion: of all designs
-    that were found, each criterion has the best.
+    that were found, each criterion has the best. `parts` does the searches and refinements, which do not need each
+    other.
 
     Raises:
         InfeasibleError: no design within the limits was found.
         NotIdentifiableError: no design identifies what the targets need.
     """
-    criteria = problem.criteria
-    found = [search_single(problem, one, seed=seed, generations=generations).genes for one in criteria.values()]
+    criteria, each = problem.criteria, parts or one_after_another(problem)
+    names = list(criteria)
+    found = each(_searched, [(name, seed, generations) for name in names])
     report("searched")
     genes = np.unique(problem.settable(np.array(found)), axis=0)
-    every = [genes]
-    for name, criterion in criteria.items():
-        every.append(refined(problem, criterion, genes, seed))
-        report(name)
-    designs = np.concatenate(every)
+    better = each(_refined, [(name, genes, seed) for name in names], lambda index: report(names[index]))
+    designs = np.concatenate([genes, *better])
     plans = [plan_of_genes(problem, one) for one in designs]
     assessment = problem.assess(*problem.space.decode(designs), np.array([plan.series for plan in plans]))
     best = []
@@ -65,6 +66,15 @@ def optimised(
         values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
         best.append(Contender(name, "optimised", plans[int(np.nanargmin(values))]))
     return best
+
+
+def _searched(problem: DesignProblem, name: str, seed: int, generations: int | None) -> FloatArray:
+    """Genes (m, g) of the best design that the search by a criterion finds."""
+    return search_single(problem, problem.criteria[name], seed=seed, generations=generations).genes
+
+
+def _refined(problem: DesignProblem, name: str, genes: FloatArray, seed: int) -> FloatArray:
+    return refined(problem, problem.criteria[name], genes, seed)
 
 
 def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:

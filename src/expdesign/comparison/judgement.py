@@ -13,6 +13,8 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.comparison.contenders import Contender
+from expdesign.design.parts import Parts, one_after_another
+from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import NotIdentifiableError
 from expdesign.validation.simulation import simulate
@@ -133,8 +135,11 @@ def judge(
     samples: int,
     seed: int,
     report: Callable[[str], None] = lambda text: None,
+    parts: Parts | None = None,
 ) -> Judgement:
     """Judge designs by every criterion and by `samples` repetitions of experiment, identification and compensation.
+
+    `parts` does the repetitions of each design.
 
     Raises:
         NotIdentifiableError: no design identifies what the targets need.
@@ -143,24 +148,33 @@ def judge(
     problem.require_elastostatic("designs can be compared by Monte-Carlo")
     values: dict[str, list[float]] = {name: [] for name in problem.criteria}
     squares = np.full((len(contenders), samples), np.nan)
+    judged: list[int] = []
     for index, contender in enumerate(contenders):
         plan = contender.plan
         assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
         for name, criterion in problem.criteria.items():
             values[name].append(float(criterion.values(assessment)[0]))
         if bool(assessment.identifies_targets[0]):
-            squares[index] = _squares(problem, contender, samples, seed)
-        report(contender.name)
+            judged.append(index)
+        else:
+            report(contender.name)
+    found = (parts or one_after_another(problem))(
+        _squares,
+        [(contenders[index].plan, samples, seed) for index in judged],
+        lambda position: report(contenders[judged[position]].name),
+    )
+    for index, one in zip(judged, found, strict=True):
+        squares[index] = one
     if np.isnan(squares).all():
         what = "no design identifies what the targets need"
         raise NotIdentifiableError(what, where=problem.source, remedy="Allow more measurements, axes or loads.")
     return Judgement(problem, tuple(contenders), {name: np.array(v) for name, v in values.items()}, squares)
 
 
-def _squares(problem: DesignProblem, contender: Contender, samples: int, seed: int) -> FloatArray:
+def _squares(problem: DesignProblem, plan: Plan, samples: int, seed: int) -> FloatArray:
     """(error / tolerance)² of every repetition (s,): the mean over targets, or that of the worst target."""
     targets = problem.targets
-    errors = simulate(problem, contender.plan, samples, seed).errors
+    errors = simulate(problem, plan, samples, seed).errors
     per_target: FloatArray = (errors**2 * targets.importance).sum(axis=-1)
     if targets.aggregate == "max":
         return per_target[:, int(np.argmax(per_target.mean(axis=0)))]

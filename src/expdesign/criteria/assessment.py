@@ -107,7 +107,7 @@ class Assessment(TargetVariances):
         Where two coincide neither is differentiable; the gradient is that of one of the smooth continuations.
         """
         values = np.linalg.svd(self._factors[1], compute_uv=False)
-        if self.differentiable.all():
+        if (self._exists & (self.rank == self.parameters)).all():
             return values
         clipped = np.where(np.arange(self.parameters) < self.rank[:, None], values, 0.0)
         existing: FloatArray = np.where(self._exists[:, None], clipped, np.nan)
@@ -129,9 +129,32 @@ class Assessment(TargetVariances):
         return rank
 
     @cached_property
+    def _idle(self) -> BoolArray:
+        """Parameters (b, n_p) that show in no reading and matter at no target, as a joint about the vertical under
+        weights alone.
+        """
+        norms = np.linalg.norm(plain(self._factors[1]), axis=1)
+        shows = norms > RANK_TOLERANCE * norms.max(axis=1, keepdims=True)
+        rows = np.abs(self.targets.observation).max(axis=(0, 1))
+        matters = rows > RANK_TOLERANCE * rows.max()
+        idle: BoolArray = ~shows & ~matters
+        return idle
+
+    @cached_property
     def differentiable(self) -> BoolArray:
-        """Whether Ã exists and has full rank, so that all that is estimated from it is differentiable, shape (b,)."""
-        return self._exists & (self.rank == self.parameters)
+        """Whether Ã exists and has full rank but for idle parameters, so that all that is estimated from it is
+        differentiable, shape (b,).
+        """
+        return self._exists & (self.rank + self._idle.sum(axis=1) == self.parameters)
+
+    @cached_property
+    def _regular_factors(self) -> tuple[FloatArray, FloatArray]:
+        """Q and R of Ã with a reading of its own for every idle parameter, which changes nothing else."""
+        if not self._idle.any():
+            return self._factors
+        own = self._idle[:, :, None] * (np.eye(self.parameters) * self._scale[:, :, None])
+        orthogonal, triangular = np.linalg.qr(np.concatenate([self.whitened, own], axis=1))
+        return orthogonal, triangular
 
     @cached_property
     def condition(self) -> FloatArray:
@@ -144,8 +167,8 @@ class Assessment(TargetVariances):
     @cached_property
     def _estimator(self) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Root B with M⁻¹ = B·Bᵀ (b, n_p, n_p), B·Qᵀ (b, n_p, m·k), and which target rows are estimable (b, t, n)."""
-        orthogonal, triangular = self._factors
-        full = self.rank == self.parameters
+        orthogonal, triangular = self._regular_factors
+        full = self.differentiable
         if full.all():
             root: FloatArray = np.linalg.inv(triangular)
             gain: FloatArray = product_transposed(root, orthogonal)
@@ -164,7 +187,7 @@ class Assessment(TargetVariances):
 
     def _of_full_rank(self, full: BoolArray) -> tuple[FloatArray, FloatArray]:
         """B and B·Qᵀ where some designs are not of full rank: theirs are truncated, and are held in differentiation."""
-        orthogonal, triangular = self._factors
+        orthogonal, triangular = self._regular_factors
         root = np.linalg.inv(np.where(full[:, None, None], triangular, np.eye(self.parameters)))
         gain = product_transposed(root, orthogonal)
         truncated, of_truncated = np.zeros(root.shape), np.zeros(gain.shape)

@@ -4,7 +4,6 @@ Each structure that the budget allows is searched briefly; the one that reaches 
 full.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from expdesign.design.budget import Structure
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
-from expdesign.design.search import Progress, search
+from expdesign.design.search import Follow, search
 from expdesign.errors import ExpdesignError, InfeasibleError, NotIdentifiableError
 
 TRIALS = 8
@@ -20,9 +19,7 @@ TRIALS = 8
 _POPULATION, _GENERATIONS = 12, 8
 
 
-def search_within_budget(
-    problem: DesignProblem, report: Callable[[Progress], None] = lambda progress: None
-) -> tuple[DesignProblem, Front]:
+def search_within_budget(problem: DesignProblem, report: Follow = lambda progress: None) -> tuple[DesignProblem, Front]:
     """The Pareto front of the structure that serves the targets best, and the problem with that structure.
 
     Without a budget, the problem's own front. The same problem and seed give the same front.

@@ -23,6 +23,7 @@ class Front:
         hypervolume: dominated by the front, in the objectives' units with maximised ones negated.
         reference_point: of the hypervolume.
         evaluations: designs evaluated by the search.
+        missing: estimated share of the hypervolume that the front lacks; None where nothing is known of it.
     """
 
     genes: FloatArray
@@ -34,6 +35,7 @@ class Front:
     hypervolume: float
     reference_point: FloatArray
     evaluations: int
+    missing: float | None = None
 
     def __len__(self) -> int:
         return len(self.genes)
@@ -86,3 +88,43 @@ def hypervolume(values: FloatArray, point: FloatArray) -> float:
     """Hypervolume of values (d, k) with respect to `point`; rows that do not dominate it count nothing."""
     inside: BoolArray = np.logical_and.reduce(values <= point, axis=1)
     return float(HV(ref_point=point)(values[inside])) if inside.any() else 0.0
+
+
+def drawn_through(values: FloatArray, point: FloatArray) -> float:
+    """Hypervolume of values (d, k); of two objectives, with straight lines between neighbours of the front."""
+    best = values[non_dominated(values)]
+    best = best[np.logical_and.reduce(best <= point, axis=1)]
+    if values.shape[1] != 2 or len(best) == 0:
+        return hypervolume(best, point)
+    line = best[np.argsort(best[:, 0], kind="stable")]
+    width = np.append(np.diff(line[:, 0]), point[0] - line[-1, 0])
+    height = np.append(0.5 * (line[:-1, 1] + line[1:, 1]), line[-1, 1])
+    return float((width * (point[1] - height)).sum())
+
+
+def gap_shares(values: FloatArray) -> FloatArray:
+    """What the hypervolume of a front (d, 2), sorted, lacks between neighbours where it is straight, in its parts.
+
+    Shape (d − 1,): half the rectangle between two neighbours, over the hypervolume that the front itself spans.
+    """
+    if len(values) < 2:
+        return np.zeros(0)
+    areas: FloatArray = 0.5 * np.abs(np.diff(values[:, 0]) * np.diff(values[:, 1]))
+    return areas / hypervolume(values, reference_point(values))
+
+
+GAPS = 1e-3
+"""Share of the hypervolume in the gaps between neighbouring designs at which a front counts as drawn."""
+_MOST = 400
+
+
+def drawn_with(values: FloatArray, count: int) -> int:
+    """How many designs of a front (d, 2), at least `count`, draw it without gaps; `count` for more objectives."""
+    if values.shape[1] != 2:
+        return count
+    while count < min(len(values), _MOST):
+        chosen = values[spread(values, [], count)]
+        if gap_shares(chosen[np.argsort(chosen[:, 0])]).sum() <= GAPS:
+            break
+        count = 5 * count // 4 + 1
+    return count

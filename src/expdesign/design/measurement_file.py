@@ -78,10 +78,9 @@ def _noise_of_points(
     pose = np.zeros(6) if section.pose is None else np.array(section.pose)
     if len(pose) != 6:
         raise InputError("6 numbers are needed here", where=document.where((*where, "pose")), remedy="Correct it.")
-    jacobians = robot.jacobians(pose)
-    rates = jacobians.pose @ np.linalg.inv(jacobians.forward)
+    rotation, rates = robot.jacobians(pose).rotation, robot.pose_rates(pose)
     try:
-        covariance = pose_covariance(np.array(section.positions), section.std_m, jacobians.rotation, rates)
+        covariance = pose_covariance(np.array(section.positions), section.std_m, rotation, rates)
     except InputError as error:
         raise InputError(error.what, where=document.where((*where, "positions")), remedy=error.remedy) from None
     return DeflectionNoise(np.arange(6), 2.0 * covariance, shared_reference)

@@ -26,12 +26,13 @@ LIMIT_ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class OptimiserSettings:
-    """How the front is searched."""
+    """How the front is searched, and how long whole plans are bounded (s; see `whole_plans.py`)."""
 
     population: int
     generations: int
     seed: int
     polish: bool
+    bound_seconds: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
             section.optimiser.generations,
             section.optimiser.seed,
             section.optimiser.polish,
+            section.optimiser.bound_seconds,
         ),
         config=_resolved(section, written, poses),
         source=document.source,

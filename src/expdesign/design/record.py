@@ -3,30 +3,32 @@
 from importlib.metadata import version
 from typing import Any
 
+import expdesign
 from expdesign.design.front import Front
-from expdesign.design.optimality.refinement import LowerBound
+from expdesign.design.optimality.whole_plans import CriterionBounds
 from expdesign.design.problem import DesignProblem
 
-PACKAGES = ("expdesign", "casadi", "numpy", "pandas", "pymoo", "scipy")
-"""On whose versions the numbers depend."""
+PACKAGES = ("casadi", "numpy", "pandas", "pymoo", "scipy")
+"""On whose versions the numbers depend, beside this one."""
 
 
 def versions() -> dict[str, str]:
     """The versions of the packages on which the numbers depend."""
-    return {name: version(name) for name in PACKAGES}
+    return {"expdesign": expdesign.__version__} | {name: version(name) for name in PACKAGES}
 
 
-def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound) -> dict[str, Any]:
+def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, total: CriterionBounds) -> dict[str, Any]:
     """The content of `run.json` but for the time; `duir` and `total` are bounds of these criteria."""
     record: dict[str, Any] = {
         "config": problem.config,
         "seed": problem.optimiser.seed,
         "versions": versions(),
         "evaluations": front.evaluations,
-        "duir_lower_bound": duir.value,
-        "duir_lower_bound_certified_on": duir.certified_on,
-        "total_lower_bound": total.value,
-        "total_lower_bound_certified_on": total.certified_on,
+        "duir_lower_bound": duir.lower.value,
+        "duir_lower_bound_certified_on": duir.lower.certified_on,
+        "total_lower_bound": total.lower.value,
+        "total_lower_bound_certified_on": total.lower.certified_on,
+        "whole_plans": {"duir": duir.whole.record, "total": total.whole.record},
         "objectives": list(front.objectives),
         "hypervolume": front.hypervolume,
         "reference_point": front.reference_point.tolist(),

@@ -4,7 +4,7 @@ Gradients from the designs of the convex relaxation find most of the front in a 
 designs at random, finds the valleys that they missed. What both found is then refined together.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,12 @@ from pymoo.core.population import Population
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import criterion_values, known_criteria
-from expdesign.design.front import Front, hypervolume, knee, non_dominated, reference_point, spread
+from expdesign.design.front import Front, drawn_with, hypervolume, knee, non_dominated, reference_point, spread
 from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.polish import coarse_rounds, fine_rounds
+from expdesign.design.optimality.polish import GAIN, Polishing
+from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
@@ -25,6 +27,8 @@ from expdesign.errors import InfeasibleError, InputError
 
 _REVIEW = 20
 """Generations after which objectives that look at a part of what counts are checked against the whole."""
+_PATIENCE = 8
+"""Generations without a gain after which the genetic search ends where gradients have found a front."""
 _AGREEMENT, _REFINEMENTS = 0.01, 2
 """Relative difference from the whole that is let pass, and how often designs are refined to get there."""
 
@@ -48,14 +52,19 @@ class Progress:
     note: str = ""
 
 
-def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda progress: None) -> Front:
+Follow = Callable[[Progress], bool | None]
+"""Called with the state of a search; returns True to end it with the designs that are there."""
+
+
+def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Front:
     """The Pareto front of the problem's objectives.
 
-    The same problem and seed give the same front, bit for bit.
+    The same problem and seed give the same front, bit for bit, unless `report` ends the search.
 
     Raises:
         InfeasibleError: no pose is within the robot's limits.
         NotIdentifiableError: no design identifies what the targets need.
+        InputError: `report` ended the search before any design was known.
     """
     settings, space = problem.optimiser, problem.space
     generator = np.random.default_rng(settings.seed)
@@ -65,22 +74,89 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         starting_designs(problem, 1, generator)
         require_identifiable(problem, only)
         values, violations = population.objectives(only)
-        return _front(problem, only, values, violations, reference_point(values), 1)
+        return _front(problem, only, values, violations, reference_point(values), 1, 0.0)
     start = starting_designs(problem, settings.population, generator)
     require_identifiable(problem, population.genes(start))
     # Exact gradients are of estimators without redundant parameters.
     polished = settings.polish and not problem.loaded.regressor.redundant
     known = _Known(settings.generations, report)
-    first = early = population.genes(start)
+    first = population.genes(start)
     working = problem.working(first)
     population = DesignPopulation(working)
-    values, violations = population.objectives(first)
     _require_finite(problem, first)
-    known.add(values, violations)
+    known.add(*population.objectives(first))
+    polishing = Polishing(working)
     if polished:
-        for number, early in enumerate(coarse_rounds(working, first), start=1):
-            known.add(*population.objectives(early), note=f"gradients, round {number}")
-        working = population.design_problem = working.working(early)
+        for note in _coarse(polishing, first):
+            known.add_front(polishing.front, note)
+            if known.ended:
+                break
+        population.design_problem = polishing.problem
+    genes = _genetic(population, start, polishing, known)
+    if polished:
+        for _ in range(0 if known.ended else _REFINEMENTS):
+            for note in _fine(polishing, genes):
+                known.add_front(polishing.front, note)
+                if known.ended:
+                    break
+            if known.ended or len(polishing.pool) == 0 or _agree(problem, polishing.problem, polishing.pool):
+                break
+            polishing.review()
+        # What the refinement left out as rough, the others would bring back.
+        whole = len(polishing.pool) > 0 and not known.ended
+        genes = polishing.pool if whole else np.concatenate([genes, polishing.pool])
+    if known.ended and known.point is None:
+        what = "the search was ended before any plan was known"
+        raise InputError(what, where=problem.source, remedy="Give it more time.")
+    genes = problem.settable(genes)
+    values, violations = DesignPopulation(problem).objectives(genes)
+    missing = polishing.missing() if polished and len(polishing.pool) else None
+    return _front(problem, genes, values, violations, known.point, population.evaluations, missing)
+
+
+def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
+    """Where the front lies, by exact gradients and exchanges; what was done, in words, after each step."""
+    every = every_design(polishing.problem)
+    polishing.take(np.concatenate([first, relaxed_designs(polishing.problem)]))
+    yield "designs of the convex relaxation"
+    if every is not None:
+        polishing.take(every)
+        polishing.complete = True
+        yield "every design there is"
+        return
+    if len(polishing.pool) == 0:
+        return
+    polishing.along()
+    polishing.review()
+    yield "gradients along the front"
+    for number, _ in enumerate(polishing.exchanges(), start=1):
+        yield f"exchanges, round {number}: {len(polishing.pool)} designs"
+    polishing.review()
+
+
+def _fine(polishing: Polishing, genes: FloatArray) -> Iterator[str]:
+    """The front followed to the end, with what the genetic search found."""
+    if polishing.complete:
+        return
+    if polishing.descend(genes) > GAIN:
+        yield "gradients from the genetic search's designs"
+        for number, _ in enumerate(polishing.exchanges(), start=1):
+            yield f"further exchanges, round {number}: {len(polishing.pool)} designs"
+    polishing.review()
+    for number, _ in enumerate(polishing.finish(), start=1):
+        yield f"refinement, round {number}: {len(polishing.pool)} designs"
+
+
+def _genetic(population: DesignPopulation, start: FloatArray, polishing: Polishing, known: "_Known") -> FloatArray:
+    """Designs (b, m, g) of NSGA-II from a start (b, m·g) and from the pool of a refinement; where it adds nothing to
+    that, it ends early.
+    """
+    pool, known_values = polishing.pool, polishing.front
+    problem = population.design_problem
+    space, settings = problem.space, problem.optimiser
+    # Half of what is known, evenly along the front, and designs at random.
+    known_designs = pool[spread(known_values, [], settings.population // 2)] if len(pool) else pool
+    start = np.concatenate([known_designs.reshape(-1, start.shape[1]), start])[: settings.population]
     algorithm = NSGA2(
         pop_size=settings.population,
         sampling=Population.new(X=np.unique(start, axis=0)),
@@ -90,38 +166,33 @@ def search(problem: DesignProblem, report: Callable[[Progress], None] = lambda p
         evaluator=Evaluator(),
     )
     algorithm.setup(population, termination=("n_gen", settings.generations), seed=settings.seed)
+    volume, stale = known.volume, 0
+    if known.ended and len(pool):
+        return pool
     while algorithm.has_next():
         algorithm.next()
         known.generation += 1
         if known.generation % _REVIEW == 0:
-            working = _reviewed(population, algorithm.pop)
+            _review(population, algorithm.pop)
         known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
-    genes = problem.settable(population.genes(algorithm.pop.get("X").astype(float)))
-    if polished:
-        refined = None
-        for _ in range(_REFINEMENTS):
-            working = population.design_problem = working.working(np.concatenate([genes, early]))
-            for number, refined in enumerate(fine_rounds(working, early, genes), start=1):
-                known.add(*population.objectives(refined), note=f"refinement, round {number}: {len(refined)} designs")
-            if refined is None or _agree(problem, working, refined):
+        if known.ended:
+            break
+        if len(pool):
+            stale = 0 if known.volume > (1.0 + GAIN) * volume else stale + 1
+            volume = max(volume, known.volume)
+            if stale == _PATIENCE:
                 break
-            early = refined
-        # What the refinement left out as rough, the others would bring back.
-        genes = np.concatenate([genes, early]) if refined is None or len(refined) == 0 else refined
-    genes = problem.settable(genes)
-    values, violations = DesignPopulation(problem).objectives(genes)
-    return _front(problem, genes, values, violations, known.point, population.evaluations)
+    return problem.settable(population.genes(algorithm.pop.get("X").astype(float)))
 
 
-def _reviewed(population: DesignPopulation, designs: Population) -> DesignProblem:
-    """The problem with objectives that are right at these designs, which are evaluated again where they change."""
+def _review(population: DesignPopulation, designs: Population) -> None:
+    """Go on with objectives that are right at these designs, which are evaluated again where they change."""
     genes = population.genes(designs.get("X").astype(float))
     working = population.design_problem.working(genes)
     if working is not population.design_problem:
         population.design_problem = working
         values, violations = population.objectives(genes)
         designs.set("F", values, "G", violations)
-    return working
 
 
 def _agree(problem: DesignProblem, working: DesignProblem, designs: FloatArray) -> bool:
@@ -148,11 +219,15 @@ def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
 
 
 class _Known:
-    """The best front met so far, for reports, and the reference point of its hypervolume."""
+    """The best front met so far, for reports, and the reference point of its hypervolume.
 
-    def __init__(self, generations: int, report: Callable[[Progress], None]) -> None:
-        self.generation = 0
+    `ended` says whether somebody who was reported to wants no more.
+    """
+
+    def __init__(self, generations: int, report: Follow) -> None:
+        self.generation, self.ended = 0, False
         self.point: FloatArray | None = None
+        self.volume = 0.0
         self._generations, self._report = generations, report
         self._best: FloatArray | None = None
 
@@ -160,13 +235,23 @@ class _Known:
         """Take designs into account, objectives (d, k) and constraints (d, c), and report."""
         values = values[(violations <= 0.0).all(axis=1)]
         if len(values) == 0:
+            if self.point is None:
+                self._ask(values, note)
             return
         if self.point is None:
             self.point = reference_point(values)
         values = values if self._best is None else np.concatenate([self._best, values])
         self._best = values[non_dominated(values)]
-        volume = hypervolume(self._best, self.point)
-        self._report(Progress(self.generation, self._generations, self._best, volume, note))
+        self.volume = hypervolume(self._best, self.point)
+        self._ask(self._best, note)
+
+    def _ask(self, front: FloatArray, note: str) -> None:
+        wanted = self._report(Progress(self.generation, self._generations, front, self.volume, note))
+        self.ended = self.ended or bool(wanted)
+
+    def add_front(self, values: FloatArray, note: str) -> None:
+        """Take feasible designs into account."""
+        self.add(values, np.zeros((len(values), 1)), note)
 
 
 def _front(
@@ -176,6 +261,7 @@ def _front(
     violations: FloatArray,
     point: FloatArray | None,
     evaluations: int,
+    missing: float | None = None,
 ) -> Front:
     feasible = np.flatnonzero((violations <= 0.0).all(axis=1))
     if feasible.size == 0 or point is None:
@@ -188,7 +274,8 @@ def _front(
     order = best[np.lexsort(values[best].T[::-1])]
     total = criterion_values(known_criteria()["total"], problem.assess(*problem.space.decode(genes[order])))
     marked = [int(np.argmin(total)), knee(values[order])]
-    order = order[spread(values[order], marked, problem.optimiser.population)]
+    count = problem.optimiser.population
+    order = order[spread(values[order], marked, count if missing is None else drawn_with(values[order], count))]
     criteria = all_criteria(problem, genes[order])
     return Front(
         genes=genes[order],
@@ -200,6 +287,7 @@ def _front(
         hypervolume=hypervolume(values[order], point),
         reference_point=point,
         evaluations=evaluations,
+        missing=missing,
     )
 
 

@@ -42,7 +42,7 @@ def _without_moment(sample: Sample, model: Model) -> list[WithoutMoment]:
     moments = sample.recordings.wrenches[sample.counts, 3:]
     if not np.any(moments):
         return []
-    _, sizes, directions = np.linalg.svd(moments, full_matrices=True)
+    _, sizes, directions = np.linalg.svd(np.linalg.qr(moments, mode="r"))
     sizes = np.concatenate([sizes, np.zeros(3 - len(sizes))])
     free = directions[sizes < _NO_MOMENT * sizes[0]]
     upright = [tuple((direction * np.sign(direction[np.abs(direction).argmax()])).tolist()) for direction in free]

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.identification.fit import Fit
@@ -21,6 +22,8 @@ LEVEL = 0.05
 BLOCKS = 12
 """Blocks into which held-out rows are divided, at least `_SHORTEST` rows each."""
 _SHORTEST = 4
+_BETTER = 0.98
+"""Factor on the held-out error that a further effect has to go for, once a model is pruned."""
 _FEWEST = 5
 """Blocks below which held-out rows say too little of a single effect."""
 
@@ -72,6 +75,34 @@ def confirmed(search: Search, model: Model, test: BoolArray) -> Model:
                 break
         if not dropped:
             return model
+
+
+def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Model, HeldOut]:
+    """A model that predicts rows that were not fitted better than the base model does, with its errors.
+
+    Where it predicts them worse, the effect goes without which they are predicted best, then the next one: backward
+    elimination, so that one effect that describes the fitted rows alone does not take the others with it.
+    """
+    errors = held_out(base, model.fit, search.sample, test, model.outliers)
+    worse = errors.test_after > errors.test_before
+    while worse and model.candidates:
+        smaller = [search.without(model, index) for index in range(len(model.candidates))]
+        trials = [
+            (held_out(base, other.fit, search.sample, test, other.outliers), other)
+            for other in smaller
+            if hierarchical(other.effects)
+        ]
+        best = min(trials, key=lambda trial: trial[0].test_after)
+        if errors.test_after <= errors.test_before and best[0].test_after > _BETTER * errors.test_after:
+            break
+        gone = next(iter(set(model.keys) - set(best[1].keys)))
+        errors, model = best
+        reason = f"held-out rows are predicted worse with all effects than without any; `{gone}` goes first"
+        search.log.add("held out", model, True, reason)
+    if not model.candidates and model is not search.base:
+        model = search.base
+        errors = held_out(base, model.fit, search.sample, test, model.outliers)
+    return model, errors
 
 
 def _squares(fitted: Fit, sample: Sample) -> FloatArray:

@@ -12,20 +12,22 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.caveats import caveats
-from expdesign.diagnosis.confirmation import confirmed, gains
+from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import Laws, laws_beside
+from expdesign.diagnosis.laws import CONTESTED, Laws, laws_beside, left_out_alone
 from expdesign.diagnosis.library import OUTLIER, Candidate, candidates, library
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.many import Many
+from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.stability import Stability, stability
 from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws
 from expdesign.diagnosis.together import (
@@ -68,6 +70,7 @@ class Diagnosis:
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
+        stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
     """
 
     robot: Robot
@@ -86,6 +89,7 @@ class Diagnosis:
     laws: Laws | None
     method: Method
     caveats: tuple[Remark, ...] = ()
+    stability: Stability | None = None
 
     @property
     def rival(self) -> Model | None:
@@ -149,14 +153,16 @@ def diagnose(
     at_once = _at_once(frame, many, judged)
     if at_once is not None and (at_once.support is None or at_once.support.nameless(sample)):
         return at_once.diagnosis
-    model = search.run(outliers=False) if OUTLIER in without else _searched(search, sample, robot)
+    named = nameable(search, outliers=False) if OUTLIER in without else _searched(search, sample, robot)
+    model = named.model
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
     if at_once is not None and at_once.beats(model):
         return at_once.diagnosis
     report("weighing alternatives")
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
-    found = findings(search, model, gains(search, model, judged), spread)
+    stable = stability(search, model)
+    found = findings(search, model, gains(search, model, judged), spread, stable)
     variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
     location = locate(base, sample, robot, entries, variance)
     before = (base.chi2, _dof(base, sample))
@@ -167,18 +173,17 @@ def diagnose(
         errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
     verdict = verdict_without(p_before, known_noise=noise.known)
     if found:
-        reason = doubt(model, before, after, errors, most=search.most_effects, known_noise=noise.known)
+        reason = doubt(
+            model, before, after, errors, most=search.most_effects, known_noise=noise.known, at_limit=named.at_limit
+        )
         verdict = "unexplained" if reason else "explained"
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent":
         kind.require_plausible(robot, recordings, base)
     predictive = model
     if verdict == "unexplained":
-        factor = FITTING if fits(before, after) else TENTATIVE
-        found = tuple(replace(finding, probability=finding.probability * factor) for finding in found)
-        if errors.test_after > HALVED * errors.test_before:
-            predictive = search.base
-            errors = held_out(base, predictive.fit, sample, judged, predictive.outliers)
+        found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
+        predictive, errors = _predictive(search, model, errors, judged)
     result = Diagnosis(
         robot=robot,
         recordings=recordings,
@@ -195,9 +200,11 @@ def diagnose(
         search=search,
         laws=None,
         method=method,
-        caveats=caveats(sample, model, spread, errors),
+        caveats=(*named.remarks, *caveats(sample, model, spread, errors)),
+        stability=stable,
     )
-    return _with_laws(result, judged, report) if verdict == "unexplained" else result
+    contested = verdict == "explained" and sample.reading.linear and noise.known
+    return _with_laws(result, judged, report) if verdict == "unexplained" or contested else result
 
 
 @dataclass(frozen=True)
@@ -257,14 +264,37 @@ def _of_all(known: _Frame, many: Many | Support, found: tuple[Finding, ...], err
         laws=None,
         method=known.method,
         caveats=caveats(sample, model, spread, errors),
+        stability=many.stability,
     )
+
+
+def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
+    """Findings of a model that is no explanation."""
+    return tuple(replace(finding, probability=finding.probability * factor) for finding in found)
+
+
+def _guarded(search: Search, model: Model, base: Fit) -> str:
+    """Why left-out series speak against a model that explains nothing; empty where they do not."""
+    if not model.candidates:
+        return ""
+    kept = search.sample.restricted(~model.outliers)
+    doubt = left_out_alone(model.fit, base, kept, known_noise=search.known_noise).doubt
+    if doubt:
+        search.log.add("held out", model, False, f"not predicted with: {doubt}")
+    return doubt
 
 
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
     """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
     search, base = result.search, result.base
     rival = result.predictive if result.predictive.candidates else search.base
-    found = laws_beside(search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report)
+    explained = result.verdict == "explained"
+    worth = 0.5 * (search.base.misfit - result.model.misfit) + CONTESTED if explained else 0.0
+    found = laws_beside(
+        search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report, worth=worth
+    )
+    if explained and not found.wins:
+        return result
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
     if found.laws is None:
         return result
@@ -284,6 +314,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
             p_after=laws.p_value if result.noise.known else float("nan"),
             verdict=verdict_with(laws, errors),
+            stability=None,
         )
     search.log.add_text("laws", laws.summary(changed.verdict))
     return changed
@@ -310,24 +341,21 @@ def _judged(robot: Robot, sample: Sample) -> BoolArray:
     return predictable if predictable.any() else test
 
 
-def _searched(search: Search, sample: Sample, robot: Robot) -> Model:
+def _searched(search: Search, sample: Sample, robot: Robot) -> Nameable:
     """The best model; rows are set aside only where they are single mistakes."""
-    model = search.run()
-    common = _in_common(sample, model, robot)
+    library, found = search.library, nameable(search)
+    common = _in_common(sample, found.model, robot)
     if not common:
-        return model
-    search.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
-    return search.run(outliers=False)
+        return found
+    search.log.add("outliers", found.model, False, f"the rows set aside are no single mistakes: {common}")
+    search.library = library
+    return nameable(search, outliers=False)
 
 
 def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:
     """The model as far as held-out recordings confirm it, with its errors."""
     sample = search.sample
-    errors = held_out(base, model.fit, sample, test, model.outliers)
-    if model is not search.base and errors.test_after > errors.test_before:
-        search.log.add("held out", model, False, "the prediction of held-out recordings does not improve")
-        model = search.base
-        errors = held_out(base, model.fit, sample, test, model.outliers)
+    model, errors = pruned(search, model, base, test)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     kept = sample.restricted(~model.outliers)
     alike = dispersion(model.fit.residuals, kept).correlation > ALIKE
@@ -336,6 +364,14 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
         model = confirmed(search, model, test)
         errors = held_out(base, model.fit, sample, test, model.outliers)
     return model, errors
+
+
+def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
+    """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
+    base = search.base
+    if errors.test_after <= HALVED * errors.test_before and not _guarded(search, model, base.fit):
+        return model, errors
+    return base, held_out(base.fit, base.fit, search.sample, test, base.outliers)
 
 
 def _in_common(sample: Sample, model: Model, robot: Robot) -> str:

@@ -12,6 +12,7 @@ from expdesign.diagnosis.confirmation import Gain
 from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
 from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
 
 _NOTEWORTHY = 1.5
@@ -33,6 +34,7 @@ class Finding:
         rows: lines of the file that were set aside (outliers only).
         rival: a model with other physics in its place that explains the recordings as well, or None.
         gain: what the effect by itself does for held-out rows, where enough of them are marked.
+        share: of refits on nine tenths of the rows that name it, or None.
     """
 
     physics: str
@@ -45,10 +47,15 @@ class Finding:
     rows: tuple[int, ...] = ()
     rival: Model | None = None
     gain: Gain | None = None
+    share: float | None = None
 
 
 def findings(
-    search: Search, model: Model, held: Sequence[Gain] | None = None, spread: Dispersion | None = None
+    search: Search,
+    model: Model,
+    held: Sequence[Gain] | None = None,
+    spread: Dispersion | None = None,
+    stable: Stability | None = None,
 ) -> tuple[Finding, ...]:
     """The effects of a model, the most explanatory first, then the outliers."""
     found: list[tuple[float, Finding]] = []
@@ -74,6 +81,7 @@ def findings(
             effect.sentence(values),
             rival=stands.rival,
             gain=None if held is None else held[index],
+            share=None if stable is None else stable.shares[index],
         )
         found.append((without.misfit - model.misfit, finding))
     found.sort(key=lambda item: -item[0])

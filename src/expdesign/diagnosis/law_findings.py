@@ -14,6 +14,8 @@ from expdesign.robots.robot import Robot
 
 NAMED_BESIDE_LAWS = 0.6
 """Factor on the probability of a named effect that stands beside laws, part of which it may imitate."""
+BESIDE_A_LAW_THERE = 0.5
+"""The same where a law of the same component was needed: physics of that component has a form that has no name."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +45,11 @@ def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
     probability = next((p.probability for p in part.places if p.component == part.effect.component), 0.0)
     effect = part.effect
     if not isinstance(effect, Law):
+        beaten = any(isinstance(p.effect, Law) and p.effect.component == effect.component for p in laws.parts)
+        factor = NAMED_BESIDE_LAWS * (BESIDE_A_LAW_THERE if beaten else 1.0)
         values = reported(effect, laws.fit, laws.fit.chain.slices[where], scale)
         return Finding(
-            effect.physics, str(effect.component), str(effect.variant), values, NAMED_BESIDE_LAWS * probability, (),
+            effect.physics, str(effect.component), str(effect.variant), values, factor * probability, (),
             effect.sentence(values),
         )  # fmt: skip
     inputs = effect.form.channels[0].inputs

@@ -5,7 +5,7 @@ sought together; where a named form carries as much evidence it wins, having few
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
@@ -32,6 +32,8 @@ from expdesign.robots.robot import Robot
 
 FEWEST = 12
 """Rows below which no law is sought."""
+CONTESTED = 10.0
+"""Log evidence by which laws have to exceed named physics that fits: what machines are known to do is likelier."""
 _SINGLE = 0.02
 """Share of the rows that may be single mistakes beside laws."""
 _GAINS = 0.98
@@ -65,12 +67,16 @@ class Laws:
         parts: by what they take away, most first.
         fit: of the chain with all of them.
         left_out: errors of left-out readings without and with them, which decide whether they are predicted with.
+        gain: of log evidence by all together.
+        inflation: of the covariance of `fit`, which left-out errors ask for.
         log: what was decided and why.
     """
 
     parts: tuple[Part, ...]
     fit: Fit
     left_out: LeftOut
+    gain: float
+    inflation: float = 1.0
     log: tuple[str, ...] = ()
 
     @property
@@ -93,7 +99,7 @@ class Laws:
         """Of χ², weights counting as far as the readings determine them (MacKay 1992)."""
         directions = as_matrix(self.fit.sensitivities)
         known = np.isfinite(self.fit.covariance.diagonal())
-        inner = self.fit.covariance[np.ix_(known, known)]
+        inner = self.fit.covariance[np.ix_(known, known)] / self.inflation
         used = float(np.einsum("ij,jk,ik->", directions[:, known], inner, directions[:, known]))
         readings = int((directions != 0.0).any(axis=1).sum())
         return float(chi2_distribution.sf(float((self.fit.residuals**2).sum()), max(readings - used, 1.0)))
@@ -141,8 +147,9 @@ def laws_beside(
     *,
     known_noise: bool,
     report: Callable[[str], None],
+    worth: float = 0.0,
 ) -> Beside:
-    """Laws at ports, compared with a model without them.
+    """Laws at ports, compared with a model without them, where their log evidence exceeds `worth`.
 
     Rows marked `test` judge, and must not choose: the comparison is by rows left out of the fitted ones. Where physics
     is missing, a model without it sets aside rows that show it, so that only few are taken for single mistakes.
@@ -152,12 +159,29 @@ def laws_beside(
         aside = np.zeros_like(aside)
     sample = search.sample.restricted(~aside)
     start = fit(base.chain, sample) if aside.any() else base
-    laws = sought_laws(search.robot, sample, start, search.library, known_noise=known_noise, report=report)
+    laws = sought_laws(search.robot, sample, start, search.library, known_noise=known_noise, report=report, worth=worth)
     if laws is None or not laws.predicts:
         return Beside(laws, aside, False)
     none = np.zeros_like(aside)
     alone = held_out(base, rival.fit, search.sample, none, rival.outliers).test_after
-    return Beside(laws, aside, laws.after < _GAINS * alone)
+    return Beside(laws, aside, laws.after < (_GAINS if worth == 0.0 else 1.0) * alone)
+
+
+def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool) -> LeftOut:
+    """Errors of left-out series by the base model and by one with named effects, linear about their parameters.
+
+    Args:
+        fitted: to the rows of the sample.
+        base: fit of the base model.
+        sample: rows that count.
+        known_noise: whether the noise is stated.
+    """
+    axes = len(sample.recordings.axes)
+    kept = np.repeat(sample.counts, axes)
+    blocks = np.repeat(measured_of(sample, known_noise=known_noise).blocks, axes)[kept]
+    start = fit(base.chain, sample)
+    before, after = (base_alone(each, sample, kept).left_out(blocks) for each in (start, fitted))
+    return LeftOut(before, after, blocks)
 
 
 def sought_laws(
@@ -168,6 +192,7 @@ def sought_laws(
     *,
     known_noise: bool,
     report: Callable[[str], None] = lambda text: None,
+    worth: float = 0.0,
 ) -> Laws | None:
     """The laws that these rows show; None where they show none, or are too few.
 
@@ -178,6 +203,7 @@ def sought_laws(
         library: named physics.
         known_noise: whether the noise is stated.
         report: is told what is being done.
+        worth: gain of log evidence that laws have to exceed.
     """
     if int(sample.counts.sum()) < FEWEST:
         return None
@@ -197,10 +223,13 @@ def sought_laws(
     search = LawSearch(dictionary, present, blocks)
     report("weighing laws at ports")
     chosen = search.run()
-    if not chosen.indices:
+    gain = chosen.evidence - present.log_evidence
+    if not chosen.indices or gain <= worth:
+        return None
+    if worth > 0.0 and all(search.atoms[index].named is not None for index in chosen.indices):
         return None
     left_out = LeftOut(present.left_out(blocks), chosen.state.left_out(blocks), blocks)
-    return _fitted(robot, sample, base, scales, search, chosen, left_out)
+    return _fitted(robot, sample, base, scales, search, chosen, left_out, gain)
 
 
 def base_alone(base: Fit, sample: Sample, kept: BoolArray) -> Present:
@@ -222,19 +251,21 @@ def _fitted(
     search: LawSearch,
     chosen: Chosen,
     left_out: LeftOut,
+    gain: float,
 ) -> Laws:
     """The chain with the chosen laws, and what each of them says."""
     state, atoms, sight = chosen.state, search.atoms, search.dictionary.sight
     weights, first = state.weights, state.base.shape[1]
     found: list[tuple[Effect, FloatArray, tuple[Place, ...], float, Candidate | None]] = []
     excess = max(float(state.readings @ search.base.projected) - len(state.readings), 1e-9)
+    where_of = {c: places(search.weighed(chosen, c)) for c in search.components(chosen)}
     for position, index in enumerate(chosen.indices):
         atom = atoms[index]
         own = weights[first : first + atom.directions.shape[1]]
         first += atom.directions.shape[1]
         rest = state.without(position)
         share = float(np.clip((state.readings @ (rest.projected - state.projected)) / excess, 0.0, 1.0))
-        where = places(search.atoms, search.propose(rest).gains)
+        where = where_of[atom.component]
         if atom.entry is None:
             assert atom.named is not None
             candidate, start = atom.named
@@ -248,6 +279,8 @@ def _fitted(
     chain = Chain(robot, tuple(item[0] for item in found), reading=sample.reading)
     start_values = np.concatenate([base.values, *(item[1] for item in found)])
     result = fit(chain, sample, start_values, enough=1e-2)
+    inflation = left_out.inflation(state.left_out_variances(search.blocks))
+    result = replace(result, covariance=inflation * result.covariance)
     parts = []
     for (effect, _, where, share, named), part in zip(found, chain.slices, strict=True):
         curve = None
@@ -256,4 +289,4 @@ def _fitted(
             curve = curve_of(effect, robot, result.values, result.covariance, part, seen)
         parts.append(Part(effect, where, share, named, curve))
     parts.sort(key=lambda item: -item.share)
-    return Laws(tuple(parts), result, left_out, tuple(search.log))
+    return Laws(tuple(parts), result, left_out, gain, inflation, tuple(search.log))

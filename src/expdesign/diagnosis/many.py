@@ -13,12 +13,14 @@ from expdesign.diagnosis.held_out import folds_of
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.stability import Stability, shares_of, tenths
 from expdesign.identification.fit import Fit
 from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Atom, Dictionary
 from expdesign.ports.everything import Everything, Priors, chosen_groups, few_suffice
 from expdesign.ports.found import law_of
 from expdesign.ports.law import Law
+from expdesign.ports.stable_groups import kept_groups
 from expdesign.robots.robot import Robot
 
 _ANGLE, _LENGTH = 0.006, 0.0015
@@ -66,6 +68,7 @@ class Many:
         before, after: RMS of left-out readings without and with them.
         noise: standard deviation of the whitened residuals.
         few: whether one or two groups predict nearly as well alone.
+        stability: how often nine tenths of the rows keep the same groups, in their order.
     """
 
     fit: Fit
@@ -74,6 +77,7 @@ class Many:
     after: float
     noise: float
     few: bool
+    stability: Stability
 
 
 def many_effects(library: list[Candidate]) -> tuple[Effect, ...]:
@@ -131,7 +135,7 @@ def _guides(dictionary: Dictionary, base: Fit, sample: Sample) -> list[Atom]:
     best: dict[Component, tuple[float, Atom]] = {}
     for atom in dictionary.atoms:
         if atom.entry is not None and atom.entry.form == "guide":
-            gain = present.gain(atom.directions, atom.directions.T @ atom.directions)[0]
+            gain = present.gain(atom.directions)[0]
             if gain > best.get(atom.component, (-np.inf, atom))[0]:
                 best[atom.component] = gain, atom
     return [atom for _, atom in best.values()]
@@ -149,8 +153,9 @@ def start_with_everything(
     settling = _settling(chain, sample, kept)
     start = np.concatenate([start, np.zeros(settling.count)])
     linearised = _linearised(chain, sample, kept, settling)
-    priors = _priors(chain, base, linearised(start)[1])
-    found, priors = chosen_groups(linearised, priors, start, blocks)
+    every = _priors(chain, base, linearised(start)[1])
+    found, priors = chosen_groups(linearised, every, start, blocks)
+    refits = _refits(chain, every, kept_groups(found, every, blocks, _parts(sample, kept)))
     there = tuple(e for e, part in zip(chain.effects, chain.slices, strict=True) if (priors.group[part] >= 0).any())
     if there and len(there) < len(effects):
         start = np.concatenate([_restricted(found.values, chain, there), found.values[len(chain.parameters) :]])
@@ -163,7 +168,21 @@ def start_with_everything(
     alone = _alone(base, kept)
     before = float(np.sqrt((alone.left_out(blocks, _without(base)) ** 2).mean()))
     few = few_suffice(found, priors, blocks)
-    return Many(_as_fit(chain, sample, found), _groups(chain, priors, found), before, after, found.noise, few)
+    groups = _groups(chain, priors, found)
+    stable = shares_of([group.name for group in groups], refits)
+    return Many(_as_fit(chain, sample, found), groups, before, after, found.noise, few, stable)
+
+
+def _parts(sample: Sample, kept: BoolArray) -> IntArray:
+    """The tenth of every reading that counts."""
+    return np.repeat(tenths(sample), len(sample.recordings.axes))[kept]
+
+
+def _refits(chain: Chain, priors: Priors, groups: list[frozenset[int]]) -> list[frozenset[str]]:
+    """Names of the groups that every refit keeps; those of settling have none."""
+    first = {int(g): int(np.flatnonzero(priors.group == g)[0]) for g in np.unique(priors.group[priors.group >= 0])}
+    names = {g: _group_name(chain, index) for g, index in first.items() if index < len(chain.parameters)}
+    return [frozenset(names[g] for g in one if g in names) for one in groups]
 
 
 def _restricted(values: FloatArray, chain: Chain, effects: tuple[Effect, ...]) -> FloatArray:
@@ -186,7 +205,8 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
         if own[0] >= len(chain.parameters):
             continue
         moved = found.slopes[:, own] @ (found.values - priors.mean)[own]
-        away = np.abs(found.values - priors.mean)[own] > _APART * deviations[own]
+        inside = (found.values > priors.low)[own] & (found.values < priors.high)[own]
+        away = inside & (np.abs(found.values - priors.mean)[own] > _APART * deviations[own])
         physics = kinds[own[0]][0]
         told = () if physics == "law" else tuple(
             f"{names[i]} {found.values[i]:.3g} ± {_APART * deviations[i]:.1g}" for i in own[away]

@@ -56,6 +56,21 @@ class SerialCorrelation(Remark):
 
 
 @dataclass(frozen=True)
+class ConfoundedTime(Remark):
+    """Something else changed with time, so that a drift is hard to tell from it.
+
+    Attributes:
+        name: of what changed.
+        share: of the variance of time that follows from it.
+        imitations: keys of drifts that do not show apart from it, and are not named.
+    """
+
+    name: str
+    share: float
+    imitations: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class TooFewForLaws(Remark):
     """No law at a port can be sought.
 

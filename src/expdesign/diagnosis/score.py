@@ -46,10 +46,22 @@ def score(residuals: FloatArray, basis: FloatArray, directions: FloatArray, one_
     gram = np.einsum("gmd,gme->gde", free, free)
     whole = np.einsum("gmd,gmd->gd", directions, directions)
     slope = np.einsum("gmd,m->gd", free, residuals)
+    return reduced_score(gram, whole, slope, one_sided)
+
+
+def reduced_score(gram: FloatArray, whole: FloatArray, slope: FloatArray, one_sided: BoolArray) -> Score:
+    """The score test from reduced normal equations, those from which a model has been eliminated.
+
+    Args:
+        gram: products of the directions of every start after the model is projected out, shape (G, d, d).
+        whole: squared norms before, shape (G, d).
+        slope: products with the residuals, shape (G, d).
+        one_sided: which parameters cannot be negative, shape (d,).
+    """
     if not one_sided.any():
         return _best_of_all(gram, whole, slope)
-    best = Score(0.0, 0, 0, np.zeros(directions.shape[2]))
-    for start in range(len(directions)):
+    best = Score(0.0, 0, 0, np.zeros(gram.shape[2]))
+    for start in range(len(gram)):
         kept = gram[start].diagonal() > _NEGLIGIBLE * whole[start]
         while kept.any():
             step, rank = _solve(gram[start][np.ix_(kept, kept)], slope[start][kept])
@@ -58,7 +70,7 @@ def score(residuals: FloatArray, basis: FloatArray, directions: FloatArray, one_
             if not wrong.any():
                 statistic = float(step @ slope[start][kept])
                 if statistic > best.statistic:
-                    full = np.zeros(directions.shape[2])
+                    full = np.zeros(gram.shape[2])
                     full[kept] = step
                     best = Score(statistic, rank, start, full)
                 break

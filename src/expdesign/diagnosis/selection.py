@@ -7,7 +7,7 @@ library looks for it. The second part is what controls false discoveries over th
 searched, the more a find must explain.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -210,6 +210,14 @@ class Search:
         rest = model.candidates[:index] + model.candidates[index + 1 :]
         return self._model(rest, model.outliers, [self._part(model, c) for c in rest])
 
+    def restricted(self, model: Model, keys: Collection[str]) -> Model:
+        """A model refitted without the effects of these keys, and those that build on them."""
+        for index, effect in enumerate(model.effects):
+            rest = [e for e in model.effects if e is not effect]
+            if effect.key in keys or not hierarchical([*(e for e in rest if e.key not in keys), effect]):
+                return self.restricted(self.without(model, index), keys)
+        return model
+
     def including(self, model: Model) -> Model:
         """A model refitted with the rows that it sets aside."""
         parts = [self._part(model, c) for c in model.candidates]
@@ -237,7 +245,7 @@ class Search:
             candidate = self._beside(entry, current) if unseen else entry
             result = score(residuals, basis, candidate.directions, candidate.one_sided)
             free = np.array([not p.shape for p in candidate.effect.parameters])
-            gain = result.statistic - self._price(result.dimension + int((~free).sum())) - self._prior(candidate)
+            gain = result.statistic - self._price(result.dimension + int((~free).sum())) - self.prior_of(candidate)
             start = candidate.starts[result.start].copy()
             # A start away from neutral is one already; others are where the linear effect is largest.
             if np.array_equal(start[free], candidate.effect.neutral()[free]):
@@ -246,6 +254,17 @@ class Search:
         ranked.sort(key=lambda item: (-item[0], item[1]))
         best = self._best_of_each(ranked)
         return [item[2:] for index, item in enumerate(best) if index < _ALWAYS or item[0] >= wanted]
+
+    def ranked(self) -> list[Candidate]:
+        """The library, what explains most beside the base model first."""
+        basis = orthonormal_basis(as_matrix(self.base.fit.sensitivities))
+        residuals = self.base.fit.residuals.ravel()
+        scores = [score(residuals, basis, c.directions, c.one_sided).statistic for c in self.library]
+        return [self.library[i] for i in np.argsort(-np.array(scores), kind="stable")]
+
+    def forbid(self, keys: Collection[str]) -> None:
+        """Offer these effects no longer."""
+        self.library = [candidate for candidate in self.library if candidate.effect.key not in keys]
 
     def _beside(self, entry: Candidate, current: Model) -> Candidate:
         """An entry that is idle beside the base model, as it acts beside the effects of a model."""
@@ -312,7 +331,7 @@ class Search:
         misfit = self.log_misfit(result.chi2, sample.readings)
         if chosen:
             misfit += self._price(result.rank - self.base.fit.rank) + sum(
-                self._prior(candidate) for candidate in chosen
+                self.prior_of(candidate) for candidate in chosen
             )
         misfit += self._outlier_penalty() * int(outliers.sum())
         return Model(chosen, outliers, result, misfit)
@@ -329,7 +348,7 @@ class Search:
         """Of parameters that the recordings determine."""
         return float(parameters * np.log(max(self.sample.readings, 2)))
 
-    def _prior(self, candidate: Candidate) -> float:
+    def prior_of(self, candidate: Candidate) -> float:
         """−2·log of the share of the prior probability that one place of one kind of physics has."""
         return float(2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
 

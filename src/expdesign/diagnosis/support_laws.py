@@ -76,6 +76,8 @@ class Support:
     before: float
     after: float
     noise: float
+    stability: None = None
+    """Left-out stations choose among groups; there are no names that refits could repeat."""
 
     @property
     def why(self) -> str:

@@ -84,10 +84,12 @@ def verdict_together(errors: HeldOut) -> str:
 
 def group_findings(many: Many) -> tuple[Finding, ...]:
     """One finding per group, the largest first."""
-    return tuple(_finding(group, many.fit.chain.robot) for group in many.groups)
+    robot = many.fit.chain.robot
+    pairs = zip(many.groups, many.stability.shares, strict=True)
+    return tuple(_finding(group, share, robot) for group, share in pairs)
 
 
-def _finding(group: Group, robot: Robot) -> Finding:
+def _finding(group: Group, share: float, robot: Robot) -> Finding:
     where = _where(group.components)
     text = (
         f"{group.name[0].upper()}{group.name[1:]}: together {group.size:.2g} standard deviations of the readings RMS, "
@@ -98,12 +100,12 @@ def _finding(group: Group, robot: Robot) -> Finding:
     else:
         text += "; its members are not told apart"
     if group.curve is None:
-        return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".")
+        return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".", share=share)
     seen = group.curve.quantities
     return LawFinding(
         group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".",
         depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)), columns=columns(seen, robot),
-        curve=group.curve,
+        curve=group.curve, share=share,
     )  # fmt: skip
 
 

@@ -47,6 +47,7 @@ def doubt(
     *,
     most: int,
     known_noise: bool,
+    at_limit: str = "",
 ) -> str:
     """Why a model with effects is no explanation; empty where it is one.
 
@@ -57,10 +58,11 @@ def doubt(
         errors: on rows that were not fitted.
         most: effects that the search allows.
         known_noise: whether χ² is a test.
+        at_limit: a parameter at the limit of what is possible with which the recordings are described better.
     """
-    at_limit = beyond_limits(model)
-    if at_limit:
-        return f"{at_limit} is at the limit of what is physically possible"
+    beyond = next(iter(at_limits(model).values()), at_limit)
+    if beyond:
+        return f"{beyond} at the limit of what is physically possible describes the recordings better"
     if errors.test_surprise > PREDICTS:
         return "recordings that were not fitted are not predicted"
     many = len(model.candidates) >= most
@@ -85,11 +87,12 @@ def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:
     return within_noise(after) or remaining <= RESIDUAL_SHARE * excess
 
 
-def beyond_limits(model: Model) -> str:
-    """The first parameter that a fit has driven to a limit at which its effect does not vanish, or nothing."""
+def at_limits(model: Model) -> dict[str, str]:
+    """Effects of which a parameter is at a limit at which they do not vanish: keys, and the parameters in words."""
+    found: dict[str, str] = {}
     for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
         for parameter, value in zip(candidate.effect.parameters, model.fit.values[part], strict=True):
             limits = {parameter.low, parameter.high} - {parameter.neutral}
             if not parameter.shape and any(np.isclose(value, limit, rtol=1e-9, atol=0.0) for limit in limits):
-                return f"{parameter.name} of {candidate.effect.component}"
-    return ""
+                found.setdefault(candidate.effect.key, f"{parameter.name} of {candidate.effect.component}")
+    return found

@@ -29,7 +29,7 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     loaded, robot = problem.loaded, problem.loaded.robot
     fitted = ~recordings.test & ~reference_rows(recordings)
     train = recordings.rows(fitted)
-    deviations = train.deviations if train.deviations is not None else _deviations(problem, recordings, train)
+    deviations = train.deviations if train.deviations is not None else estimated_deviations(problem, recordings, train)
     whitening = Whitening(deviations, train.series, shared_reference=problem.noise.shared_reference)
     jacobians = robot.jacobians(train.configurations)
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
@@ -55,7 +55,7 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     return Knowledge(root, np.concatenate(common, axis=-1), own)
 
 
-def _deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:
+def estimated_deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:
     """Estimated standard deviations, or those of the configuration."""
     shared = problem.noise.shared_reference
     try:

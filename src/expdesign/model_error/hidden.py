@@ -56,7 +56,7 @@ def hidden_errors(
     physics: tuple[LeftOut, ...],
     assumptions: Assumptions,
     *,
-    only_worst: bool = False,
+    share: float = 0.0,
 ) -> Hidden:
     """MEIR of every entry.
 
@@ -67,7 +67,8 @@ def hidden_errors(
             (blocks, q, n_p + D) or, where prior sizes depend on the design, (b, blocks, q, n_p + D).
         physics: whose columns D are.
         assumptions: level and power of the test.
-        only_worst: whether entries that cannot be the worst of a design may have a lower bound in the place of MEIR_e².
+        share: entries that cannot have this share of the MEIR of a design may have a lower bound in the place of
+            MEIR_e²: 0 for the values of all, 1 where only the worst is of interest.
     """
     batch, readings, n_p = base.shape
     finite: BoolArray = np.logical_and.reduce(np.isfinite(np.concatenate([base, directions], axis=2)), axis=(1, 2))
@@ -79,14 +80,16 @@ def hidden_errors(
     exists = finite & model.estimates(base, errors[..., :n_p].reshape(-1, errors.shape[-3] * errors.shape[-2], n_p))
     missed = errors[..., n_p:] - errors[..., :n_p] @ taken[:, None]
     groups = _groups(remaining, missed, (directions**2).sum(axis=1), physics, assumptions)
-    least = _max_of([group.lower for group in groups]) if only_worst else np.full(batch, -np.inf)
+    largest = _max_of([group.lower for group in groups])
     entries = len(physics)
     squares, detection, visible = (np.zeros((batch, entries)) for _ in range(3))
     target, rank = (np.zeros((batch, entries), dtype=np.int64) for _ in range(2))
     sizes: list[FloatArray] = [np.zeros((0, 0))] * entries
-    for group in groups:
+    # Many parameters first: theirs are the loosest bounds, and what they reach spares the others their search.
+    for group in reversed(groups):
         chosen = group.entries
-        worst, best = group.worst(least)
+        worst, best = group.worst(share**2 * largest)
+        largest = np.maximum(largest, worst.value.max(axis=1))
         squares[:, chosen], target[:, chosen], rank[:, chosen] = worst.value, best, group.rank
         detection[:, chosen] = worst.bound * worst.share / group.threshold
         visible[:, chosen] = (worst.point**2 * group.values).sum(axis=-1)
@@ -126,13 +129,14 @@ class _Group:
     upper: FloatArray
 
     def worst(self, least: FloatArray) -> tuple[Largest, IntArray]:
-        """The largest over the blocks, and which block; only where it can reach `least` (b,) is it solved for."""
+        """The largest over the blocks, and which block; where it cannot reach `least` (b,), a lower bound is enough."""
         batch, blocks, entries, _, width = self.forms.shape
         repeated = np.broadcast_to(self.values[:, None], (batch, blocks, entries, width))
         solved = self.upper >= least[:, None, None]
-        solution = largest_along_axes(self.forms[solved], repeated[solved])
+        required = np.broadcast_to(least[:, None, None], solved.shape)[solved]
+        solution = largest_along_axes(self.forms[solved], repeated[solved], required)
         value = self.lower.copy()
-        value[solved] = solution.value
+        value[solved] = np.maximum(solution.value, value[solved])
         best: IntArray = value.argmax(axis=1)
 
         def pick(found: FloatArray, others: FloatArray) -> FloatArray:

@@ -58,11 +58,16 @@ class ModelErrorImpact:
         """Physics, component and variant of every entry."""
         return [entry.key for entry in self.physics]
 
-    def restricted(self, entries: IntArray) -> "ModelErrorImpact":
-        """MEIR of some of the entries."""
-        chosen = ModelErrorImpact(self.problem, self.assumptions, tuple(self.physics[i] for i in entries))
+    def part(self, entries: IntArray) -> tuple[tuple[LeftOut, ...], IntArray]:
+        """Some of the entries, and which of the columns D are theirs."""
         start = offsets(self.physics)
         columns = np.concatenate([np.arange(start[i], start[i + 1]) for i in entries])
+        return tuple(self.physics[i] for i in entries), columns
+
+    def restricted(self, entries: IntArray) -> "ModelErrorImpact":
+        """MEIR of some of the entries."""
+        physics, columns = self.part(entries)
+        chosen = ModelErrorImpact(self.problem, self.assumptions, physics)
         n_p = self.directions.base
         chosen.__dict__["errors"] = self.errors[..., np.concatenate([np.arange(n_p), n_p + columns])]
         chosen.__dict__["deviations"] = self.deviations[columns]
@@ -73,7 +78,7 @@ class ModelErrorImpact:
 
         A search that has moved far from these designs has to check its result against all entries.
         """
-        squares = self.hidden(assessment).squares
+        squares = self._hidden(*(plain(rows) for rows in self.whitened(assessment)), share=share).squares
         squares = squares[np.isfinite(squares).all(axis=1)]
         largest = squares.max(axis=1, keepdims=True)
         return np.flatnonzero((squares >= share**2 * largest).any(axis=0))
@@ -99,11 +104,11 @@ class ModelErrorImpact:
         """What the designs of an assessment by this problem hide."""
         return self._hidden(*(plain(rows) for rows in self.whitened(assessment)))
 
-    def _hidden(self, base: FloatArray, directions: FloatArray, *, only_worst: bool = False) -> Hidden:
+    def _hidden(self, base: FloatArray, directions: FloatArray, *, share: float = 0.0) -> Hidden:
         deviations = self.scales(directions)
         scaled = directions * deviations[..., None, :]
         errors = self._scaled_errors(deviations)
-        return hidden_errors(base, scaled, errors, self.physics, self.assumptions, only_worst=only_worst)
+        return hidden_errors(base, scaled, errors, self.physics, self.assumptions, share=share)
 
     def squares(self, assessment: Assessment, form: Form = "max") -> FloatArray:
         """MEIR_e² of every effect, the worst of its starts, shape (b, effects); for `max`, those far below the largest
@@ -120,7 +125,7 @@ class ModelErrorImpact:
     def _squares(self, assessment: Assessment, form: Form) -> FloatArray:
         base, directions = self.whitened(assessment)
         numbers = plain(base), plain(directions)
-        hidden = self._hidden(*numbers, only_worst=form == "max")
+        hidden = self._hidden(*numbers, share=1.0 if form == "max" else 0.0)
         by_effect, worst = self._worst_starts(hidden.squares)
 
         def pull(seed: FloatArray) -> tuple[FloatArray, FloatArray]:

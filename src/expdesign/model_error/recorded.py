@@ -23,6 +23,7 @@ from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 from expdesign.plugins import implementations
 from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def hidden_by(
     kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
     effects = [effect for kind in kinds for effect in kind.candidates(robot, recordings)]
     physics = with_steps(problem, left_out(effects, recordings, assumptions), assumptions)
-    base, directions = _sensitivities(problem, recordings, physics, whitening, counts)
+    base, directions = recorded_sensitivities(problem.loaded.robot, recordings, physics, whitening, counts)
     errors = target_errors(problem, physics)
     flat = errors.reshape(-1, errors.shape[-1])
     sizes = prior_deviations(problem, physics, assumptions, flat)
@@ -78,15 +79,14 @@ def hidden_by(
     return HiddenByRecordings(hidden_physics(hidden, physics, sizes), int(hidden.freedom[0]))
 
 
-def _sensitivities(
-    problem: DesignProblem,
+def recorded_sensitivities(
+    robot: Robot,
     recordings: Recordings,
     physics: tuple[LeftOut, ...],
     whitening: Whitening,
     counts: BoolArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Whitened sensitivities of the base model (M, b) and directions of the physics (M, D)."""
-    robot = problem.loaded.robot
     rows, reading = row_data(recordings, robot), reading_of(robot, recordings)
     empty = Chain(robot, reading=reading)
 

@@ -17,13 +17,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import FloatArray
 
 _STEPS = 80
 _FARTHEST = 30.0
 """Largest |log(μ/(1 − μ))|; where something is not visible at all, D(1) is singular and s is infinite."""
-_SMALL, _CLOSE = 1e-12, 1e-11
-"""Excess, and width of the bracket of log(μ/(1 − μ)), at which the search ends."""
+_CLOSE = 1e-10
+"""Imbalance log(xᵀHx/xᵀx), and width of the bracket of log(μ/(1 − μ)), at which the search ends."""
+_GAP = 1e-10
+"""Relative difference of the bound from what is attained at which it ends as well."""
+_SMOOTH = 4
+"""Steps after which Newton's method has ended where the largest eigenvalue is simple."""
 
 
 _SHARES = (0.0, 0.1, 0.5, 0.9, 0.99)
@@ -65,16 +69,20 @@ def largest(forms: FloatArray, visible: FloatArray) -> Largest:
     )
 
 
-def largest_along_axes(forms: FloatArray, values: FloatArray) -> Largest:
+def largest_along_axes(forms: FloatArray, values: FloatArray, least: FloatArray | None = None) -> Largest:
     """Solve problems whose H is diagonal.
 
     Args:
         forms: C, shape (b, q, d).
         values: diagonal of H, not negative, shape (b, d).
+        least: what a value has to reach to be of interest, shape (b,): a problem whose bound falls below is left with
+            the bound and the feasible point that it has then.
     """
     if forms.shape[2] == 1:
         return _one(forms, values)
-    return _several(forms, values)
+    if forms.shape[1] > forms.shape[2]:
+        forms = np.asarray(np.linalg.qr(forms, mode="r"))  # ‖C·x‖ = ‖R·x‖
+    return _several(forms, values, np.full(len(forms), -np.inf) if least is None else least)
 
 
 def bounds_along_axes(forms: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -102,98 +110,108 @@ def _one(forms: FloatArray, values: FloatArray) -> Largest:
     return Largest(value, value, 1.0 / np.sqrt(weight)[:, None], (values[:, 0] > 1.0).astype(float))
 
 
-def _several(forms: FloatArray, values: FloatArray) -> Largest:
-    """Several unknowns: the root of the excess over t = log(μ/(1 − μ)), on which it changes at an even pace."""
+def _several(forms: FloatArray, values: FloatArray, least: FloatArray) -> Largest:
+    """Several unknowns: the least of s(μ) over t = log(μ/(1 − μ)), within a bracket.
+
+    Newton's method for the root of the imbalance, which falls with μ; where two eigenvalues cross at the least, and the
+    imbalance jumps, the point where the tangents of the concave 1/s from both sides meet (Kelley 1960).
+    """
     count = len(forms)
-    low, high = np.full(count, -_FARTHEST), np.full(count, _FARTHEST)
-    below, above = _top(forms, values, np.zeros(count)), _top(forms, values, _share(high))
-    # The excess xᵀ(H − I)x of the maximiser falls with μ from where xᵀHx is too large to where xᵀx is.
-    left, right = _excess(below, values), _excess(above, values)
-    prior, detection = left <= 0.0, (left > 0.0) & (right >= 0.0)
-    above = np.where(prior[:, None], below, above)
-    below = np.where(detection[:, None], above, below)
-    share = np.where(prior, 0.0, np.where(detection, _share(high), np.nan))
-    third, far = low.copy(), left.copy()
-    step = np.full(count, 0.5)
-    active = np.flatnonzero(np.isnan(share))
-    for _ in range(_STEPS):
+    share = np.zeros(count)
+    # At μ = 0, that is without the first constraint, the maximiser may satisfy it already.
+    bound, point, imbalance, _, ends = _top(forms, values, share)
+    below, above = point, point.copy()
+    low, high, t = np.full(count, -_FARTHEST), np.full(count, _FARTHEST), np.zeros(count)
+    left, right, last = ends, np.full((count, 3), np.nan), np.full(count, np.inf)
+    active = np.flatnonzero((imbalance > 0.0) & (bound >= least))
+    for turn in range(_STEPS):
         if active.size == 0:
             break
-        t = low[active] + step[active] * (high[active] - low[active])
-        point = _top(forms[active], values[active], _share(t))
-        excess = _excess(point, values[active])
-        up, down = active[excess > 0.0], active[excess <= 0.0]
-        rising, falling = excess > 0.0, excess <= 0.0
-        third[up], far[up], third[down], far[down] = low[up], left[up], high[down], right[down]
-        low[up], left[up], below[up] = t[rising], excess[rising], point[rising]
-        high[down], right[down], above[down] = t[falling], excess[falling], point[falling]
-        step[active] = _chandrupatla(low[active], high[active], third[active], left[active], right[active], far[active],
-                                     excess > 0.0)  # fmt: skip
-        active = active[(np.abs(excess) > _SMALL) & (high[active] - low[active] > _CLOSE)]
-    share = np.where(np.isnan(share), _share(np.where(np.abs(left) < np.abs(right), low, high)), share)
-    scaled = forms / np.sqrt(_weights(values, share))[:, None, :]
-    bound = np.linalg.norm(scaled, ord=2, axis=(-2, -1)) ** 2
-    point = _between(below, above, values)
-    size = np.maximum((point**2).sum(axis=1), (point**2 * values).sum(axis=1))
-    point = point / np.sqrt(np.maximum(size, 1e-300))[:, None]
-    value = ((forms @ point[..., None])[..., 0] ** 2).sum(axis=1)
+        here = _share(t[active])
+        top, point, imbalance, slope, ends = _top(forms[active], values[active], here)
+        rising = imbalance > 0.0
+        up, down = active[rising], active[~rising]
+        low[up], below[up], left[up] = t[up], point[rising], ends[rising]
+        high[down], above[down], right[down] = t[down], point[~rising], ends[~rising]
+        better = top < bound[active]
+        bound[active[better]], share[active[better]] = top[better], here[better]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            newton = t[active] - imbalance / slope
+        middle = 0.5 * (low[active] + high[active])
+        following = middle if turn % 3 == 2 else _meeting(left[active], right[active], middle)
+        usable = np.isfinite(newton) & (np.abs(imbalance) < 0.5 * last[active])
+        following = np.where(usable, newton, following)
+        inside = (following > low[active]) & (following < high[active])
+        t[active], last[active] = np.where(inside, following, middle), np.abs(imbalance)
+        going = (np.abs(imbalance) > _CLOSE) & (high[active] - low[active] > _CLOSE) & (bound[active] >= least[active])
+        if turn > _SMOOTH:
+            part = active[going]
+            _, reached = _feasible(forms[part], values[part], below[part], above[part])
+            going[going] = bound[part] - reached > _GAP * bound[part]
+        active = active[going]
+    # Where detection alone binds, the upper end of the bracket has never been left.
+    above = np.where((high == _FARTHEST)[:, None], below, above)
+    point, value = _feasible(forms, values, below, above)
     return Largest(bound, value, point, share)
 
 
 def _share(t: FloatArray) -> FloatArray:
     """μ of t."""
-    return 1.0 / (1.0 + np.exp(-t))
+    share: FloatArray = 1.0 / (1.0 + np.exp(-t))
+    return share
 
 
-def _chandrupatla(
-    low: FloatArray,
-    high: FloatArray,
-    third: FloatArray,
-    left: FloatArray,
-    right: FloatArray,
-    far: FloatArray,
-    rising: BoolArray,
-) -> FloatArray:
-    """Where between `low` and `high` (0 to 1) to look next: inverse quadratic where it is safe, else the middle.
-
-    Chandrupatla (1997). `third` is the end of the bracket that was given up last; the newest is `low` where `rising`.
-    """
-    newest, other = np.where(rising, low, high), np.where(rising, high, low)
-    f1, f2, f3 = np.where(rising, left, right), np.where(rising, right, left), far
+def _meeting(left: FloatArray, right: FloatArray, middle: FloatArray) -> FloatArray:
+    """Where (t) the tangents of 1/s at both ends of a bracket meet, from (μ, 1/s, its slope); else its middle."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        xi, phi = (newest - other) / (third - other), (f1 - f2) / (f3 - f2)
-        safe = (phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi)
-        slope = (third - newest) / (other - newest)
-        along = f1 / (f2 - f1) * f3 / (f2 - f3) + slope * f1 / (f3 - f1) * f2 / (f3 - f2)
-    along = np.clip(np.where(safe & np.isfinite(along), along, 0.5), 1e-6, 1.0 - 1e-6)
-    return np.where(rising, along, 1.0 - along)
+        gap = right[:, 1] - left[:, 1] - right[:, 2] * (right[:, 0] - left[:, 0])
+        share = left[:, 0] + gap / (left[:, 2] - right[:, 2])
+        t = np.log(share / (1.0 - share))
+    met: FloatArray = np.where(np.isfinite(t), t, middle)
+    return met
 
 
-def _weights(values: FloatArray, share: FloatArray) -> FloatArray:
-    """Diagonal of D(μ), (b, d)."""
-    return share[:, None] * values + (1.0 - share)[:, None]
+def _feasible(
+    forms: FloatArray, values: FloatArray, below: FloatArray, above: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The point between two maximisers at which both constraints bind, made feasible, (b, d), and its value (b,)."""
+    point = _between(below, above, values)
+    size = np.maximum((point**2).sum(axis=1), (point**2 * values).sum(axis=1))
+    point = point / np.sqrt(np.maximum(size, 1e-300))[:, None]
+    value: FloatArray = ((forms @ point[..., None])[..., 0] ** 2).sum(axis=1)
+    return point, value
 
 
-def _top(forms: FloatArray, values: FloatArray, share: FloatArray) -> FloatArray:
-    """Maximiser of ‖C·x‖² under xᵀ·D(μ)·x ≤ 1, (b, d)."""
-    weights = _weights(values, share)
-    scaled = forms / np.sqrt(weights)[:, None, :]
-    if forms.shape[1] < forms.shape[2]:
-        _, vectors = np.linalg.eigh(scaled @ scaled.swapaxes(-1, -2))
-        right = (vectors[:, None, :, -1] @ scaled)[:, 0]
-    else:
-        _, vectors = np.linalg.eigh(scaled.swapaxes(-1, -2) @ scaled)
-        right = vectors[:, :, -1]
-    norm = np.linalg.norm(right, axis=1, keepdims=True)
-    right = np.where(norm > 0.0, right / np.where(norm > 0.0, norm, 1.0), 0.0)
-    return right / np.sqrt(weights)
+def _top(
+    forms: FloatArray, values: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """At D(μ), of problems with q ≤ d rows: s (b,), the maximiser x (b, d), its imbalance log(xᵀHx/xᵀx) and the
+    imbalance's derivative with respect to t, (b,) each; and μ, 1/s and the derivative of 1/s, (b, 3).
 
-
-def _excess(point: FloatArray, values: FloatArray) -> FloatArray:
-    """xᵀ(H − I)x relative to xᵀ(H + I)x: between −1 and 1."""
-    squares = point**2
-    total: FloatArray = ((values - 1.0) * squares).sum(axis=1)
-    return total / np.maximum(((values + 1.0) * squares).sum(axis=1), 1e-300)
+    With S = C·D⁻¹·Cᵀ and its first eigenvector v, x is y = D⁻¹Cᵀv up to its length, and
+    v' = Σ_k v_k·(v_kᵀS'v)/(s − s_k), S' = −C·D⁻¹D'D⁻¹·Cᵀ (Rellich; the others' eigenvalues s_k simple against s).
+    """
+    mu = share[:, None]
+    weights = mu * values + (1.0 - mu)
+    change = (values - 1.0) * mu * (1.0 - mu) / weights
+    spectrum, vectors = np.linalg.eigh((forms / weights[:, None, :]) @ forms.swapaxes(-1, -2))
+    first, others = vectors[:, :, -1], vectors[:, :, :-1]
+    y = (first[:, None, :] @ forms)[:, 0] / weights
+    turned = -((forms @ (change * y)[..., None])[..., 0][:, None, :] @ others)[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mixed = np.where(spectrum[:, -1:] > spectrum[:, :-1], turned / (spectrum[:, -1:] - spectrum[:, :-1]), 0.0)
+    dy = ((others @ mixed[..., None])[:, None, :, 0] @ forms)[:, 0] / weights - change * y
+    seen, size = (values * y**2).sum(axis=1), (y**2).sum(axis=1)
+    none = size <= 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        imbalance = np.log(seen / size)
+        slope = 2.0 * (values * y * dy).sum(axis=1) / seen - 2.0 * (y * dy).sum(axis=1) / size
+    imbalance[none | (seen <= 0.0)] = -np.inf
+    length = np.sqrt(np.where(none, 1.0, (weights * y**2).sum(axis=1)))
+    top = spectrum[:, -1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tangent = np.stack([share, 1.0 / top, (seen - size) / top**2], axis=1)
+    return top, y / length[:, None], imbalance, slope, tangent
 
 
 def _between(below: FloatArray, above: FloatArray, values: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ _AGAIN = "Identify or diagnose the recordings again with this version."
 
 
 class EffectSection(Section):
-    """An entry of `effects`; files of earlier versions have no `identifier`."""
+    """An entry of `effects`; files of version 1 may have no `identifier`."""
 
     identifier: str = ""
     physics: str
@@ -47,6 +47,14 @@ def effect_entry(effect: Effect, values: list[float]) -> dict[str, object]:
     if isinstance(effect, Law):
         entry["law"] = form_data(effect.form)
     return entry
+
+
+def require_identifiers(entries: list[EffectSection], document: YamlDocument) -> None:
+    """Raise an `InputError` where an effect has no identifier; a law, which is its own form, needs none."""
+    for index, entry in enumerate(entries):
+        if not entry.identifier and entry.law is None:
+            where = document.where(("effects", index, "identifier"))
+            raise InputError("the key is missing", where=where, remedy="Add it; only files of version 1 do without.")
 
 
 def effect_of(entry: EffectSection, robot: Robot, document: YamlDocument) -> Effect:

@@ -22,10 +22,10 @@ from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
 from expdesign.errors import InputError
-from expdesign.files.kinds import require_kind
+from expdesign.files.kinds import CURRENT_VERSIONS, require_kind
 from expdesign.files.schema import Number, Positive, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.models.effect_entry import EffectSection, effect_entry, effect_of
+from expdesign.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.models.estimable import Estimable
 from expdesign.models.estimable_entry import EstimableSection, estimable_entry, subspace_of
 from expdesign.robots.robot import Robot
@@ -120,7 +120,7 @@ def model_text(model: Model, folder: Path) -> str:
     ]
     content = {
         "kind": "model",
-        "schema_version": 1,
+        "schema_version": CURRENT_VERSIONS["identified model"],
         "identified_from": model.source,
         "robot": robot,
         "compliance": dict(zip(model.chain.robot.actuators, model.compliance.tolist(), strict=True)),
@@ -163,13 +163,12 @@ def model_from_document(document: YamlDocument) -> Model:
         remedy = "`expdesign identify` and `expdesign diagnose` write model files (`kind: model`)."
         raise InputError("this is not a model file", where=document.where(), remedy=remedy)
     section = validate(_ModelSection, document)
-    if section.schema_version != 1:
-        what = f"schema version {section.schema_version} is not known"
-        raise InputError(what, where=document.where(("schema_version",)), remedy="Only version 1 is.")
     robot = robot_from_document(document.part("robot"))
     effects = tuple(
         effect_of(entry, robot, document.part("effects", index)) for index, entry in enumerate(section.effects)
     )
+    if section.schema_version > 1:
+        require_identifiers(section.effects, document)
     chain = Chain(robot, effects, reading=_reading(section, robot, document))
     if tuple(section.compliance) != robot.actuators:
         remedy = f"They must be {', '.join(robot.actuators)}, in this order."

@@ -10,10 +10,12 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.ports.families import look_back
 from expdesign.ports.features import Basis, basis_of
 from expdesign.ports.law import Injection, ports_of
 from expdesign.ports.measured import Measured
 from expdesign.ports.port import Channel, Entry, Port
+from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
 from expdesign.robots.robot import Robot
 
@@ -71,6 +73,8 @@ class Dictionary:
         self.atoms: list[Atom] = []
         self._maps: dict[str, FloatArray] = {}
         known: dict[object, Basis | None] = {}
+        efforts = len(robot.stiffness) + 2 * robot.coordinates.n
+        look_back(self.sight, [Quantity("effort", index) for index in range(efforts)])
         for port in ports_of(robot):
             if only and port.name not in only:
                 continue

@@ -119,21 +119,20 @@ class Present:
         bounds = [(np.log(_LEAST), np.log(_MOST))] * len(widths)
         found = minimize(
             misfit, np.log(self.variances), jac=True, method="L-BFGS-B", bounds=bounds,
-            options={"maxiter": 25, "ftol": 1e-9},
+            options={"maxiter": 15, "ftol": 1e-7},
         )  # fmt: skip
         return self.with_variances(np.exp(found.x).tolist())
 
-    def gain(self, law: FloatArray, gram: FloatArray) -> tuple[float, float]:
+    def gain(self, law: FloatArray) -> tuple[float, float]:
         """Largest gain of log evidence by one more law, and its σ² (section 3 of the note on laws).
 
         With Φᵀ·P·Φ = U·Λ·Uᵀ and w = Uᵀ·Φᵀ·P·y: ½·Σ_i [σ²·w_i²/(1 + σ²·λ_i) − ln(1 + σ²·λ_i)].
 
         Args:
             law: its directions Φ, shape (M, f).
-            gram: ΦᵀΦ, shape (f, f).
         """
         through = self.factor.T @ law
-        values, vectors = np.linalg.eigh(gram - through.T @ through)
+        values, vectors = np.linalg.eigh(law.T @ law - through.T @ through)
         values = np.maximum(values, 0.0)
         squares = (vectors.T @ (law.T @ self.projected)) ** 2
 
@@ -153,6 +152,17 @@ class Present:
         gains = of(fine)
         best = int(np.argmax(gains))
         return float(gains[best]), float(np.exp(fine[best]))
+
+    def left_out_variances(self, blocks: IntArray) -> FloatArray:
+        """Variances of `left_out` where the model is right, the noise included: diagonals of (P_BB)⁻¹, shape (M,)."""
+        variances = np.empty_like(self.readings)
+        for block in np.unique(blocks):
+            inside = np.flatnonzero(blocks == block)
+            own = self.factor[inside]
+            matrix = np.eye(len(inside)) - own @ own.T
+            matrix[np.diag_indices_from(matrix)] += 1e-9
+            variances[inside] = np.linalg.inv(matrix).diagonal()
+        return variances
 
     def left_out(self, blocks: IntArray) -> FloatArray:
         """Errors of readings predicted without the block that they belong to, e_B = (P_BB)⁻¹(P·y)_B, shape (M,).

@@ -1,10 +1,11 @@
 """Prior families that several ports share: covariance functions over what a port sees, lengths on a fixed grid."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from expdesign.ports.port import Channel
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
 
@@ -83,19 +84,46 @@ def memory_of(sight: Sight, effort: Quantity) -> Iterator[Prior]:
     """What remembers an effort: a bank of stop operators (dry friction), and slow parts (creep)."""
     if sight.spread(effort) == 0.0 or int(sight.rows.position.max()) < 1:
         return
-    largest = sight.largest(effort)
-    bank = tuple(Quantity("stop", effort.index, (round(share * largest, 12),)) for share in _THRESHOLDS)
+    bank, lags = stops(sight, effort), _lags(sight, effort)
     varying = tuple(q for q in bank if sight.spread(q) > 0.0)
     if varying:
         yield Prior("friction", "linear", varying, tuple(sight.spread(q) for q in varying), len(varying))
-    times = time_constants(sight)
     for applied in (0.0, 1.0):
-        slow = tuple(Quantity("lag", effort.index, (time, applied)) for time in times)
-        slow = tuple(q for q in slow if sight.spread(q) > 0.0)
+        slow = tuple(q for q in lags if q.setting[1] == applied and sight.spread(q) > 0.0)
         if slow:
             yield Prior("creep", "linear", slow, tuple(sight.spread(q) for q in slow), len(slow))
         for quantity in slow:
             yield Prior("creep", "linear", (quantity,), (sight.spread(quantity),), 1)
+
+
+def since_start(sight: Sight, channels: Iterable[Channel]) -> tuple[Channel, ...]:
+    """Channels of a displacement, and for each that follows the clock what it was at the series' first row.
+
+    A deflection is the change since then, so that of a displacement f(t) it shows f(t) − f(t_first).
+    """
+    found = []
+    for channel in channels:
+        found.append(channel)
+        if channel.inputs == (Quantity("clock"),) and not sight.positions:
+            found.append(replace(channel, inputs=(Quantity("started"),), gain=-channel.gain))
+    return tuple(found)
+
+
+def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:
+    """Evaluate together whatever remembers these efforts: one by one that takes longer than everything else."""
+    if int(sight.rows.position.max()) >= 1:
+        sight.look(q for effort in efforts for q in (*stops(sight, effort), *_lags(sight, effort)))
+
+
+def stops(sight: Sight, effort: Quantity) -> tuple[Quantity, ...]:
+    """A bank of stop operators of an effort."""
+    largest = sight.largest(effort)
+    return tuple(Quantity("stop", effort.index, (round(share * largest, 12),)) for share in _THRESHOLDS)
+
+
+def _lags(sight: Sight, effort: Quantity) -> tuple[Quantity, ...]:
+    times = time_constants(sight)
+    return tuple(Quantity("lag", effort.index, (time, applied)) for applied in (0.0, 1.0) for time in times)
 
 
 def time_constants(sight: Sight) -> tuple[float, ...]:

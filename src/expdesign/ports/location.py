@@ -1,21 +1,20 @@
-"""Where laws are, by evidence over ports: every component is given its chance in the place of a law that was found.
+"""Where laws are, by evidence over ports: every component is given its chance in the place of one that was found.
 
-The log evidence of a component is the mean of exp(gain) over its entries (all are equally probable beforehand), with
-the other laws kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
+The log evidence of a component is what its laws gain together (`LawSearch.weighed`), with the laws of all other
+components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
 temperature before they become probabilities; it was set on simulated cases (`benchmarks/ports/calibration.py`).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
-from expdesign.ports.dictionary import Atom
 
 TEMPERATURE = 16.0
 """Divides differences of log evidence: the most likely of 1 to 16 on 16 cases (results/ports)."""
-SHARE = 0.005
+SHARE = 0.015
 """Differences of log evidence count at most in this proportion to the evidence itself: no model is exact."""
 OPEN = 0.05
 """Probability from which a component belongs to the set that cannot be told apart."""
@@ -27,7 +26,7 @@ class Place:
 
     Attributes:
         component: where.
-        log_evidence: gain of log evidence by its laws, averaged over its entries.
+        log_evidence: gain of log evidence by its laws together.
         probability: that the law is there.
     """
 
@@ -36,20 +35,11 @@ class Place:
     probability: float
 
 
-def places(atoms: list[Atom], gains: FloatArray) -> tuple[Place, ...]:
-    """Components by probability, from the gains of all entries of the dictionary beside the other laws."""
-    by_component: dict[Component, list[float]] = {}
-    for atom, gain in zip(atoms, gains, strict=True):
-        by_component.setdefault(atom.component, []).append(float(gain))
-    names = list(by_component)
-    evidence = np.array([_log_mean(np.array(by_component[name])) for name in names])
+def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
+    """Components by probability, from the gain of log evidence by the laws of each."""
+    names = sorted(gains, key=lambda name: -gains[name])
+    evidence = np.array([gains[name] for name in names])
     temperature = max(TEMPERATURE, SHARE * float(evidence.max()))
     weights = np.exp((evidence - evidence.max()) / temperature)
     weights /= weights.sum()
-    order = np.argsort(-evidence, kind="stable")
-    return tuple(Place(names[i], float(evidence[i]), float(weights[i])) for i in order)
-
-
-def _log_mean(gains: FloatArray) -> float:
-    most = float(gains.max())
-    return most + float(np.log(np.exp(gains - most).mean()))
+    return tuple(Place(name, float(e), float(w)) for name, e, w in zip(names, evidence, weights, strict=True))

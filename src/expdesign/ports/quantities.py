@@ -134,6 +134,7 @@ _VALUES = {
     "rotation": lambda row, robot: ca.vec(row.rotation),
     "clock": lambda row, robot: row.clock,
     "elapsed": lambda row, robot: row.elapsed,
+    "started": lambda row, robot: row.clock - row.elapsed,
     "warming": lambda row, robot: row.warming,
     "loaded": lambda row, robot: ca.SX(row.payload),
     "gravity": lambda row, robot: row.gravity,
@@ -161,10 +162,11 @@ def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, robot: Rob
             values.append(value)
             following.append(after)
             offset += width
-        step = ca.Function("remember", [state, row.flat()], [ca.vertcat(*following), ca.vertcat(*values)])
-        for number in np.unique(rows.series):
-            chosen = np.flatnonzero(rows.series == number)
-            chosen = chosen[np.argsort(rows.position[chosen], kind="stable")]
-            outputs = step.mapaccum(len(chosen))(np.zeros(state.shape[0]), rows.values[chosen].T)
-            found[chosen[:, None], np.array(memory)] = np.asarray(outputs[1]).T
+        step = BatchFunction("remember", [state, row.flat()], [ca.vertcat(*following), ca.vertcat(*values)])
+        states = np.zeros((int(rows.series.max()) + 1, state.shape[0]))
+        for position in range(int(rows.position.max()) + 1):
+            chosen = np.flatnonzero(rows.position == position)
+            now, seen = step(states[rows.series[chosen]], rows.values[chosen])
+            states[rows.series[chosen]] = now
+            found[chosen[:, None], np.array(memory)] = seen
     return found

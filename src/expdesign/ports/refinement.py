@@ -28,9 +28,9 @@ def refined(atom: Atom, dictionary: Dictionary, present: Present) -> tuple[Atom,
         made = dictionary.made(entry)
         if made is None:
             return -1.0, 0.0, None
-        return (*present.gain(made.directions, made.directions.T @ made.directions), made)
+        return (*present.gain(made.directions), made)
 
-    first, variance = present.gain(atom.directions, atom.directions.T @ atom.directions)
+    first, variance = present.gain(atom.directions)
     best: tuple[float, float, Atom] = (first, variance, atom)
     fresh = replace(atom.entry, channels=tuple(_ungained(c, atom.entry) for c in atom.entry.channels))
     current = fresh
@@ -47,8 +47,8 @@ def refined(atom: Atom, dictionary: Dictionary, present: Present) -> tuple[Atom,
 
 
 def _ungained(channel: Channel, entry: Entry) -> Channel:
-    """Channels of one block keep their relative gains, all others take theirs anew."""
-    return channel if entry.blocks == 1 else replace(channel, gain=1.0)
+    """Channels of one block keep their relative gains, all others take theirs anew, with their signs."""
+    return channel if entry.blocks == 1 else replace(channel, gain=1.0 if channel.gain > 0.0 else -1.0)
 
 
 Move = Callable[[Entry], Entry]

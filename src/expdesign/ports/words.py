@@ -46,15 +46,9 @@ _USUAL = {
     "twist": "bearings, guides and flanges do that",
 }
 _UNITS = {
-    "effort": "N",
-    "ground": "N",
-    "length": "m",
-    "position": "m",
-    "clock": "s",
-    "elapsed": "s",
-    "settling": "",
-    "warming": "K",
-}
+    "effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "started": "s",
+    "settling": "", "warming": "K",
+}  # fmt: skip
 
 
 def quantity_name(quantity: Quantity, robot: Robot) -> str:
@@ -81,6 +75,7 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "distance": "the distance from (" + ", ".join(f"{v:.3g}" for v in quantity.setting) + ") m",
         "clock": "the time since the first row",
         "elapsed": "the time since the series' first row",
+        "started": "the time of the series' first row",
         "warming": "the warming",
         "deflection": f"the deflection along {robot.coordinates.deflection[index % robot.coordinates.n]}",
         "carried": f"{robot.coordinates.wrench[index % robot.coordinates.n]} along the platform's axes",
@@ -121,6 +116,7 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "position": f"position_{'xyz'[index % 3]}",
         "clock": "time",
         "elapsed": "time_in_series",
+        "started": "time",
         "warming": "temperature_change",
         "deflection": f"deflection_{robot.coordinates.deflection[index % robot.coordinates.n]}",
         "carried": f"{wrench[index % len(wrench)]}_along_platform",

@@ -110,9 +110,14 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     least = 100.0 * (duir.min() / bound - 1.0)
     measurements = words.count(problem.space.measurements, "measurement")
     best = f", the best design on the front within {words.number(least, 2)}\u00a0%" if least < recommended else ""
+    whole = run.get("whole_plans", {}).get("duir", {})
+    proved = ""
+    if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
+        within = words.number(100.0 * max(whole["gap"], 0.001), 2)
+        proved = f" The design with the least DUIR is the best plan there is, to {within}\u00a0%."
     return (
         f"No plan of {measurements} can bring the error from measurement noise (DUIR) below {words.number(bound)} "
-        f"tolerances; the recommended design is within {words.number(recommended, 2)}\u00a0% of that{best}."
+        f"tolerances; the recommended design is within {words.number(recommended, 2)}\u00a0% of that{best}.{proved}"
     )
 
 
@@ -258,6 +263,8 @@ def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Sectio
     ]
     if "wall_s" in run:
         items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
+    if "ended_by_hand" in run:
+        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search would have gone on"))
     if versions:
         items.append(("Versions", versions))
     return Section("run", "About this run", (Definitions(items),))

@@ -19,6 +19,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
     base, errors = diagnosis.base, diagnosis.errors
     known = diagnosis.noise.known
     readings = diagnosis.search.sample.readings
+    stable = diagnosis.stability
     return {
         "verdict": diagnosis.verdict,
         "method": {"name": diagnosis.method.name, "reason": diagnosis.method.reason},
@@ -40,6 +41,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "test_surprise": errors.test_surprise,
             "held_out": errors.how,
         },
+        "stability": None if stable is None else {"refits": stable.refits, "same": stable.same},
         "caveats": sentences(diagnosis.caveats),
         "next_experiment": next_experiment,
         "considered": diagnosis.search.log.entries,
@@ -64,6 +66,8 @@ def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
     if finding.gain is not None:
         gain = finding.gain
         record["held_out"] = {"without": gain.without, "with": gain.with_it, "p_value": gain.p_value}
+    if finding.share is not None:
+        record["named_by_refits"] = finding.share
     if finding.rows:
         record["rows"] = list(finding.rows)
     return record

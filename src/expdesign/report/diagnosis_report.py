@@ -79,6 +79,8 @@ def _conclusions(result: Diagnosis) -> list[str]:
     texts = [_VERDICTS[result.verdict]]
     for finding in result.findings:
         text = f"{finding.sentence} Probability {words.number(finding.probability, 2)}."
+        if finding.share is not None:
+            text += f" {100.0 * finding.share:.0f} % of the refits on nine tenths of the rows name it."
         if finding.indistinguishable:
             others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
             text += f" Confounded with it in these recordings: {others}."
@@ -93,6 +95,10 @@ def _conclusions(result: Diagnosis) -> list[str]:
             f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
+    if result.stability is not None:
+        stable = result.stability
+        text = f"Of {stable.refits} refits, each without a tenth of the rows, {100.0 * stable.same:.0f} % name the same"
+        texts.append(f"{text} (score tests on the model linearised).")
     texts += sentences(result.caveats)
     if not result.noise.known:
         texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")

@@ -6,6 +6,7 @@ from functools import singledispatch
 from expdesign.chain.readings.position import HeldMarker
 from expdesign.diagnosis.remarks import (
     AliasedParameters,
+    ConfoundedTime,
     Extrapolation,
     NotSought,
     SerialCorrelation,
@@ -134,6 +135,21 @@ def _correlation(remark: SerialCorrelation) -> str:
     return (
         f"Residuals of consecutive rows are alike (correlation {remark.correlation:.2f}): {remark.rows} rows say as "
         f"much as about {remark.effective_rows:.0f} independent ones; intervals allow for it."
+    )
+
+
+@sentence.register
+def _confounded_time(remark: ConfoundedTime) -> str:
+    text = (
+        f"Time is confounded with {remark.name}: {remark.share:.0%} of its variance follows from it (variance "
+        f"inflation factor {1.0 / max(1.0 - remark.share, 1e-9):.3g}). "
+    )
+    if not remark.imitations:
+        return text + f"The drift that is named shows among rows that are alike in {remark.name} as well."
+    listed = _listed(tuple(f"`{key}`" for key in remark.imitations))
+    return text + (
+        f"{listed} would describe the rows, but not those that are alike in {remark.name}, and is not named; rows in "
+        f"random order of {remark.name}, or a second visit, would show a drift."
     )
 
 

@@ -23,7 +23,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
@@ -91,6 +91,7 @@ class RobotSection(Section):
     """Keys that the files of all kinds of robots share."""
 
     name: str = Field(description="Name of the robot, for reports.")
+    schema_version: Literal[1] = Field(default=1, description="Version of this format.")
     gravity_m_s2: list[Number] | None = Field(
         default=None,
         description="Gravity in the base frame O (m/s²), `[gx, gy, gz]`, or `[gx, gy]` for a bipod. Default: 9.80665 "

@@ -5,8 +5,8 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import expdesign
 from expdesign.errors import InputError
+from expdesign.sweeps.computed_by import computed_by
 from expdesign.sweeps.engine import Engine, Work, WorkersError
 
 _LOST = "The runs that are finished are kept; start the cluster again and give the same command."
@@ -22,7 +22,7 @@ class Cluster(Engine):
         address: of the scheduler, e.g. `tcp://192.168.0.5:8786`.
 
     Raises:
-        InputError: Dask is not installed, nothing answers there, or a worker has another version of this program.
+        InputError: Dask is not installed, nothing answers there, or a worker has other code or other libraries.
     """
 
     def __init__(self, address: str) -> None:
@@ -36,11 +36,19 @@ class Cluster(Engine):
         except (OSError, ValueError) as error:
             remedy = "Start a scheduler (`dask scheduler`) and workers (`dask worker ADDRESS --nthreads 1`)."
             raise InputError(f"no scheduler answers at {address} ({error})", where="--cluster", remedy=remedy) from None
-        versions = set(self._client.run(_version).values())
-        if versions - {expdesign.__version__}:
-            self._client.close()
-            what = f"workers have version {', '.join(sorted(versions))}, and this is {expdesign.__version__}"
-            raise InputError(what, where="--cluster", remedy="Install the same version everywhere.")
+        own = computed_by()
+        for worker, theirs in self._client.run(computed_by).items():
+            differing = [name for name in own if theirs.get(name) != own[name]]
+            if differing:
+                self._client.close()
+                named = ", ".join(
+                    f"{name} {theirs.get(name, 'not known')} instead of {own[name]}" for name in differing
+                )
+                remedy = "Install the same expdesign and the same versions of its libraries everywhere."
+                raise InputError(f"worker {worker} computes with {named}", where="--cluster", remedy=remedy)
+
+    def close(self) -> None:
+        self._client.close(timeout=5)
 
     def execute(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         from distributed.scheduler import KilledWorker  # noqa: PLC0415 (an extra)
@@ -68,14 +76,9 @@ class Cluster(Engine):
                 yield index, future.result()
         finally:
             self._client.cancel([future for _, future in running.values()])
-            self._client.close(timeout=5)
 
 
 def alone(work: Work, task: Any) -> Any:
     """`work(task)`, and nothing else in this process meanwhile: expressions must not be built in several threads."""
     with _ONE_AT_A_TIME:
         return work(task)
-
-
-def _version() -> str:
-    return expdesign.__version__

@@ -1,9 +1,10 @@
 """An engine executes independent tasks, whatever it runs on.
 
-A sweep needs one thing of a machine, or of many: apply a function to tasks, and return each result as it arrives. One
-process does that in two lines. Several processes and a cluster add only what can go wrong there: the task of a worker
-that is killed is repeated by another one; if the sweep itself is killed, results that had not been returned are lost.
-Runs, files and progress are unknown here, so that none of them can depend on where the tasks run.
+A sweep, a comparison and repeated experiments need one thing of a machine, or of many: apply a function to tasks, and
+return each result as it arrives. One process does that in two lines. Several processes and a cluster add only what can
+go wrong there: the task of a worker that is killed is repeated by another one; if the command itself is killed, results
+that had not been returned are lost. Runs, files and progress are unknown here, so that none of them can depend on where
+the tasks run.
 """
 
 import multiprocessing
@@ -17,7 +18,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait as wait_for
-from typing import Any
+from typing import Any, Self
 
 from expdesign.errors import ExpdesignError
 
@@ -33,7 +34,17 @@ class WorkersError(ExpdesignError):
 
 
 class Engine(ABC):
-    """Executes tasks."""
+    """Executes tasks; as a context it is closed when the block ends."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give back what is held beyond single tasks (the connection to a cluster)."""
+        return None
 
     @abstractmethod
     def execute(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:

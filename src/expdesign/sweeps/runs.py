@@ -29,8 +29,8 @@ class SweepRun:
     Attributes:
         number: from 1, in the order of the sweep.
         values: what is varied, by its dotted key, as the sweep names it.
-        config: the configuration as resolved; nothing else decides about the results, but the version.
-        identity: digest of `config` and the version.
+        config: the configuration as resolved; beside it only the program and its libraries decide.
+        identity: digest of `config` and of what computes it (`computed_by.py`).
     """
 
     number: int
@@ -39,7 +39,7 @@ class SweepRun:
     identity: str
 
 
-def sweep_runs(document: YamlDocument, version: str) -> list[SweepRun]:
+def sweep_runs(document: YamlDocument, computed_by: str) -> list[SweepRun]:
     """The runs of a sweep file: every case with every combination of the varied values, the last key fastest.
 
     Each value of each key is tried in a whole problem, so that what is wrong is said before the first run starts.
@@ -65,12 +65,12 @@ def sweep_runs(document: YamlDocument, version: str) -> list[SweepRun]:
         if fresh:
             tried |= fresh
             problem_from_document(part)
-        runs.append(SweepRun(number, values, config, identity(config, version)))
+        runs.append(SweepRun(number, values, config, identity(config, computed_by)))
     return runs
 
 
-def identity(config: dict[str, Any], version: str) -> str:
-    """Identity of a run: the digest of its resolved configuration and the version of the program.
+def identity(config: dict[str, Any], computed_by: str) -> str:
+    """Identity of a run: the digest of its resolved configuration and of what computes it, as a text.
 
     Of a robot in a file of its own (URDF) the content counts, and not where it lies.
     """
@@ -78,7 +78,7 @@ def identity(config: dict[str, Any], version: str) -> str:
     if isinstance(robot.get("urdf"), str):
         digest = hashlib.sha256(Path(robot["urdf"]).read_bytes()).hexdigest()
         config = config | {"robot": robot | {"urdf": digest}}
-    text = json.dumps({"config": config, "version": version}, sort_keys=True, separators=(",", ":"))
+    text = json.dumps({"config": config, "computed_by": computed_by}, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -1,5 +1,6 @@
 """One plan repeated with measurement noise alone, with load errors alone and with both, beside the criteria."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,10 +15,15 @@ from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.instrument.drawn_errors import Distribution
 from expdesign.validation.comparison import Estimate, mean, root_mean_square, standard_deviation
 from expdesign.validation.plants import ExplicitPlant, Plant
-from expdesign.validation.simulation import Simulation, simulate
+from expdesign.validation.simulation import Batch, Simulation, batch_sizes, joined, simulate
 
 CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
 """Whether noise and load errors are drawn, by the criterion that predicts the result."""
+
+Drawn = tuple[tuple[int, int], bool, bool]
+"""A batch (`batch_sizes`), and whether noise and load errors are drawn in it."""
+Elsewhere = Callable[[list[Drawn]], list[Batch]]
+"""Does batches and returns them in their order."""
 
 ROUNDING = 1e-12
 """m, rad: errors of the exact compensation below this are rounding, and differ from a prediction of 0 by nothing."""
@@ -177,9 +183,21 @@ def repeat(
     plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
     truth: LoadedRobot | None = None,
+    elsewhere: Elsewhere | None = None,
 ) -> Repeated:
-    """Repeat a plan with each cause of error and with both; see `simulate`."""
+    """Repeat a plan with each cause of error and with both; see `simulate`.
+
+    `elsewhere` does the batches of all causes in any order and place; here, one after another, if left out.
+    """
     causes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}
+    if elsewhere is not None:
+        sizes = batch_sizes(samples)
+        done = iter(elsewhere([(size, *drawn) for drawn in causes.values() for size in sizes]))
+        simulations = {
+            cause: joined(problem, plan, [next(done) for _ in sizes], *drawn) for cause, drawn in causes.items()
+        }
+        simulations.setdefault("total", simulations["duir"])
+        return Repeated(problem, plan, simulations, plant.name, distribution, seed)
     simulations = {
         cause: simulate(
             problem,

@@ -17,6 +17,15 @@ _BATCH = 10_000
 
 
 @dataclass(frozen=True)
+class Batch:
+    """Some of the repetitions: errors (s, t, n), estimates (s, n_p) and the residual as in `Simulation`."""
+
+    errors: FloatArray
+    estimates: FloatArray
+    residual: float
+
+
+@dataclass(frozen=True)
 class Simulation:
     """What s repetitions attained at t targets, beside what theory predicts.
 
@@ -82,11 +91,55 @@ def simulate(
         NotIdentifiableError: the plan does not identify what a target needs.
         ConvergenceError: a compensation has no command, or a robot does not come to rest.
     """
+    drawn, every = (noise, load_errors), batch_sizes(samples)
+    found = simulated(problem, plan, every, seed, *drawn, plant=plant, distribution=distribution, truth=truth)
+    return joined(problem, plan, [found], *drawn)
+
+
+def batch_sizes(samples: int) -> list[tuple[int, int]]:
+    """Number and repetitions of every batch."""
+    return [(number, min(_BATCH, samples - start)) for number, start in enumerate(range(0, samples, _BATCH))]
+
+
+def joined(problem: DesignProblem, plan: Plan, batches: list[Batch], noise: bool, load_errors: bool) -> Simulation:
+    """The simulation whose repetitions are those of `batches`, in this order."""
+    whole = (
+        batches[0]
+        if len(batches) == 1
+        else Batch(
+            np.concatenate([batch.errors for batch in batches]),
+            np.concatenate([batch.estimates for batch in batches]),
+            max(batch.residual for batch in batches),
+        )
+    )
+    assessment = _assessed(problem, plan)
+    return Simulation(whole.errors, whole.estimates, assessment, noise, load_errors, whole.residual)
+
+
+def _assessed(problem: DesignProblem, plan: Plan) -> Assessment:
+    """The plan's assessment; raises where it does not identify what a target needs."""
     problem.require_elastostatic("experiments can be repeated")
     assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     error = problem.unidentified(assessment)
     if error is not None:
         raise error
+    return assessment
+
+
+def simulated(
+    problem: DesignProblem,
+    plan: Plan,
+    batches: list[tuple[int, int]],
+    seed: int,
+    noise: bool,
+    load_errors: bool,
+    *,
+    plant: type[Plant] = ExplicitPlant,
+    distribution: Distribution = "normal",
+    truth: LoadedRobot | None = None,
+) -> Batch:
+    """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
+    assessment = _assessed(problem, plan)
     robot = plant(truth or problem.loaded, plan)
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
     pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
@@ -103,19 +156,21 @@ def simulate(
     known, origin = model.true, model.model().reshape(-1)
     if problem.loaded.under_load is None:
         known, origin = np.zeros_like(known), np.zeros_like(origin)
+    samples = sum(count for _, count in batches)
     errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
     estimates = np.empty((samples, len(robot.true)))
-    residual, axes = 0.0, problem.targets.axes
-    for batch, start in enumerate(range(0, samples, _BATCH)):
-        rows = slice(start, min(start + _BATCH, samples))
-        readings = _readings(problem, plan, robot, rows.stop - start, (seed, batch), noise, load_errors, distribution)
-        estimates[rows] = known + (readings.reshape(rows.stop - start, -1) - origin) @ gain
+    residual, axes, start = 0.0, problem.targets.axes, 0
+    for number, count in batches:
+        rows = slice(start, start + count)
+        start += count
+        readings = _readings(problem, plan, robot, count, (seed, number), noise, load_errors, distribution)
+        estimates[rows] = known + (readings.reshape(count, -1) - origin) @ gain
         for index, (compensation, (target, wrench)) in enumerate(zip(compensations, pairs, strict=True)):
             attained = compensation.attained(estimates[rows])
             found = robot.errors(attained, target, wrench)
             errors[rows, index] = found if axes is None else found @ axes[index].T
             residual = max(residual, attained.residual)
-    return Simulation(errors, estimates, assessment, noise, load_errors, residual)
+    return Batch(errors, estimates, residual)
 
 
 def _readings(

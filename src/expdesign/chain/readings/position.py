@@ -155,6 +155,7 @@ def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]
     )
     kept = ~recordings.test
     differences = rotations - rotations[kept].mean(axis=0)
-    _, sizes, axes = np.linalg.svd(differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum())))
+    scaled = differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum()))
+    _, sizes, axes = np.linalg.svd(scaled, full_matrices=False)
     fixed = axes[sizes < SMALLEST_TURN]
     return differences, fixed.T @ fixed

@@ -81,8 +81,14 @@ class MeasurementInformation:
             rows[start : start + CHUNK] = self._assembled(*self.problem.whitened(*self.problem.space.decode(part)))
         return rows
 
-    def _assembled(self, observation: FloatArray, errors: FloatArray) -> FloatArray:
-        """R = W·[A, B] with the inverse root W of the noise.
+    def reference_rows(self, quantities: FloatArray) -> FloatArray:
+        """[R, H] (b, k, q + k) of readings with quantities (b, z), plain or recorded: H is what an unknown reading of
+        the reference adds to the whitened deflection (theory.md 10.6).
+        """
+        return self._assembled(*self.problem.whitened(*self.problem.space.split(quantities)), reference=True)
+
+    def _assembled(self, observation: FloatArray, errors: FloatArray, reference: bool = False) -> FloatArray:
+        """R = W·[A, B] with the inverse root W of the noise, and W itself behind it where `reference` is set.
 
         An ascent may pass a singular pose, where the maps overflow; the limit on the condition number keeps such a
         measurement out of every result, and here it counts as if it told nothing.
@@ -94,6 +100,9 @@ class MeasurementInformation:
         stacked = observation * (self._sharpness * self._scale)
         if self.common.any():
             stacked = np.concatenate([stacked, errors @ self._chosen(self.common)], 2)
+        if reference:
+            one = np.broadcast_to(self._sharpness * np.eye(stacked.shape[1]), (len(stacked), *2 * stacked.shape[1:2]))
+            stacked = np.concatenate([stacked, one], 2)
         if self.own.any():
             stacked = inverse_root(one_and_gram(errors @ self._chosen(self.own))) @ stacked
         return stacked

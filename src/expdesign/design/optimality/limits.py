@@ -38,11 +38,17 @@ class Limits:
         lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
         return BatchFunction("leg_lengths", [pose], [lengths, ca.jacobian(lengths, pose)])
 
-    def rows(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values c (..., r) and their gradients (..., r, g) at measurements with variables (..., g)."""
+    def rows(self, variables: FloatArray, *, condition_row: bool = True) -> tuple[FloatArray, FloatArray]:
+        """Values c (..., r) and their gradients (..., r, g) at measurements with variables (..., g).
+
+        Without `condition_row` that of the condition, the last one, is left at −1, as far from a singularity.
+        """
         poses = self._problem.space.decode(variables)[0]
         values, by_pose = self._reach(poses)
-        condition, by_condition = self._condition(poses)
+        if condition_row:
+            condition, by_condition = self._condition(poses)
+        else:
+            condition, by_condition = np.full(poses.shape[:-1], -1.0), np.zeros_like(poses)
         values = np.concatenate([values, condition[..., None]], axis=-1) + MARGIN
         by_pose = np.concatenate([by_pose, by_condition[..., None, :]], axis=-2)
         gradient = np.zeros((*values.shape, variables.shape[-1]))

@@ -12,24 +12,30 @@ from expdesign.instrument.deflection_noise import series_by_pose
 
 
 class Objectives:
-    """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted."""
+    """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted.
+
+    Attributes:
+        problem: the design problem.
+        criteria: the objectives and the further criteria.
+        count: number of the objectives.
+    """
 
     def __init__(self, problem: DesignProblem, further: tuple[Criterion, ...] = ()) -> None:
         self.problem = problem
-        self._criteria = (*problem.objectives, *further)
+        self.criteria = (*problem.objectives, *further)
         self.count = len(problem.objectives)
-        self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self._criteria]
+        self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self.criteria]
 
     def pieces(self, index: int, designs: Differentiated) -> list[Piece]:
         """Smooth functions of which objective `index` is the largest, that one first."""
-        found = designs.pieces(self._criteria[index])
+        found = designs.pieces(self.criteria[index])
         return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
 
     def values(self, variables: FloatArray) -> FloatArray:
         """All criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
         assessment = self.problem.assess(*self.problem.space.decode(variables))
         columns = [
-            sign * criterion_values(criterion, assessment) for sign, criterion in zip(self._signs, self._criteria)
+            sign * criterion_values(criterion, assessment) for sign, criterion in zip(self._signs, self.criteria)
         ]
         return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
 

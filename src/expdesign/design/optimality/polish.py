@@ -3,8 +3,8 @@
 The designs given are joined by roundings of the convex relaxation (`seeds.py`). Points are laid out evenly along the
 front, its ends among them. Each point is pursued along a fixed direction in the space of the objectives,
 min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches convex and concave parts alike, from the best
-design known for it; then again from what its neighbours found. A few points are enough until the front is where it
-belongs; only the last round pursues them all.
+design known for it; then from designs with one measurement replaced (`neighbours.py`), round by round, until a round
+brings next to nothing. The front is then followed from design to design (`continuation.py`).
 """
 
 from collections.abc import Callable, Iterator
@@ -13,24 +13,27 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, known_criteria
-from expdesign.design.front import non_dominated
+from expdesign.design.front import GAPS, drawn_through, gap_shares, non_dominated, reference_point
+from expdesign.design.optimality.continuation import predictions
 from expdesign.design.optimality.kktpm import kktpm
+from expdesign.design.optimality.neighbours import Neighbours, achieved
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
-from expdesign.design.start import reachable_measurements
 
 Report = Callable[[str], None]
-Round = tuple[bool, int, float]
-"""Whether measurements are exchanged between designs first, the largest number of steps, and the part of the points
-along the front that is pursued."""
-_COARSE: tuple[Round, ...] = ((False, 5, 0.3), (True, 12, 0.3), (False, 12, 0.3))
-_DESCENT: tuple[Round, ...] = ((False, 20, 0.3),)
-_FINE: tuple[Round, ...] = ((True, 12, 0.5), (True, 20, 0.5), (False, 60, 1.0))
 TARGET = 1e-4
 """KKT proximity at which a design counts as finished."""
-_CHILDREN, _RESTARTS, _CAPACITY = 24, 6, 400_000_000
+GAIN = 5e-4
+"""Share of the hypervolume below which a round of exchanges has brought next to nothing."""
+_ALONG, _RESTARTS, _DRAWN, _DESCENDED, _CAPACITY = 14, 4, 1, 24, 400_000_000
+_FIRST, _BRIEF, _LONG = 8, 5, 30
+_PASSES, _MOST, _CORRECTED = 3, 300, 80
+_GENERATIONS, _PATIENCE = 20, 100
+"""Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
+_QUIET = 2
+"""Rounds in succession that bring next to nothing, after which no further one is tried."""
 
 
 def polish(
@@ -46,127 +49,216 @@ def polish(
 
     Returns:
         Designs (d', m, g), within bounds and limits, among them the best for each objective alone and for `total`.
-        Discrete variables are those of the designs that they came from. The same arguments give the same designs.
+        The same arguments give the same designs.
     """
-    last = variables
-    for number, last in enumerate(polish_rounds(problem, variables, points=points), start=1):
-        report(f"polish, round {number}: {len(last)} designs")
-    return last
+    polishing = Polishing(problem, points)
+    polishing.take(np.concatenate([variables, relaxed_designs(problem)]))
+    for number, _ in enumerate(polishing.rounds(), start=1):
+        report(f"polish, round {number}: {len(polishing.pool)} designs")
+    return polishing.pool if len(polishing.pool) else variables
 
 
-def polish_rounds(problem: DesignProblem, variables: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
-    """What `polish` has reached after each of its rounds; the arguments are the same."""
-    last = variables
-    for last in coarse_rounds(problem, variables, points=points):
-        yield last
-    yield from fine_rounds(problem, last, points=points)
+class Polishing:
+    """A pool of designs that is improved round by round.
 
-
-def coarse_rounds(problem: DesignProblem, variables: FloatArray, *, points: int | None = None) -> Iterator[FloatArray]:
-    """The rounds that find where the front lies, with the designs of the relaxation; see `polish`."""
-    designs = np.concatenate([variables, relaxed_designs(problem)])
-    yield designs
-    if (~problem.space.discrete).any():
-        yield from _Polish(problem, points or problem.optimiser.population, 0).run(designs, _COARSE)
-
-
-def fine_rounds(
-    problem: DesignProblem, variables: FloatArray, others: FloatArray | None = None, *, points: int | None = None
-) -> Iterator[FloatArray]:
-    """The rounds that make every point of the front satisfy the optimality conditions; see `polish`.
-
-    `others` are designs (d, m, g) from another search. They descend by themselves before the two compete, because
-    designs of a better valley may still be worse than refined ones of another.
+    Attributes:
+        problem: the design problem.
+        pool: the designs kept, (d, m, g): those that are not dominated, and the best of each criterion.
+        gains: share of the hypervolume that each round of exchanges has brought.
+        complete: whether the pool is the front of all designs there are.
     """
-    if (~problem.space.discrete).any():
-        polishing = _Polish(problem, points or problem.optimiser.population, 1)
-        pool = variables
-        if others is not None:
-            descended = list(polishing.run(others, _DESCENT))[-1]
-            pool = np.concatenate([variables, descended])
-            yield pool
-        last = pool
-        for last in polishing.run(pool, _FINE):
-            yield last
-        yield polishing.finished(last)
 
-
-class _Polish:
-    """The rounds of one refinement; `stream` separates its random numbers from those of other rounds."""
-
-    def __init__(self, problem: DesignProblem, points: int, stream: int) -> None:
-        known = known_criteria()
-        further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
-        self._problem = problem
+    def __init__(self, problem: DesignProblem, points: int | None = None) -> None:
+        self.problem = problem
+        space = problem.space
         # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued, and
         # not to the end.
-        unknowns = problem.space.measurements * int((~problem.space.discrete).sum())
-        affordable = max(1, _CAPACITY // unknowns**3)
+        self._free = space.measurements * int((~space.discrete).sum())
+        affordable = max(1, _CAPACITY // max(1, self._free) ** 3)
+        self._points = min(points or problem.optimiser.population, affordable)
         self._restarts = min(_RESTARTS, max(1, affordable // 20))
-        self._points = min(points, affordable)
-        self._part = min(1.0, 0.25 * _CAPACITY / unknowns**3)
+        self._part = min(1.0, 0.25 * _CAPACITY / max(1, self._free) ** 3)
+        self._generator = np.random.default_rng([problem.optimiser.seed, 1])
+        self.pool: FloatArray = np.zeros((0, space.measurements, space.genes))
+        self._set(problem)
+        self.gains: list[float] = []
+        self.complete = False
+
+    def _set(self, problem: DesignProblem) -> None:
+        known = known_criteria()
+        further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
+        self.problem = problem
         self._objectives = Objectives(problem, further)
         self._count = self._objectives.count
-        self._robot = problem.loaded.robot
-        self._generator = np.random.default_rng([problem.optimiser.seed, stream])
+        self._values: FloatArray = np.zeros((0, len(self._objectives.criteria)))
+        self._neighbours = Neighbours(problem, self._objectives, self._generator)
+        if len(self.pool):
+            self.take(self.pool)
 
-    def run(self, variables: FloatArray, rounds: tuple[Round, ...]) -> Iterator[FloatArray]:
-        """The designs kept after each round."""
-        pool, values = self._usable(variables)
-        if len(pool) == 0:
-            yield variables
+    def review(self) -> None:
+        """Go on with objectives that are right at the present designs (`DesignProblem.working`)."""
+        if len(self.pool):
+            working = self.problem.working(self.pool)
+            if working is not self.problem:
+                self._set(working)
+
+    @property
+    def front(self) -> FloatArray:
+        """Objectives (d, k), minimised, of the pool."""
+        return self._values[:, : self._count]
+
+    def take(self, designs: FloatArray) -> float:
+        """Add designs (d, m, g); the share of the hypervolume that they bring beside filling gaps (`drawn_through`)."""
+        if len(designs) == 0:
+            return 0.0
+        found, values = self._usable(designs)
+        self._neighbours.learn(found)
+        before = self.front
+        pool, values = np.concatenate([self.pool, found]), np.concatenate([self._values, values])
+        kept = self._kept(values)
+        self.pool, self._values = pool[kept], values[kept]
+        if len(before) == 0 or len(self.pool) == 0:
+            return 1.0
+        point = reference_point(self.front[non_dominated(self.front)])
+        now = drawn_through(self.front, point)
+        return max(0.0, (now - drawn_through(before, point)) / now) if now > 0.0 else 0.0
+
+    def descend(self, designs: FloatArray) -> float:
+        """Let designs (d, m, g) of another search descend by themselves before they compete: designs of a better valley
+        may still be worse than refined ones of another. The share of the hypervolume that they bring.
+        """
+        others, values = self._usable(designs)
+        gain = self.take(others)
+        if len(others) and self._free:
+            centres, weights = self._aims(values, min(self._points, _ALONG))
+            found = self._minimise(others[self._starts(values, centres, weights)], centres, weights, 2 * _FIRST)
+            gain += self.take(found)
+        return gain
+
+    def rounds(self) -> Iterator[None]:
+        """All rounds: along the front, exchanges until they bring nothing, refinement, continuation."""
+        if len(self.pool) == 0:
             return
-        for mixed, iterations, part in rounds:
-            centres, weights = self._aims(values, max(1, round(part * self._points)))
-            starts = pool[self._starts(values, centres, weights)]
-            if mixed:
-                starts = self._mixed(starts, pool, centres, weights)
-            found = self._minimise(starts, centres, weights, iterations)
-            pool, values = self._usable(np.concatenate([pool, found]))
-            kept = self._kept(values)
-            pool, values = pool[kept], values[kept]
-            yield pool
+        yield from self.exchanges()
+        yield from self.finish()
 
-    def finished(self, pool: FloatArray) -> FloatArray:
-        """The pool with what is still rough finished or, where the front can do without it, left out."""
-        pool, values = self._usable(pool)
-        if len(pool) == 0:
-            return pool
-        measure = kktpm(self._problem, pool)
+    def along(self, iterations: int = _FIRST, points: int | None = None) -> float:
+        """Pursue the ends, then points along the front from the best designs known for them; what it brings."""
+        centres, weights = self._aims(self._values, 0)
+        starts = self.pool[self._starts(self._values, centres, weights)]
+        gain = self.take(self._minimise(starts, centres, weights, _LONG))
+        centres, weights = self._aims(self._values, min(self._points, points or _ALONG))
+        singles = self._restarts * self._values.shape[1]
+        starts = self.pool[self._starts(self._values, centres, weights)][singles:]
+        return gain + self.take(self._minimise(starts, centres[singles:], weights[singles:], iterations))
+
+    def exchanges(self) -> Iterator[None]:
+        """Rounds of exchanges and descents, until `_QUIET` of them have brought next to nothing.
+
+        There are at most as many as the search's generations allow, counted over all calls.
+        """
+        quiet, generations = 0, self.problem.optimiser.generations
+        while len(self.gains) < max(2, generations // _GENERATIONS):
+            self.gains.append(self._exchange())
+            yield
+            quiet = quiet + 1 if self.gains[-1] < GAIN else 0
+            if quiet >= max(_QUIET, generations // _PATIENCE):
+                break
+
+    def _exchange(self) -> float:
+        # Other points in every round, so that nothing falls between them for good.
+        centres, weights = self._aims(self._values, min(self._points, _ALONG), float(self._generator.random()))
+        parents = self.pool[self._starts(self._values, centres, weights)]
+        designs, aims = self._neighbours.exchanged(parents, centres, weights, _DRAWN)
+        if not self._free:
+            return self.take(designs)
+        gain = self.take(designs)
+        # Those that lag their parents least are worth the descent.
+        behind = self._achieved(designs, centres[aims], weights[aims])
+        behind -= self._achieved(parents, centres, weights)[aims]
+        best = np.argsort(behind, kind="stable")[:_DESCENDED]
+        return gain + self.take(self._minimise(designs[best], centres[aims[best]], weights[aims[best]], _BRIEF))
+
+    def finish(self) -> Iterator[None]:
+        """Pursue the points along the front to the end, and follow the front from one to the next."""
+        if not self._free or len(self.pool) == 0:
+            return
+        self.along(_LONG, max(_ALONG, self._points // 4))
+        yield
+        if self._count == 2:
+            for _ in range(_PASSES):
+                if not self._follow():
+                    break
+                yield
+        self._finished()
+        yield
+
+    def missing(self) -> float:
+        """Estimated share of the hypervolume that the front lacks: in the gaps between its designs, and in valleys that
+        further rounds of exchanges would find, whose gains are taken to go on falling as they fell.
+        """
+        if self.complete:
+            return 0.0
+        front = self.front[non_dominated(self.front)]
+        gaps = 0.0
+        if self._count == 2 and self._free:
+            gaps = float(gap_shares(front[np.argsort(front[:, 0])]).sum())
+        last = np.array(self.gains[-3:])
+        if len(last) < 2:
+            return gaps + float(last.sum())
+        ratio = min((last[-1] / max(last[0], 1e-300)) ** (1.0 / (len(last) - 1)), 0.75)
+        return gaps + float(last.mean() * ratio / (1.0 - ratio))
+
+    def _follow(self) -> int:
+        """Predict and correct designs in the gaps; how many."""
+        found = predictions(self.problem.space, self.pool, self.front, GAPS, min(_MOST, 3 * self._points))
+        if len(found):
+            self.take(found.designs[found.smooth])
+            rough = ~found.smooth if len(found) > _CORRECTED else np.ones(len(found), dtype=bool)
+            centres = np.zeros((int(rough.sum()), self._values.shape[1]))
+            centres[:, : self._count] = found.aims[rough]
+            weights = np.zeros_like(centres)
+            weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
+            self.take(self._minimise(found.designs[rough], centres, weights, _BRIEF))
+        return len(found)
+
+    def _finished(self) -> None:
+        """Finish what is still rough or, where the front can do without it, leave it out."""
+        measure = kktpm(self.problem, self.pool)
         rough = np.flatnonzero(~(measure <= TARGET))
-        space = self._problem.space
+        space = self.problem.space
         # In steps as coarse as that, the optimum that can be set does not satisfy the conditions of the continuous one.
         coarse = bool((space.grid.steps > TARGET * (space.upper - space.lower)).any())
         # Nor does one that other constraints hold.
-        if rough.size == 0 or coarse or self._problem.constraints is not None:
-            return pool
-        weights = np.zeros_like(values[rough])
-        weights[:, : self._count] = 1.0 / Objectives.spans(values)[: self._count]
-        found = self._minimise(pool[rough], values[rough], weights, _FINE[-1][1])
-        pool, values = self._usable(np.concatenate([np.delete(pool, rough, axis=0), found, pool[rough]]))
-        kept = self._kept(values)
-        pool, values = pool[kept], values[kept]
-        smooth = kktpm(self._problem, pool) <= TARGET
-        smooth[np.argmin(values, axis=0)] = True
-        return pool[smooth]
+        if rough.size == 0 or coarse or self.problem.constraints is not None:
+            return
+        centres = self._values[rough]
+        weights = np.zeros_like(centres)
+        weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
+        self.take(self._minimise(self.pool[rough], centres, weights, _LONG))
+        smooth = kktpm(self.problem, self.pool) <= TARGET
+        smooth[np.argmin(self._values, axis=0)] = True
+        self.pool, self._values = self.pool[smooth], self._values[smooth]
 
     def _usable(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Designs that are within the limits and identify everything, and their criteria."""
-        variables = self._problem.settable(variables)
+        variables = self.problem.settable(variables)
         values = self._objectives.values(variables)
-        poses, loads = self._problem.space.decode(variables)
-        usable = self._robot.usable(poses).all(axis=1) & np.isfinite(values).all(axis=1)
-        constraints = self._problem.constraints
+        poses, loads = self.problem.space.decode(variables)
+        usable = self.problem.loaded.robot.usable(poses).all(axis=1) & np.isfinite(values).all(axis=1)
+        constraints = self.problem.constraints
         if constraints is not None:
-            usable &= (constraints.violations(self._problem.loaded, poses, loads) <= 0.0).all(axis=1)
+            usable &= (constraints.violations(self.problem.loaded, poses, loads) <= 0.0).all(axis=1)
         return variables[usable], values[usable]
 
     def _kept(self, values: FloatArray) -> IntArray:
         """The non-dominated designs, with the best of each criterion even where that one is not an objective."""
+        if len(values) == 0:
+            return np.zeros(0, dtype=np.int64)
         best = np.argmin(values, axis=0)
         return np.unique(np.concatenate([non_dominated(values[:, : self._count]), best]))
 
-    def _aims(self, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
+    def _aims(self, values: FloatArray, points: int, shift: float = 0.5) -> tuple[FloatArray, FloatArray]:
         """Centres z and weights (b, k) of the achievement functions: the ends and `total`, then along the front.
 
         What everything else hangs on, the ends and `total`, is aimed at from several starts.
@@ -176,7 +268,9 @@ class _Polish:
         span = Objectives.spans(values)
         single = np.repeat(np.eye(total) / span, self._restarts, axis=0)
         centres = np.tile(values.min(axis=0), (len(single), 1))
-        along = _spread(front[:, : self._count] / span[: self._count], points) * span[: self._count]
+        if points == 0:
+            return centres, single
+        along = _spread(front[:, : self._count] / span[: self._count], points, shift) * span[: self._count]
         inner = np.zeros((len(along), total))
         inner[:, : self._count] = along
         weights = np.zeros_like(inner)
@@ -185,54 +279,34 @@ class _Polish:
 
     def _starts(self, values: FloatArray, centres: FloatArray, weights: FloatArray) -> IntArray:
         """For each aim the design of the pool that serves it best; for its repetitions the next best ones."""
-        order = np.argsort(_achieved(values[None], centres[:, None], weights[:, None]), axis=1, kind="stable")
+        order = np.argsort(achieved(values[None], centres[:, None], weights[:, None]), axis=1, kind="stable")
         place = np.zeros(len(order), dtype=np.int64)
         singles = self._restarts * values.shape[1]
         place[:singles] = np.minimum(np.tile(np.arange(self._restarts), values.shape[1]), len(values) - 1)
         best: IntArray = order[np.arange(len(order)), place]
         return best
 
-    def _mixed(self, parents: FloatArray, pool: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-        """For each aim the best of some children of its design, each with a measurement of another design in it.
-
-        Gradients stay in the valley where they start; this is how one leaves it.
-        """
-        count, m, _ = parents.shape
-        donors = pool[self._generator.integers(len(pool), size=(count, _CHILDREN))]
-        taken = self._generator.integers(m, size=(count, _CHILDREN, 2))
-        children = np.repeat(parents[:, None], _CHILDREN, axis=1)
-        first, second = np.indices((count, _CHILDREN))
-        new = donors[first, second, taken[..., 1]]
-        random = reachable_measurements(self._problem, count * _CHILDREN // 4, self._generator)
-        new[:, : _CHILDREN // 4] = random.reshape(count, _CHILDREN // 4, -1)
-        children[first, second, taken[..., 0]] = new
-        children = self._problem.space.canonical(children)
-        values = self._objectives.values(children.reshape(-1, *parents.shape[1:])).reshape(count, _CHILDREN, -1)
-        same = (children == parents[:, None]).all(axis=(2, 3))
-        achieved = _achieved(values, centres[:, None], weights[:, None])
-        best = np.argmin(np.where(same, np.inf, np.nan_to_num(achieved, nan=np.inf)), axis=1)
-        chosen: FloatArray = children[np.arange(count), best]
-        return chosen
+    def _achieved(self, designs: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """How far designs (b, m, g) are from their aims, shape (b,); large where they have no values."""
+        found = achieved(self._objectives.values(designs), centres, weights)
+        return np.where(np.isfinite(found), found, 1e30)
 
     def _minimise(self, starts: FloatArray, centres: FloatArray, weights: FloatArray, iterations: int) -> FloatArray:
         pieces = self._objectives.scalarised(centres, weights)
-        search = MinimaxSearch(self._problem, pieces, self._objectives.tie(starts))
-        return search.minimise(starts, iterations=max(2, round(self._part * iterations)), radius=0.1)
+        search = MinimaxSearch(self.problem, pieces, self._objectives.tie(starts))
+        steps = max(2, round(self._part * iterations))
+        return search.minimise(starts, iterations=steps, radius=0.1, inner=1e-9 if iterations >= _LONG else 1e-4)
 
 
-def _achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
-    achieved: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
-    return achieved
-
-
-def _spread(front: FloatArray, count: int) -> FloatArray:
-    """Points (count, k) evenly spaced along a front (d, k) of two objectives; of more objectives, its own points."""
+def _spread(front: FloatArray, count: int, shift: float) -> FloatArray:
+    """Points (count, k) evenly spaced along a front (d, k) of two objectives, the first `shift` of a distance from its
+    end; of more objectives, its own points.
+    """
     if front.shape[1] != 2 or len(front) == 1:
         order = np.argsort(front[:, 0], kind="stable")
         chosen = np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(np.int64))
         return front[order][chosen]
     line = front[np.lexsort((-front[:, 1], front[:, 0]))]
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    at = np.linspace(0.0, length[-1], count)
+    at = length[-1] * (np.arange(count) + shift) / count
     return np.stack([np.interp(at, length, line[:, k]) for k in (0, 1)], axis=1)

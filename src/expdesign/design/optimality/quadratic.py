@@ -56,14 +56,14 @@ class Solutions:
         self.step[index], self.pieces[index], self.limits[index] = iterate.d, iterate.lam, iterate.mu
 
 
-def solve(programs: Programs) -> Solutions:
-    """Solve all programs to a relative duality gap of 1e-9 (fewer digits where rounding does not permit more)."""
+def solve(programs: Programs, tolerance: float = _TOLERANCE) -> Solutions:
+    """Solve all programs to a relative duality gap (fewer digits where rounding does not permit more)."""
     iterate = _Iterate(programs)
     solutions = Solutions(iterate.d.copy(), iterate.lam.copy(), iterate.mu.copy())
     left = np.arange(len(iterate.d))
     for step in range(_ITERATIONS + 1):
         gap, residuals = iterate.residuals()
-        unfinished = np.maximum(gap, residuals.worst) > _TOLERANCE
+        unfinished = np.maximum(gap, residuals.worst) > tolerance
         # What is finished costs nothing any more once it is a good part of all.
         if unfinished.mean() < _WORTHWHILE or step == _ITERATIONS:
             solutions.put(left, iterate)

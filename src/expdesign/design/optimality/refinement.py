@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.design.optimality.weights import Dual
 
 
 class LowerBound(NamedTuple):
@@ -26,6 +27,8 @@ class Refinement:
         bound: lower bound over the whole design space, the criterion squared.
         words: how the largest sensitivity was found.
         count: m.
+        dual: Q of the bound.
+        largest: ‖R·Q‖² of any candidate per measurement is at most.
     """
 
     shortlist: FloatArray
@@ -34,6 +37,8 @@ class Refinement:
     bound: float
     words: str
     count: int
+    dual: Dual
+    largest: float
 
     @property
     def support(self) -> FloatArray:

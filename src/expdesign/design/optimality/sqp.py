@@ -26,6 +26,8 @@ PENALTY = 10.0
 _PAD = 16
 _INVALID = 1e6
 _CORRECTIONS = 2
+_FAR = -0.7
+"""Decades of the condition number below its limit at which a step is not corrected for it."""
 _MEMORY = 20_000_000
 """Largest number of entries of the Hessians that are treated at once."""
 
@@ -74,11 +76,18 @@ class MinimaxSearch:
         self._space = problem.space
         self._pieces, self._tie = pieces, tie
         self._limits = Limits(problem)
+        self._inner = 1e-9
         self._free: BoolArray = (~self._space.discrete) & (self._space.upper > self._space.lower)
         self._span = (self._space.upper - self._space.lower)[self._free]
 
     def minimise(
-        self, variables: FloatArray, *, iterations: int = 60, radius: float = 0.2, tolerance: float = 1e-9
+        self,
+        variables: FloatArray,
+        *,
+        iterations: int = 60,
+        radius: float = 0.2,
+        tolerance: float = 1e-9,
+        inner: float = 1e-9,
     ) -> FloatArray:
         """Improved variables (b, m, g); discrete variables stay as they are.
 
@@ -88,7 +97,9 @@ class MinimaxSearch:
             radius: first trust radius, in parts of a variable's range.
             tolerance: a design is finished when its largest function cannot be expected to fall by this part of its
                 size (at least of 1) in two steps running.
+            inner: relative duality gap to which the quadratic programs are solved.
         """
+        self._inner = inner
         if not self._free.any() or len(variables) == 0:
             return variables.copy()
         together = max(1, _MEMORY // (variables.shape[1] * len(self._span)) ** 2)
@@ -109,8 +120,8 @@ class MinimaxSearch:
                 break
             here = points.take(alive)
             programs = self._programs(here, hessian[alive], radii[alive])
-            solution = _solve_scaled(programs, radii[alive])
-            moved = self._moved(here.variables, solution.step, index[alive])
+            solution = _solve_scaled(programs, radii[alive], self._inner)
+            moved = self._moved(here, solution.step, index[alive])
             step = ((moved - here.variables)[..., self._free] / self._span).reshape(len(alive), n)
             predicted = here.merit - _model(programs, step)
             trial = self._evaluate(moved, index[alive])
@@ -128,8 +139,10 @@ class MinimaxSearch:
             alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
         return points.variables
 
-    def _moved(self, variables: FloatArray, step: FloatArray, index: IntArray) -> FloatArray:
+    def _moved(self, here: _Points, step: FloatArray, index: IntArray) -> FloatArray:
         """Variables after a step in parts of the free variables' ranges, within the bounds."""
+        variables = here.variables
+        singular = bool((here.limits[..., -1] > _FAR).any())
         change = np.zeros_like(variables)
         change[..., self._free] = step.reshape(*variables.shape[:2], -1) * self._span
         if self._tie is not None:
@@ -137,16 +150,16 @@ class MinimaxSearch:
         moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
         for _ in range(_CORRECTIONS):
             # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
-            shift = self._back_within_limits(moved)
+            shift = self._back_within_limits(moved, singular)
             if self._tie is not None:
                 shift = self._tie(shift, index)
             moved = np.clip(moved + shift, self._space.lower, self._space.upper)
         return moved
 
-    def _back_within_limits(self, variables: FloatArray) -> FloatArray:
+    def _back_within_limits(self, variables: FloatArray, singular: bool) -> FloatArray:
         """Shortest changes (b, m, g) that take violated limits, linearised, to zero."""
         shift = np.zeros_like(variables)
-        values, gradients = self._limits.rows(variables)
+        values, gradients = self._limits.rows(variables, condition_row=singular)
         beyond = (values > 0.0).any(axis=-1)
         if beyond.any():
             excess = np.maximum(values[beyond], 0.0)
@@ -156,7 +169,10 @@ class MinimaxSearch:
             gram = gram + size * (
                 np.eye(values.shape[-1]) * (excess == 0.0)[:, None] + 1e-12 * np.eye(values.shape[-1])
             )
-            back = -(rows.swapaxes(-1, -2) @ np.linalg.solve(gram, excess[..., None]))[..., 0] * self._span
+            with np.errstate(all="ignore"):
+                back = -(rows.swapaxes(-1, -2) @ np.linalg.solve(gram, excess[..., None]))[..., 0] * self._span
+            # At a singular pose a limit has no gradient to go back along.
+            back = np.where(np.isfinite(back), back, 0.0)
             part = np.zeros((len(back), variables.shape[-1]))
             part[:, self._free] = back
             shift[beyond] = part
@@ -189,7 +205,7 @@ class MinimaxSearch:
         return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)
 
 
-def _solve_scaled(programs: Programs, radii: FloatArray) -> Solutions:
+def _solve_scaled(programs: Programs, radii: FloatArray, tolerance: float) -> Solutions:
     """Solve in units of the trust radius and of the change of φ over it."""
     q, r = programs, radii[:, None]
     unit = np.maximum(np.abs(q.gradients).reshape(len(r), -1).max(axis=1) * radii, 1e-12)
@@ -203,7 +219,7 @@ def _solve_scaled(programs: Programs, radii: FloatArray) -> Solutions:
         high=q.high / r,
         penalty=q.penalty * radii / unit,
     )
-    solution = solve(scaled)
+    solution = solve(scaled, tolerance)
     return Solutions(solution.step * r, solution.pieces, solution.limits * (unit / radii)[:, None, None])
 
 

@@ -7,7 +7,7 @@ import casadi as ca
 from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, memory_of, of_effort, over_time, repeating, smooth_over
+from expdesign.ports.families import Prior, memory_of, of_effort, over_time, repeating, since_start, smooth_over
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -38,10 +38,10 @@ class Actuators(Port):
         for actuator, family in enumerate(families):
             for prior, scaled in family:
                 channel = Channel(actuator, 0, prior.inputs, Quantity("effort", actuator) if scaled else None)
+                channels = (channel,) if scaled else since_start(sight, (channel,))
                 yield Entry(
-                    self.name, self.components[actuator], prior.form, (channel,), prior.kernel, prior.scales,
-                    prior.rank,
-                )  # fmt: skip
+                    self.name, self.components[actuator], prior.form, channels, prior.kernel, prior.scales, prior.rank
+                )
         if len(self.components) > count and len({len(family) for family in families}) == 1:
             everything = self.components[count]
             for several in zip(*families, strict=True):
@@ -52,6 +52,8 @@ class Actuators(Port):
                         Channel(a, 0 if alike else a, prior.inputs, Quantity("effort", a) if scaled else None)
                         for a, (prior, scaled) in enumerate(several)
                     )
+                    if not several[0][1]:
+                        channels = since_start(sight, channels)
                     first = several[0][0]
                     # One law for all needs one scale for all.
                     scales = tuple(max(prior.scales[i] for prior, _ in several) for i in range(len(first.scales)))

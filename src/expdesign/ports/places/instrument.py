@@ -6,7 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import ENVIRONMENT, INSTRUMENT, Component
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, over_time, repeating, smooth_over
+from expdesign.ports.families import Prior, over_time, repeating, since_start, smooth_over
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -45,6 +45,8 @@ class Instrument(Port):
                     yield Entry(
                         self.name, INSTRUMENT, prior.form, channels, prior.kernel, prior.scales, min(prior.rank, 10)
                     )
+                alike = tuple(Channel(a, 0, prior.inputs, shown[a]) for a in axes)
+                yield Entry(self.name, INSTRUMENT, prior.form, alike, prior.kernel, prior.scales, prior.rank)
             for a in axes:
                 if sight.varies(shown[a]):
                     for prior in (
@@ -78,5 +80,5 @@ class Surroundings(Instrument):
             priors.append(Prior("drift", "linear", (warming,), (sight.spread(warming),), 1))
             priors += smooth_over(sight, "drift", (warming,), 8)
         for prior in priors:
-            channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(axes))
+            channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(axes)))
             yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)

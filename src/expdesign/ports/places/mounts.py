@@ -8,7 +8,17 @@ import numpy as np
 
 from expdesign.chain.component import BASE, PLATFORM, Component
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, kinks_over, memory_of, of_effort, over_time, smooth_over, steps_over
+from expdesign.ports.families import (
+    Prior,
+    kinks_over,
+    memory_of,
+    of_effort,
+    over_time,
+    since_start,
+    smooth_over,
+    steps_over,
+    stops,
+)
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -65,9 +75,27 @@ class Mount(Port):
             channels = tuple(Channel(a, a, prior.inputs) for a in range(self.width))
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 16)
         yield from self._each_axis(sight, [a for a, _ in own])
+        yield from self._every_axis(sight, [a for a, _ in own])
         for prior in over_time(sight, "twist"):
-            channels = tuple(Channel(a, a, prior.inputs) for a in range(self.width))
+            channels = since_start(sight, (Channel(a, a, prior.inputs) for a in range(self.width)))
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 10)
+
+    def _every_axis(self, sight: Sight, axes: list[int]) -> Iterator[Entry]:
+        """In every axis a law of its own component of the wrench: springs that are not linear, clamps that slip."""
+        every = self._efforts()
+        largest = np.array([sight.largest(every[a]) for a in axes])
+        top = float(largest.max())
+        for kernel, power in (("wiener", 0.5), ("integrated_wiener", 1.5)):
+            gains = (top / largest) ** power
+            channels = tuple(Channel(a, i, (every[a],), gain=float(gains[i])) for i, a in enumerate(axes))
+            yield Entry(self.name, self.component, "force law", channels, kernel, (top,), 14)
+        if int(sight.rows.position.max()) < 1:
+            return
+        first = len(self.robot.stiffness) + (0 if self.effort == "carried" else self.width)
+        banks = [stops(sight, Quantity("effort", first + a)) for a in axes]
+        gains = top / largest
+        channels = tuple(Channel(a, i, banks[i], gain=float(gains[i])) for i, a in enumerate(axes))
+        yield Entry(self.name, self.component, "friction", channels, "linear", (top,) * len(banks[0]), len(banks[0]))
 
     def _each_axis(self, sight: Sight, axes: list[int]) -> Iterator[Entry]:
         """Laws of one component of the wrench, which may move the mount in any direction."""
@@ -100,12 +128,14 @@ class PlatformMount(Mount):
         d = len(self.robot.gravity)
         forces = np.column_stack([sight.values(Quantity("carried", i)) for i in range(d)])[sight.counts]
         pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
+        limits = {}
         for planar in (1.0, 0.0):
             sizes = np.linalg.norm(forces[:, :2] if planar else forces, axis=1)
-            for share in _LIMITS:
-                limit = round(float(np.quantile(sizes, share)), 9)
+            limits[planar] = [round(float(np.quantile(sizes, share)), 9) for share in _LIMITS]
+        sight.look(Quantity("latched", i, (limit, p)) for p, own in limits.items() for limit in own for i in range(d))
+        for planar, own in limits.items():
+            for limit in own:
                 way = tuple(Quantity("latched", i, (limit, planar)) for i in range(2 if planar else d))
-                sight.look(way)
                 if limit <= 0.0 or not any(sight.spread(q) > 0.0 for q in way):
                     continue
                 alike = tuple(Channel(i, 0, (q,)) for i, q in enumerate(way))

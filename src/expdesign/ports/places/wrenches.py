@@ -8,7 +8,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import ENVIRONMENT, PAYLOAD, Component
 from expdesign.chain.row import Row
-from expdesign.ports.families import COARSE, Prior, kinks_over, over_time, smooth_over
+from expdesign.ports.families import COARSE, Prior, kinks_over, over_time, since_start, smooth_over
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -69,8 +69,9 @@ class Payload(Port):
         shown = tuple(Quantity("deflection", i) for i in range(n)) if not sight.positions else ()
         sight.look(shown)
         priors += [(prior, range(n)) for prior in (*kinks_over(sight, "contact", shown, 15),)]
+        priors += [(prior, forces) for prior in over_time(sight, "field")]
         for prior, outputs in priors:
-            channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(outputs))
+            channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(outputs)))
             yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
         yield from self._towards_points(sight)
         yield from self._loads(sight)

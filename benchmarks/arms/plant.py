@@ -1,0 +1,127 @@
+"""A six-axis arm as a laser tracker sees it: zeros and links that are off, joints that yield, a tool nobody weighed.
+
+Kinematics, torques and equilibria are pinocchio's; nothing of the library is used. Every joint stands at its command
+plus its zero's error plus c·tau, with tau the torque of all weights at the place where the joint really stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import pinocchio as pin
+
+Array = npt.NDArray[np.float64]
+URDF = Path("configs/robots/ur5.urdf")
+TIP = "flange"
+STIFFNESS = np.array([24000.0, 24000.0, 12000.0, 4000.0, 4000.0, 4000.0])
+INSTRUMENT = pin.SE3(pin.rpy.rpyToMatrix(0.01, -0.02, 2.4), np.array([2.3, 1.6, 0.4]))
+PLACES = {
+    "one": np.array([0.08, 0.02, 0.12]),
+    "two": np.array([-0.07, 0.09, 0.10]),
+    "three": np.array([0.01, -0.11, 0.15]),
+}
+_ITERATIONS = 8
+_TENSOR = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What is not as drawn.
+
+    Attributes:
+        zeros: rad, of the joints.
+        placements: shift (m) and turn (rad) of every joint's frame in its parent, shape (6, 6).
+        softness: joints' compliances in units of the robot file's.
+        tool: mass (kg) and centre (m) in the tip's frame.
+        periodic: amplitude (rad) and phase of an error of joint 3 that repeats with every turn.
+        slip: rad, by which joint 4 is off beyond 0.7 rad: no library has it.
+    """
+
+    zeros: Array = field(default_factory=lambda: np.zeros(6))
+    placements: Array = field(default_factory=lambda: np.zeros((6, 6)))
+    softness: Array = field(default_factory=lambda: np.ones(6))
+    tool: tuple[float, Array] = (0.0, np.zeros(3))
+    periodic: tuple[float, float] = (0.0, 0.0)
+    slip: float = 0.0
+
+
+def usual_faults(seed: int, *, tool: float = 3.0) -> Faults:
+    """Zeros off by 1 mrad, links by 0.3 mm and 0.5 mrad, stiffness by 20 %, a tool of `tool` kg, one runout."""
+    generator = np.random.default_rng(seed)
+    turns = generator.normal(0.0, 5e-4, (6, 3))
+    return Faults(
+        zeros=generator.normal(0.0, 1e-3, 6),
+        placements=np.hstack([generator.normal(0.0, 3e-4, (6, 3)), turns]),
+        softness=np.exp(generator.normal(0.0, 0.2, 6)),
+        tool=(tool, np.array([0.02, -0.01, 0.08])),
+        periodic=(3e-4, float(generator.uniform(0.0, 2.0 * np.pi))),
+    )
+
+
+class Arm:
+    """The arm with its faults.
+
+    Args:
+        faults: what is not as drawn.
+    """
+
+    def __init__(self, faults: Faults) -> None:
+        # Pinocchio reads no mass without an inertia tensor, which statics does not need.
+        text = URDF.read_text(encoding="utf-8").replace("</inertial>", f"{_TENSOR}</inertial>")
+        self._model = pin.buildModelFromXML(text)
+        self._model.gravity.linear = np.array([0.0, 0.0, -9.80665])
+        for joint, moved in enumerate(faults.placements):
+            error = pin.SE3(pin.exp3(moved[3:]), moved[:3])
+            self._model.jointPlacements[joint + 1] = self._model.jointPlacements[joint + 1] * error
+        mass, centre = faults.tool
+        self._tip = self._model.getFrameId(TIP, pin.FrameType.BODY)
+        tip = self._model.frames[self._tip]
+        if mass:
+            tool = pin.Inertia(mass, centre, 1e-3 * np.eye(3))
+            self._model.appendBodyToJoint(tip.parentJoint, tool, tip.placement)
+        self._data = self._model.createData()
+        self._faults = faults
+
+    def position(self, command: Array, place: Array) -> Array:
+        """Of a marker at `place` (m, in the tip's frame) in the instrument's axes, with the arm at rest."""
+        amplitude, phase = self._faults.periodic
+        standing = command + self._faults.zeros
+        standing[2] += amplitude * np.sin(command[2] + phase)
+        standing[3] += self._faults.slip * float(command[3] > 0.7)
+        q = standing
+        for _ in range(_ITERATIONS):
+            torque = -pin.computeGeneralizedGravity(self._model, self._data, q)
+            q = standing + self._faults.softness / STIFFNESS * torque
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return np.array(INSTRUMENT.actInv(self._data.oMf[self._tip].act(place)))
+
+
+def recordings(
+    faults: Faults, rows: int, seed: int, *, deviation: float = 3e-5, held_out: float = 0.2, markers: int = 3
+) -> pd.DataFrame:
+    """Positions of markers at random commands with noise of `deviation` (m); a share `held_out` is marked `test`.
+
+    Every pose is read at all markers before the next one; there is no payload.
+    """
+    generator, arm = np.random.default_rng(seed), Arm(faults)
+    names = list(PLACES)[:markers]
+    poses = -(-rows // len(names))
+    low = np.array([-2.5, -2.4, -2.0, -2.5, -2.5, -2.8])
+    commands = generator.uniform(low, [2.5, -0.7, 2.0, 2.5, 2.5, 2.8], (poses, 6))
+    tests = generator.random(poses) < held_out
+    table = []
+    for number in range(rows):
+        pose, name = number // len(names), names[number % len(names)]
+        read = arm.position(commands[pose], PLACES[name]) + deviation * generator.standard_normal(3)
+        table.append([number + 1, 1, *commands[pose], name, *read, "test" if tests[pose] else "train"])
+    columns = ["sequence", "series", *(f"q{k}_rad" for k in range(1, 7)), "marker", "px_m", "py_m", "pz_m", "split"]
+    frame = pd.DataFrame(table, columns=columns)
+    for name in ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"):
+        frame[name] = 0.0
+    for name in ("spx_m", "spy_m", "spz_m"):
+        frame[name] = deviation
+    return frame

@@ -1,0 +1,154 @@
+"""The closed loop of `closed_loop.py` for plans that other people's tools choose, at equal cost.
+
+    python benchmarks/closed_loop_peers.py configs/closed-loop.yaml --kept results/closed-loop/three-axes \
+        --figaroh PYTHON --out results/closed-loop/peers-three-axes
+
+- FIGAROH's posture selection from a pool of measurements, by its D-optimal SOCP and by its DetMax exchange (in an
+  environment of its own, `--figaroh`: it is no dependency here). It is given this program's regressors, so that only
+  the criterion and the choice are compared.
+- A space-filling design: of many Latin hypercubes of `scipy.stats.qmc` over poses and loads the one of least centred
+  discrepancy that the robot can reach. A different one is drawn in every repetition, so that luck averages out.
+
+The plans by this program's criteria are those that `closed_loop.py` kept. All have as many measurements.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from closed_loop import (
+    BEST,
+    COLUMNS,
+    LaboratoryBench,
+    Loop,
+    attained_with,
+    cells,
+    expected,
+    loop_of,
+    plan_of_genes,
+    summary,
+)
+from closed_loop_arm import ArmBench
+from expdesign.arrays import FloatArray
+from expdesign.design.optimality.information import MeasurementInformation
+from expdesign.design.optimality.selection import choose_measurements
+from expdesign.design.plan import Plan, plan_frame, read_plan
+from expdesign.design.problem import DesignProblem
+from expdesign.design.problem_file import read_problem
+from expdesign.design.start import reachable_measurements
+from expdesign.files.csv_writer import csv_text
+from expdesign.files.table import read_table
+from expdesign.robots.serial import SerialRobot
+from optimality.against_figaroh import figaroh
+
+KEPT = (BEST, "duir", "o1")
+FILLING = "space-filling (scipy.stats.qmc)"
+SAME_POOL = "DUIR from FIGAROH's pool"
+_HYPERCUBES = 200
+
+
+def pool_plans(problem: DesignProblem, python: str, pool: int, seed: int) -> dict[str, Plan]:
+    """What FIGAROH chooses from a pool of reachable measurements, by its SOCP and by its DetMax, and what this program
+    does by DUIR from the same pool.
+    """
+    genes = reachable_measurements(problem, pool, np.random.default_rng(seed))
+    rows = MeasurementInformation(problem, 0.0).rows(genes)
+    found = {}
+    for name, options in (("FIGAROH, SOCP", ()), ("FIGAROH, DetMax exchange", ("--detmax",))):
+        chosen, seconds = figaroh(python, rows, problem.space.measurements, *options)
+        print(f"{name}: {seconds[0]:.1f} s of processor time", file=sys.stderr, flush=True)
+        found[name] = plan_of_genes(problem, genes[chosen])
+    best = choose_measurements(problem, genes)
+    found[SAME_POOL] = plan_of_genes(problem, best.variables)
+    return found
+
+
+def space_filling(problem: DesignProblem, generator: np.random.Generator) -> FloatArray:
+    """Genes (m, g) of the reachable Latin hypercube of least centred discrepancy."""
+    space, robot = problem.space, problem.loaded.robot
+    best, least = None, np.inf
+    for _ in range(_HYPERCUBES):
+        unit = qmc.LatinHypercube(space.genes, rng=generator).random(space.measurements)
+        continuous = space.lower + unit * (space.upper - space.lower)
+        genes = np.where(space.discrete, np.minimum(np.floor(unit * (space.upper + 1.0)), space.upper), continuous)
+        if not robot.usable(space.decode(genes)[0]).all():
+            continue
+        discrepancy = qmc.discrepancy(unit)
+        if discrepancy < least:
+            best, least = genes, discrepancy
+    if best is None:
+        raise RuntimeError(f"none of {_HYPERCUBES} Latin hypercubes can be reached")
+    return best
+
+
+def run(loop: Loop, plans: dict[str, Plan], repetitions: int, seed: int) -> pd.DataFrame:
+    """Attained error of every plan in every repetition; robots and draws are those of `closed_loop.run`."""
+    problem = loop.problem
+    names = [*plans, FILLING]
+    attained = {name: np.full(repetitions, np.nan) for name in names}
+    predicted = {name: np.full(repetitions, np.nan) for name in names}
+    for repetition in range(repetitions):
+        generator = np.random.default_rng([seed, 11, repetition])
+        robot = problem.loaded.robot
+        stiffness = robot.stiffness * np.exp(loop.scatter * generator.standard_normal(len(robot.stiffness)))
+        draw = int(generator.integers(2**31))
+        filling = space_filling(problem, np.random.default_rng([seed, 13, repetition]))
+        for name, plan in (plans | {FILLING: plan_of_genes(problem, filling)}).items():
+            attained[name][repetition] = attained_with(loop, plan, stiffness, draw)
+            predicted[name][repetition] = expected(problem, plan)
+        if repetition % 20 == 19:
+            print(f"{repetition + 1} of {repetitions} repetitions", file=sys.stderr, flush=True)
+    return summary(attained, predicted)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("config", type=Path)
+    parser.add_argument("--kept", type=Path, required=True, help="folder of closed_loop.py with plan-total.csv …")
+    parser.add_argument("--figaroh", default=sys.executable, help="interpreter with figaroh")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--pool", type=int, default=1000)
+    parser.add_argument("--repetitions", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    problem = read_problem(options.config)
+    bench = ArmBench if isinstance(problem.loaded.robot, SerialRobot) else LaboratoryBench
+    loop, shared = loop_of(problem, 0.1, bench), problem.noise.shared_reference
+    plans = {}
+    for name in KEPT:
+        plans[name] = read_plan(read_table(options.kept / f"plan-{name}.csv"), problem.loaded, shared_reference=shared)
+    plans |= pool_plans(problem, options.figaroh, options.pool, options.seed)
+    table = run(loop, plans, options.repetitions, options.seed)
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "attained.csv").write_text(csv_text(table), encoding="utf-8")
+    for name, plan in plans.items():
+        if name not in KEPT:
+            file = options.out / f"plan-{name.replace("'s", '').replace(', ', '-').replace(' ', '-').lower()}.csv"
+            file.write_text(csv_text(plan_frame(plan, problem.loaded, False)), encoding="utf-8")
+    (options.out / "README.md").write_text(text_of(table, options), encoding="utf-8")
+    print(table.to_string(index=False))
+
+
+def text_of(table: pd.DataFrame, options: argparse.Namespace) -> str:
+    """The result as Markdown."""
+    command = (
+        f"python benchmarks/closed_loop_peers.py {options.config} --kept {options.kept} --figaroh PYTHON "
+        f"--out {options.out} --pool {options.pool} --repetitions {options.repetitions} --seed {options.seed}"
+    )
+    rows = [f"| {' | '.join(row)} |" for row in (COLUMNS, ("---",) * len(COLUMNS), *cells(table))]
+    told = (
+        f"{options.repetitions} repetitions, robots and draws of noise and load errors as in `{options.kept}`, whose\n"
+        f"plans by `{'`, `'.join(KEPT)}` were sought over all poses and loads; FIGAROH chooses from a pool of\n"
+        f"{options.pool} reachable measurements with this program's regressors, and this program by DUIR from the\n"
+        "same pool; a space-filling plan is drawn anew in every repetition. All have as many measurements. Error\n"
+        "attained at the targets, in tolerances; ± is one standard error; differences are repetition by repetition."
+    )
+    return f"# Closed loop: plans of other tools\n\n```\n{command}\n```\n\n{told}\n\n" + "\n".join(rows) + "\n"
+
+
+if __name__ == "__main__":
+    main()

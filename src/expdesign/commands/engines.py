@@ -1,0 +1,33 @@
+"""Where the work of a command is done: in this process, in processes of this machine, or on a cluster."""
+
+import os
+
+from expdesign.errors import InputError
+from expdesign.sweeps.engine import Engine, Processes, Serial
+
+WORKERS = "Processes of this machine"
+CLUSTER = "Address of a Dask scheduler instead, e.g. tcp://192.168.0.5:8786."
+
+
+def engine_of(workers: int | None, cluster: str | None, default: int | None = None) -> Engine:
+    """The engine of the options `--workers` and `--cluster`, to be used as a context.
+
+    Args:
+        workers: number of processes.
+        cluster: address of a Dask scheduler.
+        default: number of processes where neither is given; as many as there are processors if left out.
+
+    Raises:
+        InputError: both are given, or one is wrong.
+    """
+    if cluster is not None:
+        if workers is not None:
+            remedy = "Workers of a cluster are started with it (`dask worker ADDRESS --nthreads 1`)."
+            raise InputError("only one of `--workers` and `--cluster` can be given", where="--workers", remedy=remedy)
+        from expdesign.sweeps.cluster import Cluster  # noqa: PLC0415 (an extra)
+
+        return Cluster(cluster)
+    if workers is not None and workers < 1:
+        raise InputError(f"{workers} is not a number of processes", where="--workers", remedy="Use at least 1.")
+    count = workers or default or os.cpu_count() or 1
+    return Serial() if count == 1 else Processes(count)

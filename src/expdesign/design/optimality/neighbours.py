@@ -1,0 +1,177 @@
+"""Designs that differ from given ones in whole measurements: how a search leaves a valley, which gradients cannot.
+
+Which pose or mass comes first, where exactly comes from gradients afterwards. Measurements are exchanged for those that
+other good designs have, for some at random, or for themselves with one variable at another of its values: an end of its
+range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Where DUIR and FEIR are
+sums over measurements (`additive.py`), every exchange is judged, one after the other until none helps (Fedorov 1972);
+else some of them, drawn at random.
+"""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.design.optimality.additive import Additive
+from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.problem import DesignProblem
+from expdesign.design.start import reachable_measurements
+
+_LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS = 100, 24, 60, 6, 8
+_ADDITIVE = ("duir", "feir", "total")
+_TOGETHER = 10_000_000
+"""Largest number of entries of the sums that are formed at once."""
+
+
+def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
+    found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
+    return found
+
+
+class Neighbours:
+    """Exchanges of measurements, and which of them serve an aim.
+
+    Args:
+        problem: the design problem.
+        objectives: by whose values designs are judged.
+        generator: of what is drawn.
+    """
+
+    def __init__(self, problem: DesignProblem, objectives: Objectives, generator: np.random.Generator) -> None:
+        self._problem, self._objectives, self._generator = problem, objectives, generator
+        self._space = problem.space
+        self._names = [criterion.name for criterion in objectives.criteria]
+        known = not set(self._names) - set(_ADDITIVE)
+        self._additive = Additive(problem, 1.0) if known and problem.space.most_poses is None else None
+        self._draws = problem.noise.shared_reference or problem.constraints is not None or self._additive is None
+        # On a grid, what gradients do elsewhere is done by steps to neighbours.
+        self._gridded = bool((self._space.discrete & (self._space.upper > 1.0)).sum() > 1)
+        self._library = np.zeros((0, self._space.genes))
+
+    def learn(self, designs: FloatArray) -> None:
+        """Keep the measurements of good designs (d, m, g); of similar ones the latest."""
+        space = self._space
+        seen = np.concatenate([designs.reshape(-1, space.genes), self._library])
+        span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
+        coarse = np.where(space.discrete, seen, np.round(20.0 * (seen - space.lower) / span))
+        first = np.unique(coarse, axis=0, return_index=True)[1]
+        self._library = seen[np.sort(first)[:_LIBRARY]]
+
+    def exchanged(
+        self, parents: FloatArray, centres: FloatArray, weights: FloatArray, drawn: int
+    ) -> tuple[FloatArray, IntArray]:
+        """Designs (c, m, g) in other valleys than the parents (b, m, g), and for which aim (c,) each is.
+
+        The aims have `centres` and `weights` (b, k). For each aim, exchanges start from its parent and from so many
+        designs drawn at random (`drawn`).
+        """
+        found, aims = [], []
+        own = np.arange(len(parents))
+        if self._additive is not None and len(self._library):
+            found.append(self._by_sums(self._additive, parents, centres, weights, drawn))
+            aims.append(np.tile(own, 1 + drawn))
+        if self._draws:
+            found.append(self._by_draws(parents, centres, weights))
+            aims.append(own)
+        designs, aim = np.concatenate(found), np.concatenate(aims)
+        changed = (designs != parents[aim]).any(axis=(1, 2))
+        designs, aim = designs[changed], aim[changed]
+        both = np.concatenate([designs.reshape(len(designs), -1), aim[:, None]], axis=1)
+        first = np.sort(np.unique(both, axis=0, return_index=True)[1])
+        return designs[first], aim[first]
+
+    def _by_sums(
+        self, sums: Additive, parents: FloatArray, centres: FloatArray, weights: FloatArray, drawn: int
+    ) -> FloatArray:
+        """Designs (b·(1 + drawn), m, g) at which no single exchange with the library helps."""
+        (batch, m, g), count = parents.shape, len(self._library)
+        shared = sums.parts(self._library)
+        plans = self._generator.integers(count, size=(drawn * batch, m))
+        designs = np.concatenate([parents, self._library[plans]])
+        there = np.concatenate([sums.parts(parents.reshape(-1, g)).reshape(batch, m, -1), shared[plans]])
+        centres, weights = np.tile(centres, (1 + drawn, 1)), np.tile(weights, (1 + drawn, 1))
+        score = self._score(sums, there.sum(axis=1), centres, weights)
+        moving = np.arange(len(designs))
+        together = max(1, _TOGETHER // (count * shared.shape[1]))
+        for _ in range(_SWEEPS):
+            helped = np.zeros(len(designs), dtype=bool)
+            for place in range(m):
+                for start in range(0, len(moving), together):
+                    part = moving[start : start + together]
+                    # Sums of what remains, not differences, which would lose digits.
+                    remaining = np.delete(there[part], place, axis=1).sum(axis=1)[:, None]
+                    new, summands = self._library[None], shared[None]
+                    if self._gridded:
+                        varied = self._variants(designs[part, place][:, None])[:, 0]
+                        own = sums.parts(varied.reshape(-1, g)).reshape(*varied.shape[:2], -1)
+                        everywhere = (len(part), count)
+                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), varied], axis=1)
+                        summands = np.concatenate(
+                            [np.broadcast_to(shared, (*everywhere, shared.shape[1])), own], axis=1
+                        )
+                    options = remaining + summands
+                    scores = self._score(sums, options, centres[part, None], weights[part, None])
+                    best = scores.argmin(axis=1)
+                    found = scores[np.arange(len(part)), best]
+                    better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
+                    index = part[better]
+                    source = np.flatnonzero(better) if self._gridded else np.zeros(len(index), dtype=np.int64)
+                    designs[index, place] = new[source, best[better]]
+                    there[index, place] = summands[source, best[better]]
+                    score[index], helped[index] = found[better], True
+            moving = np.flatnonzero(helped)
+            if moving.size == 0:
+                break
+        return designs
+
+    def _score(self, sums: Additive, options: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            noise, force = sums.variances(options)
+            both = {"duir": noise, "feir": force, "total": noise + force}
+            values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)
+            score = achieved(values, centres, weights)
+        usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
+        return usable
+
+    def _by_draws(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """The best (b, m, g) of some exchanges of one measurement, half of them of one variable, drawn at random."""
+        batch, m, _ = parents.shape
+        draw = self._generator.integers
+        random = reachable_measurements(self._problem, _RANDOM, self._generator)
+        common, own = np.concatenate([self._library, random]), self._variants(parents)
+        trials = np.repeat(parents[:, None], _DRAWN, axis=1)
+        first, second = np.indices((batch, _DRAWN))
+        place = draw(m, size=(batch, _DRAWN))
+        varied = own[first, place, draw(own.shape[2], size=(batch, _DRAWN))]
+        listed = common[draw(len(common), size=(batch, _DRAWN))]
+        if self._problem.noise.shared_reference:
+            # Another load at the pose of a measurement that the plan has: they share their reference.
+            there = parents[first, draw(m, size=(batch, _DRAWN))]
+            listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
+        trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
+        trials = self._space.canonical(trials)
+        values = self._objectives.values(trials.reshape(-1, *parents.shape[1:])).reshape(batch, _DRAWN, -1)
+        same = (trials == parents[:, None]).all(axis=(2, 3))
+        score = achieved(values, centres[:, None], weights[:, None])
+        best = np.where(same | ~np.isfinite(score), np.inf, score).argmin(axis=1)
+        found: FloatArray = trials[np.arange(batch), best]
+        return found
+
+    def _variants(self, parents: FloatArray) -> FloatArray:
+        """The measurements of designs (b, m, g), each with one variable changed, shape (b, m, v, g)."""
+        space, found = self._space, []
+        for gene in range(space.genes):
+            low, high = space.lower[gene], space.upper[gene]
+            if not space.discrete[gene]:
+                values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
+            elif high < _LEVELS:
+                values = [np.full(parents.shape[:2], level) for level in np.arange(high + 1.0)]
+            else:
+                values = [np.clip(parents[..., gene] + step, low, high) for step in (-1.0, 1.0)]
+                values += [np.full(parents.shape[:2], end) for end in (low, high)]
+            for value in values:
+                changed = parents.copy()
+                changed[..., gene] = value
+                found.append(changed)
+        if self._problem.noise.shared_reference:
+            found += [np.where(space.of_pose, np.roll(parents, k, axis=1), parents) for k in range(1, parents.shape[1])]
+        return np.stack(found, axis=2)

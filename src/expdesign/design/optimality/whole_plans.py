@@ -1,0 +1,222 @@
+"""The best plan there is, to so many per cent: bounds over plans of whole measurements (theory.md 10.7)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.certificate import Certificate, with_split
+from expdesign.design.optimality.columns import Columns, Sites, columns_of, sites_of
+from expdesign.design.optimality.outer_approximation import Master, most_sensitive
+from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
+from expdesign.design.optimality.tree import Tree
+from expdesign.design.problem import DesignProblem
+
+GAP = 1e-3
+"""Relative distance between a plan and the bound at which branch and bound ends."""
+LARGEST = 3000
+"""Columns beyond which whole plans are not sought."""
+_LIKELY, _MARGIN = 300, 1.3
+_AGAIN = 0.8
+"""Part of the distance from plan to bound that is left when columns are chosen anew."""
+
+
+@dataclass(frozen=True)
+class WholePlans:
+    """How far branch and bound got.
+
+    Attributes:
+        bound: what no plan of whole measurements goes below; None where it was not attempted.
+        best: the least value of any plan that is known.
+        plan: that plan (m, g) where it was found here, else None.
+        finished: whether the bound was reached to `GAP`, and not only the end of the time.
+        columns: of the last integer program.
+        nodes: of all trees.
+        words: what was done.
+    """
+
+    bound: float | None
+    best: float
+    plan: FloatArray | None
+    finished: bool
+    columns: int
+    nodes: int
+    words: str
+
+    def sentence(self, criterion: str) -> str:
+        """What is proved, in words."""
+        if self.bound is None or self.gap is None:
+            return ""
+        if self.finished:
+            return f"the best plan there is, to {100.0 * max(self.gap, GAP):.2g} %, has {criterion} {self.best:.5g}"
+        return (
+            f"the best plan known has {criterion} {self.best:.5g}; one that is better is so by {self.gap:.2%} at most"
+        )
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """For `run.json` (file-formats.md, run.json)."""
+        return {
+            "lower_bound": self.bound,
+            "least_known": float(self.best) if np.isfinite(self.best) else None,
+            "gap": self.gap,
+            "finished": self.finished,
+            "columns": self.columns,
+            "nodes": self.nodes,
+            "how": self.words,
+        }
+
+    @property
+    def gap(self) -> float | None:
+        """(best − bound)/bound, or None."""
+        return None if not self.bound or not np.isfinite(self.best) else max(self.best / self.bound - 1.0, 0.0)
+
+
+class BranchAndBound:
+    """Bounds over plans of whole measurements.
+
+    Args:
+        problem: the design problem.
+        certificate: of the relaxation.
+        result: of that certificate.
+        known: designs (d, m, g) that can be measured.
+        seconds: of processor time, as estimated from the work, so that the result does not depend on the machine.
+    """
+
+    def __init__(
+        self, problem: DesignProblem, certificate: Certificate, result: Result, known: FloatArray | None, seconds: float
+    ) -> None:
+        self._problem, self._certificate, self._result = problem, certificate, result
+        self._criterion = certificate.name.lower()
+        self._seconds = seconds
+        self._nodes = 0
+        space = problem.space
+        self._free = problem.constraints is None and space.most_poses is None
+        self._free &= not space.required.poses and not space.required.masses
+        self._best, self._plan = np.inf, None
+        if known is not None and len(known):
+            self._best = float(np.min(self._values(known)))
+
+    def run(self) -> WholePlans:
+        """Bound the whole plans from below as far as the work allows."""
+        relaxed, last = self._result.bound.value, self._result.last
+        if relaxed is None or last is None:
+            return self._not("there is no bound of the relaxation")
+        if self._best <= relaxed * (1.0 + GAP):
+            return self._found(relaxed, 0, "the relaxation's bound is reached")
+        sites = sites_of(self._certificate.information)
+        if isinstance(sites, str):
+            return self._not(sites)
+        parts = self._columns(sites, last, min(self._best, _MARGIN * relaxed))
+        if isinstance(parts, str):
+            return self._not(parts)
+        self._search(most_sensitive(parts, last.dual, _LIKELY), last, relaxed, 0.0)
+        bound, number = relaxed, 0
+        while self._seconds > 0.0 or number == 0:
+            if not np.isfinite(self._best):
+                return self._not("no plan is known")
+            before = self._best
+            parts = self._columns(sites, last, before)
+            if isinstance(parts, str):
+                return self._not(parts)
+            number = sum(len(part) for part in parts)
+            if number > LARGEST:
+                return self._not(f"{number} poses with parts of their loads are too many")
+            # A better plan leaves fewer columns, so that it is worth while to begin again.
+            part, ended = self._search(parts, last, relaxed, self._seconds)
+            bound = max(bound, part)
+            if ended:
+                break
+        return self._found(bound, number, "")
+
+    def _columns(self, sites: Sites, last: Refinement, value: float) -> list[Columns] | str:
+        """Columns that a plan better than `value` can have."""
+        dual = last.dual
+        threshold = dual.gain**2 / value**2 - dual.prior
+        return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest)
+
+    def _search(self, parts: list[Columns], last: Refinement, relaxed: float, seconds: float) -> tuple[float, bool]:
+        """The bound over plans of these columns and the best known one, with better plans on the way; and whether it
+        ended for another reason than that a much better plan was found.
+        """
+        master = Master(self._certificate.relaxation, parts, relaxed**2)
+        if len(master) == 0:
+            return self._best, True
+        master.cut(last.dual)
+        generator = np.random.default_rng(self._problem.optimiser.seed)
+        before = self._best
+
+        def within() -> bool:
+            return master.work < seconds and self._best > relaxed + _AGAIN * (before - relaxed)
+
+        def attempt(times: FloatArray) -> float:
+            self._try(master.plan(times))
+            return self._best**2
+
+        outcome = Tree(master, attempt, 1.9 * GAP, generator).run(self._best**2, within)
+        self._nodes += outcome.nodes
+        bound = max(relaxed, min(float(np.sqrt(outcome.bound)), self._best))
+        ended = within() or master.work >= seconds
+        self._seconds -= min(master.work, seconds)
+        return bound, ended
+
+    def _try(self, measurements: FloatArray) -> None:
+        if not self._free:
+            return
+        plan = self._problem.settable(measurements[None])
+        value = float(self._values(plan)[0])
+        if value < self._best:
+            self._best, self._plan = value, plan[0]
+
+    def _values(self, designs: FloatArray) -> FloatArray:
+        found = known_criteria()[self._criterion].values(self._problem.assess(*self._problem.space.decode(designs)))
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def _not(self, why: str) -> WholePlans:
+        return WholePlans(None, self._best, None, False, 0, self._nodes, f"not attempted: {why}")
+
+    def _found(self, bound: float, columns: int, words: str) -> WholePlans:
+        bound = min(bound, self._best)
+        finished = self._best <= bound * (1.0 + GAP)
+        text = words or (
+            f"branch and bound over {columns} poses with their loads, {self._nodes} nodes"
+            f"{'' if finished else ', ended by its time'}"
+        )
+        return WholePlans(bound, self._best, self._plan, finished, columns, self._nodes, text)
+
+
+@dataclass(frozen=True)
+class CriterionBounds:
+    """What no plan goes below.
+
+    Attributes:
+        lower: the larger of the two bounds, over plans in parts and over whole ones.
+        whole: how far branch and bound got.
+    """
+
+    lower: LowerBound
+    whole: WholePlans
+
+
+def criterion_bounds(
+    problem: DesignProblem, load_errors: float, known: FloatArray | None, seconds: float | None = None
+) -> CriterionBounds:
+    """The bounds of DUIR (`load_errors` 0) or of `total` (1) over all plans of as many measurements.
+
+    Args:
+        problem: the design problem.
+        load_errors: see `MeasurementInformation`.
+        known: designs (d, m, g) that can be measured.
+        seconds: of branch and bound; the configuration's where left out.
+    """
+    certificate = Certificate(problem, load_errors)
+    result = certificate.result(known)
+    seconds = problem.optimiser.bound_seconds if seconds is None else seconds
+    whole = BranchAndBound(problem, certificate, result, known, seconds).run()
+    relaxed = result.bound.value
+    if relaxed is None or whole.gap is None or whole.bound is None:
+        return CriterionBounds(with_split(problem, result, load_errors), whole)
+    words = f"{result.bound.certified_on}; {whole.words}: {whole.sentence(certificate.name)}"
+    return CriterionBounds(LowerBound(max(relaxed, whole.bound), words), whole)

@@ -1,0 +1,60 @@
+"""Searches for physics that may be named: within the limits of what is possible, and apart from what it imitates.
+
+An effect that a fit has driven to its limit describes something else, and is not a name. A drift that shows only
+because something else changed with time is not one either. Both are withdrawn from the library, and the search goes
+on without them; most of its models are known by then.
+"""
+
+from dataclasses import dataclass
+
+from expdesign.diagnosis.remarks import ConfoundedTime
+from expdesign.diagnosis.selection import ACCEPTANCE, Model, Search
+from expdesign.diagnosis.time_confounded import confounded_with, drift_tests, unsupported
+from expdesign.diagnosis.verdict import at_limits
+from expdesign.recordings.remark import Remark
+
+_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Nameable:
+    """A model whose effects may be named.
+
+    Attributes:
+        model: the model.
+        at_limit: of a better model that physics at its limit would give, the parameter; empty where there is none.
+        remarks: what the search had to leave open.
+    """
+
+    model: Model
+    at_limit: str
+    remarks: tuple[Remark, ...]
+
+
+def nameable(search: Search, *, outliers: bool = True) -> Nameable:
+    """The best model without physics at its limits and without drifts that imitate; `outliers` as in `Search.run`."""
+    other = confounded_with(search.sample, search.robot)
+    imitations: list[str] = []
+    limited: tuple[float, str] | None = None
+    for _ in range(_ROUNDS):
+        model = search.run(outliers=outliers)
+        limits = at_limits(model)
+        drifts = unsupported(search, model, other)
+        if not limits and not drifts:
+            break
+        for key, parameter in limits.items():
+            search.log.add("limits", model, False, f"{parameter} is at the limit of what is physically possible")
+            limited = min(limited or (model.misfit, parameter), (model.misfit, parameter))
+            search.forbid({key})
+        for key in drifts:
+            search.log.add("drift", model, False, f"`{key}` does not show apart from what changed with time")
+            search.forbid({key})
+            imitations.append(key)
+    else:
+        model = search.run(outliers=outliers)
+        model = search.restricted(model, {*at_limits(model), *unsupported(search, model, other)})
+    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - ACCEPTANCE else ""
+    remarks: tuple[Remark, ...] = ()
+    if other is not None and (imitations or drift_tests(search, model, other)):
+        remarks = (ConfoundedTime(other.name, other.share, tuple(imitations)),)
+    return Nameable(model, at_limit, remarks)

@@ -1,0 +1,57 @@
+"""Which laws are there: components are compared by what their laws explain together, and by what they predict."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, INSTRUMENT, PLATFORM, Component
+from expdesign.ports.dictionary import Atom
+from expdesign.ports.evidence import Present
+from expdesign.ports.location import places
+from expdesign.ports.selection import LawSearch
+
+ROWS = 120
+BLOCKS = np.repeat(np.arange(20), 6)
+
+
+def _search(laws: list[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> LawSearch:
+    base = np.random.default_rng(seed).standard_normal((ROWS, 2))
+    atoms = [Atom(component, law / np.sqrt((law**2).sum() / ROWS), named=(None, 0)) for component, law in laws]
+    dictionary = SimpleNamespace(atoms=atoms)
+    return LawSearch(dictionary, Present(base, np.zeros(2), readings), BLOCKS)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_physics_in_two_laws_of_one_part_is_not_given_to_another_that_resembles_both(seed: int) -> None:
+    """One entry elsewhere explains more than either of two entries of the right part, but less than both."""
+    generator = np.random.default_rng(seed)
+    one, other, strange = (generator.standard_normal((ROWS, 1)) for _ in range(3))
+    mixed = one + other + 0.3 * strange
+    readings = 5.0 * (one + other)[:, 0] + generator.standard_normal(ROWS)
+    search = _search([(PLATFORM, one), (PLATFORM, other), (INSTRUMENT, mixed), (BASE, other - one)], readings, seed)
+    assert np.argmax(search.propose(search.base).gains) == 2
+    chosen = search.run()
+    assert search.components(chosen) == [PLATFORM]
+    found = places(search.weighed(chosen, PLATFORM))
+    assert found[0].component == PLATFORM
+    assert found[0].log_evidence > found[1].log_evidence + 30.0
+
+
+def test_noise_has_no_law() -> None:
+    generator = np.random.default_rng(9)
+    laws = [(PLATFORM, generator.standard_normal((ROWS, 3))), (BASE, generator.standard_normal((ROWS, 5)))]
+    assert _search(laws, generator.standard_normal(ROWS), 9).run().indices == ()
+
+
+def test_combinations_of_weights_that_no_reading_shows_cost_nothing() -> None:
+    """A law of many features of which two are seen has the evidence of those two."""
+    generator = np.random.default_rng(5)
+    seen = generator.standard_normal((ROWS, 2))
+    many = seen @ generator.standard_normal((2, 40))
+    readings = 3.0 * seen[:, 0] + generator.standard_normal(ROWS)
+    search = _search([(PLATFORM, many)], readings, 5)
+    (gain,) = search.propose(search.base).gains
+    assert gain == pytest.approx(search.base.gain(search.atoms[0].directions)[0], rel=1e-9)
+    assert search._slim[0].shape == (ROWS, 2)

@@ -1,0 +1,131 @@
+"""A run is identified by what computes it: the code that decides about numbers, and the libraries, not the version."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from tests.sweeps.small import sweep_file
+
+import expdesign as xd
+from expdesign.errors import InputError
+from expdesign.files.yaml_reader import read_yaml
+from expdesign.sweeps import computed_by as module
+from expdesign.sweeps.cluster import Cluster
+from expdesign.sweeps.computed_by import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
+from expdesign.sweeps.runs import sweep_runs
+
+VARY = {"experiment.measurements": [1, 2]}
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
+    """The package, to be changed."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    return Path(shutil.copytree(ROOT, tmp_path / "expdesign", ignore=ignored))
+
+
+def changed(package: Path, name: str, before: str, after: str) -> str:
+    """Digest with another text in one file."""
+    file = package / name
+    text = file.read_text(encoding="utf-8")
+    assert before in text
+    file.write_text(text.replace(before, after, 1), encoding="utf-8")
+    return code_digest(package)
+
+
+def test_the_modules_that_numbers_come_from() -> None:
+    """Those that are imported, and those that are found by their place."""
+    found = set(modules())
+    by_import = {"design.search", "design.optimality.polish", "design.optimality.certificate", "elastostatics.physics"}
+    by_place = {"criteria.duir", "robots.hexapod", "loads.errors.com", "chain.effects.base.compliance"}
+    assert {f"expdesign.{name}" for name in by_import | by_place} <= found
+    folders = {name.split(".")[1] for name in found}
+    assert not folders & {"commands", "diagnosis", "report", "sweeps", "templates", "watching", "comparison"}
+    assert all((ROOT / Path(*name.split(".")[1:])).with_suffix(".py").is_file() for name in found)
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after"),
+    [
+        ("design/search.py", "_REVIEW = 20", "_REVIEW = 21"),
+        ("criteria/duir.py", "class ", "ADDED = 1\n\n\nclass "),
+        ("api/run.py", "timed: bool = True", "timed: bool = False"),
+    ],
+)
+def test_code_that_decides_about_numbers_counts(copied: Path, name: str, before: str, after: str) -> None:
+    assert changed(copied, name, before, after) != computed_by()["code"]
+
+
+def test_a_criterion_of_one_s_own_counts(copied: Path) -> None:
+    shutil.copy(copied / "criteria" / "o1.py", copied / "criteria" / "o6.py")
+    assert code_digest(copied) != computed_by()["code"]
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after"),
+    [
+        ("__init__.py", '__version__ = "', '__version__ = "9'),
+        ("design/search.py", '"""', '"""Other words. '),
+        ("design/search.py", "_REVIEW = 20", "_REVIEW  =  20  # a comment"),
+        ("report/page.py", "_FOLDER = ", "OTHER = "),
+        ("commands/run.py", '"""', '"""Other words. '),
+    ],
+)
+def test_words_and_the_version_s_number_do_not_count(copied: Path, name: str, before: str, after: str) -> None:
+    assert changed(copied, name, before, after) == computed_by()["code"]
+
+
+def test_libraries_and_python_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = computed_by()
+    assert set(whole) == {"code", "python", *LIBRARIES}
+    before = computed_by_text()
+    monkeypatch.setattr(module, "computed_by", lambda: whole | {"numpy": "0.1"})
+    assert computed_by_text() != before
+
+
+def test_runs_of_other_code_are_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, out = sweep_file(tmp_path, vary=VARY), tmp_path / "out"
+    first = xd.sweep(file, out).table
+    for folder in first["folder"]:
+        assert json.loads((out / folder / "computed_by.json").read_text(encoding="utf-8")) == computed_by()
+    counts: list[int] = []
+    xd.sweep(file, out, report=lambda title, done, total, note: counts.append(done))
+    assert counts == [2]  # both were done before
+    monkeypatch.setattr("expdesign.api.sweep.computed_by_text", lambda: "other code")
+    again = xd.sweep(file, out).table
+    assert not set(again["folder"]) & set(first["folder"])
+    pd.testing.assert_frame_equal(again.drop(columns="folder"), first.drop(columns="folder"))
+
+
+def test_identities_do_not_depend_on_the_version_s_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    document = read_yaml(sweep_file(tmp_path, vary=VARY))
+    before = [run.identity for run in sweep_runs(document, computed_by_text())]
+    monkeypatch.setattr(xd, "__version__", "99.0")
+    assert [run.identity for run in sweep_runs(document, computed_by_text())] == before
+
+
+class Client:
+    """A cluster with a worker of another state."""
+
+    closed = False
+
+    def __init__(self, *values: object, **options: object) -> None:
+        pass
+
+    def run(self, work: object) -> dict[str, dict[str, str]]:
+        return {"tcp://one": computed_by(), "tcp://two": computed_by() | {"numpy": "1.0", "code": "another"}}
+
+    def close(self, **options: object) -> None:
+        Client.closed = True
+
+
+def test_a_worker_that_computes_otherwise_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra `cluster`)")
+    monkeypatch.setattr(distributed, "Client", Client)
+    with pytest.raises(InputError) as caught:
+        Cluster("tcp://localhost:1")
+    assert "worker tcp://two computes with code another instead of" in caught.value.message
+    assert f"numpy 1.0 instead of {computed_by()['numpy']}" in caught.value.message
+    assert Client.closed
