@@ -34,13 +34,15 @@ def run(case: Case, root: Path) -> dict[str, object]:
     seconds = time.process_time() - start
     others = [transfer(result, place / f"{other}.csv") for other in case.others]
     text = page(case, identified, result, others, place / "README.md")
-    (OUT / f"{case.name}.md").write_text(text, encoding="utf-8")
+    (OUT / f"{case.name}.html").write_text(text, encoding="utf-8")
     return {
         "name": case.name,
         "rows": len(recordings),
         "verdict": result.verdict,
         "before": result.errors.test_before,
         "after": result.errors.test_after,
+        "target": case.target,
+        "known": case.known,
         "effects": "; ".join(
             f"{f.physics} at {f.component}" + (f" ({f.variant.split(' over ')[0]})" if f.variant else "")
             for f in result.findings
@@ -70,18 +72,30 @@ def summary(rows: list[dict[str, object]]) -> str:
         "Held-out errors are in standard deviations as the recordings state them (1 is the noise). CPU is of",
         "`diagnose` on one core. The state is the last commit of the package when the page was made.",
         "",
-        "| file | rows | verdict | held out, base model | held out, now | physics | CPU, s | state |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "Best known: of any model known before, see `benchmarks/real_recordings/sets.py`.",
+        "",
+        "| file | rows | verdict | base model | now | target | best known | physics | CPU, s | state |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     lines += [
-        f"| [{row['name']}]({row['name']}.md) | {row['rows']} | {row['verdict']} | {row['before']:.3g} | "
-        f"{row['after']:.3g} | {row['effects'] or 'none'} | {row['seconds']:.0f} | {row.get('state', 'unknown')} |"
+        f"| [{row['name']}]({row['name']}{_ending(row)}) | {row['rows']} | {row['verdict']} | {row['before']:.3g} | "
+        f"{row['after']:.3g} | {_number(row.get('target'))} | {_number(row.get('known'))} | "
+        f"{row['effects'] or 'none'} | {row['seconds']:.0f} | {row.get('state', 'unknown')} |"
         for row in rows
     ]
     notes = OUT / "notes.md"
     if notes.is_file():
         lines += ["", notes.read_text(encoding="utf-8").rstrip()]
     return "\n".join(lines) + "\n"
+
+
+def _ending(row: dict[str, object]) -> str:
+    """Pages of earlier states are Markdown."""
+    return ".html" if (OUT / f"{row['name']}.html").is_file() else ".md"
+
+
+def _number(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else "–"
 
 
 def main(names: list[str]) -> int:

@@ -1,12 +1,15 @@
-"""The page of one file, in words and tables (Markdown); no recordings in it."""
+"""The page of one file, in words, tables and curves (HTML); no recordings in it."""
 
 from pathlib import Path
 
+from benchmarks.real_recordings.figures import drawn
 from benchmarks.real_recordings.sets import NOTICES, Case
 from benchmarks.real_recordings.transfer import Transfer
+from markdown_it import MarkdownIt
 
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.identification.identify import Identification
 from expdesign.report.identification_record import rms
 from expdesign.report.remark_texts import sentences
@@ -15,7 +18,7 @@ _MOST_PARAMETERS = 12
 
 
 def page(case: Case, identified: Identification, result: Diagnosis, others: list[Transfer], readme: Path) -> str:
-    """The page as Markdown."""
+    """The page as HTML."""
     errors = result.errors
     rows = [
         f"# {case.folder}: `{case.file}`" + (f" with `{case.robot}`" if case.robot != "robot.yaml" else ""),
@@ -31,6 +34,7 @@ def page(case: Case, identified: Identification, result: Diagnosis, others: list
         f"- Held-out rows ({errors.how}): {errors.test_before:.3g} standard deviations RMS with the base model, "
         f"**{errors.test_after:.3g}** with the physics below; fitted rows {errors.train_before:.3g} and "
         f"{errors.train_after:.3g}. 1 is the noise as the recordings state it.",
+        f"- {_against(case, errors.test_after)}",
         f"- Located: {', '.join(p.name for p in result.location.components if p.p_value < 0.01) or 'nowhere'}; the "
         f"mismatch of the base model {result.location.region}.",
         f"- `identify`: {_identified(identified)}",
@@ -52,14 +56,32 @@ def page(case: Case, identified: Identification, result: Diagnosis, others: list
             "| --- | --- | --- |",
             *(f"| `{other.file}` | {other.before:.3g} | {other.after:.3g} |" for other in others),
         ]
-    return "\n".join(rows) + "\n"
+    body = MarkdownIt("commonmark", {"html": True}).enable("table").render("\n".join(rows))
+    return f"{_HEAD.format(title=case.name)}{body}</body></html>\n"
 
+
+_HEAD = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
+body {{ font: 15px/1.5 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222; }}
+table {{ border-collapse: collapse; }} td, th {{ border: 1px solid #ccc; padding: 0.2em 0.7em; text-align: left; }}
+code {{ background: #f2f2f2; }} figure {{ margin: 0.5em 0 1.5em; }} figcaption {{ color: #555; }}
+</style></head><body>
+"""
 
 _OF_DEFLECTIONS = "RMS of all rows of the other files in standard deviations, nothing fitted to them:"
 _OF_POSITIONS = (
     "RMS of the test rows of the other files in standard deviations; of the other files' training rows only the pose "
     "of the instrument was fitted, which was set up anew for each:"
 )
+
+
+def _against(case: Case, after: float) -> str:
+    """The result beside what was aimed at and what is known to be possible."""
+    if case.target is None:
+        return "No target was set for this file."
+    reached = "reached" if after <= case.target else "**not reached**"
+    best = "" if case.known is None else f"; best known before: {case.known:.3g}"
+    return f"Target for held-out rows: at most {case.target:.3g}, {reached}{best}."
 
 
 def notice(readme: Path) -> str:
@@ -114,6 +136,8 @@ def _effects(result: Diagnosis) -> list[str]:
         if left:
             rows.append(f"- {left} further parameters, {len(finding.parameters) - len(known)} of them not determined.")
         rows.append("")
+        if isinstance(finding, LawFinding) and finding.curve is not None:
+            rows += [drawn(finding.curve, finding.columns), ""]
     return rows[:-1]
 
 

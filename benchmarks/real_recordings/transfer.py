@@ -36,14 +36,14 @@ def transfer(result: Diagnosis, file: Path) -> Transfer:
     reading = reading_of(robot, recordings)
     assert recordings.deviations is not None
     whitening = Whitening(recordings.deviations, recordings.series)
-    judged = np.ones(len(recordings), dtype=bool) if reading is None else recordings.test
+    judged = np.ones(len(recordings), dtype=bool) if reading.linear else recordings.test
     data = Data(recordings, row_data(recordings, robot), whitening, reading=reading)
     everything = Sample.of(data, np.ones(len(recordings), dtype=bool))
     errors = []
     for found in (result.base, result.model.fit):
         chain = Chain(robot, found.chain.effects, reading=reading)
         values = found.values
-        if reading is not None:
+        if not reading.linear:
             values = _placed(chain, found, Sample.of(data, ~recordings.test)).values
         errors.append(rms(everything.residuals(chain, values), judged))
     return Transfer(file.stem, *errors)

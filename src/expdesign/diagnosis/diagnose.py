@@ -28,8 +28,11 @@ from expdesign.diagnosis.probability import FITTING, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability, stability
+from expdesign.diagnosis.support_findings import support_findings
+from expdesign.diagnosis.support_laws import Support, support_laws
 from expdesign.diagnosis.together import (
     LAWS,
+    TOGETHER,
     Method,
     errors_together,
     group_findings,
@@ -146,15 +149,16 @@ def diagnose(
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
     many, method = together(robot, sample, base, entries, report)
-    search.log.add_text("method", f"{method.name}: {method.reason}")
-    if many is not None:
-        errors = errors_together(many, base, sample, judged)
-        if errors.test_after < errors.test_before:
-            return _of_all(_Frame(robot, recordings, noise, base, search, entries, method), many, errors)
+    frame = _Frame(robot, recordings, noise, base, search, entries, method)
+    at_once = _at_once(frame, many, judged)
+    if at_once is not None and (at_once.support is None or at_once.support.nameless(sample)):
+        return at_once.diagnosis
     named = nameable(search, outliers=False) if OUTLIER in without else _searched(search, sample, robot)
     model = named.model
     report("checking on held-out recordings")
     model, errors = _checked(search, model, base, noise, judged)
+    if at_once is not None and at_once.beats(model):
+        return at_once.diagnosis
     report("weighing alternatives")
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     stable = stability(search, model)
@@ -203,7 +207,38 @@ def diagnose(
     return _with_laws(result, judged, report) if verdict == "unexplained" or contested else result
 
 
-def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
+@dataclass(frozen=True)
+class _AtOnce:
+    """The diagnosis with all effects at once, and the laws of a body's support where it is by these."""
+
+    diagnosis: Diagnosis
+    support: Support | None = None
+
+    def beats(self, named: Model) -> bool:
+        """Whether laws of the support predict left-out blocks better than named effects."""
+        kept = self.diagnosis.search.sample.restricted(~named.outliers)
+        return self.support is not None and self.support.beats(named.fit, kept)
+
+
+def _at_once(known: _Frame, many: Many | None, judged: BoolArray) -> _AtOnce | None:
+    """All effects at once, of a machine or of what a body stands on; None where held-out rows refute them."""
+    base, sample = known.base, known.search.sample
+    known.search.log.add_text("method", f"{known.method.name}: {known.method.reason}")
+    support = support_laws(known.robot, sample, base) if many is None else None
+    found = many or support
+    if found is None:
+        return None
+    errors = errors_together(found, base, sample, judged)
+    if errors.test_after >= errors.test_before:
+        return None
+    if support is None:
+        assert many is not None
+        return _AtOnce(_of_all(known, many, group_findings(many), errors))
+    frame = replace(known, method=Method(TOGETHER, support.why))
+    return _AtOnce(_of_all(frame, support, support_findings(support, known.robot), errors), support)
+
+
+def _of_all(known: _Frame, many: Many | Support, found: tuple[Finding, ...], errors: HeldOut) -> Diagnosis:
     """The diagnosis with all effects at once."""
     search, base, sample = known.search, known.base, known.search.sample
     aside = np.zeros(len(sample.counts), dtype=bool)
@@ -223,7 +258,7 @@ def _of_all(known: _Frame, many: Many, errors: HeldOut) -> Diagnosis:
         p_before=_p_value((base.chi2, _dof(base, sample)), known.noise),
         p_after=_p_value((many.fit.chi2, _dof(many.fit, sample)), known.noise),
         location=locate(base, sample, known.robot, known.entries, variance),
-        findings=group_findings(many),
+        findings=found,
         errors=errors,
         search=search,
         laws=None,

@@ -13,7 +13,8 @@ from scipy.stats import chi2 as chi2_distribution
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.held_out import folds_of, held_out
+from expdesign.diagnosis.blocks import blocks_of
+from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
@@ -116,8 +117,7 @@ class Laws:
 def measured_of(sample: Sample, *, known_noise: bool) -> Measured:
     """What laws are sought in."""
     recordings = sample.recordings
-    series = sample.rows.series
-    blocks = series if len(np.unique(series[sample.counts])) >= 5 else folds_of(sample)
+    blocks = blocks_of(sample)
     return Measured(
         sample.rows, tuple(int(a) for a in recordings.axes), sample.counts, sample.whiten, blocks,
         recordings.time is not None, sample.reading, known_noise,

@@ -10,12 +10,13 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.held_out import folds_of
-from expdesign.diagnosis.laws import measured_of
+from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.stability import Stability, shares_of, tenths
 from expdesign.identification.fit import Fit
-from expdesign.ports.dictionary import Dictionary
+from expdesign.ports.curve import Curve, curve_of
+from expdesign.ports.dictionary import Atom, Dictionary
 from expdesign.ports.everything import Everything, Priors, chosen_groups, few_suffice
 from expdesign.ports.found import law_of
 from expdesign.ports.law import Law
@@ -44,6 +45,7 @@ class Group:
         determined: how many of its parameters the data determine.
         size: RMS of what it does to the readings, in standard deviations.
         told_apart: members whose 95 % interval does not include what is known beforehand.
+        curve: of its first law, where it is one of laws.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Group:
     determined: float
     size: float
     told_apart: tuple[str, ...] = ()
+    curve: Curve | None = None
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,9 @@ def many_laws(robot: Robot, sample: Sample, base: Fit) -> tuple[Law, ...]:
         if entry.kernel == "squared_exponential" and entry.inputs[0].kind == "length":
             widest[entry.component] = max(widest.get(entry.component, 0.0), entry.scales[0])
     found: list[Law] = []
+    for atom in _guides(dictionary, base, sample):
+        zero = np.zeros(atom.directions.shape[1])
+        found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     for atom, entry in entries:
         seen = entry.inputs[0].kind
         smooth = entry.kernel == "squared_exponential" and entry.scales[0] == widest.get(entry.component)
@@ -120,6 +126,19 @@ def many_laws(robot: Robot, sample: Sample, base: Fit) -> tuple[Law, ...]:
             zero = np.zeros(atom.directions.shape[1])
             found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     return tuple(found)
+
+
+def _guides(dictionary: Dictionary, base: Fit, sample: Sample) -> list[Atom]:
+    """For every sliding joint the law of its guide with the end that alone explains most."""
+    kept = np.repeat(sample.counts, len(sample.recordings.axes))
+    present = base_alone(base, sample, kept)
+    best: dict[Component, tuple[float, Atom]] = {}
+    for atom in dictionary.atoms:
+        if atom.entry is not None and atom.entry.form == "guide":
+            gain = present.gain(atom.directions)[0]
+            if gain > best.get(atom.component, (-np.inf, atom))[0]:
+                best[atom.component] = gain, atom
+    return [atom for _, atom in best.values()]
 
 
 def start_with_everything(
@@ -203,9 +222,21 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
                 float(found.determined[index]),
                 size,
                 told,
+                _curve(chain, int(own[0]), found),
             )
         )
     return tuple(sorted(groups, key=lambda group: -group.size))
+
+
+def _curve(chain: Chain, index: int, found: Everything) -> Curve | None:
+    """The curve of the law of a parameter of the chain; None for effects of known form."""
+    for effect, part in zip(chain.effects, chain.slices, strict=True):
+        if part.start <= index < part.stop and isinstance(effect, Law):
+            seen = np.vstack([effect.form.low[0], effect.form.high[0]])
+            return curve_of(
+                effect, chain.robot, found.values[: part.stop], found.covariance[: part.stop, : part.stop], part, seen
+            )
+    return None
 
 
 def _group_name(chain: Chain, index: int) -> str:
@@ -213,6 +244,8 @@ def _group_name(chain: Chain, index: int) -> str:
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         if part.start <= index < part.stop:
             if isinstance(effect, Law):
+                if effect.form.kind == "guide":
+                    return f"{effect.component}, tilt of its guide"
                 seen = "place" if effect.form.depends_on[0].kind == "length" else "moments"
                 return f"{effect.component}, {effect.form.kind} of its {seen}"
             parameter = effect.parameters[index - part.start]

@@ -15,12 +15,14 @@ from expdesign.chain.component import ALL_JOINTS, GEOMETRY
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut, held_out
-from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS
+from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS, LawFinding
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.many import Group, Many, many_effects, many_laws, start_with_everything
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.support_laws import Support
 from expdesign.diagnosis.verdict import PREDICTS
 from expdesign.identification.fit import Fit
+from expdesign.ports.words import columns, identifier
 from expdesign.robots.robot import Robot
 
 ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
@@ -66,7 +68,7 @@ def together(
     return found, Method(TOGETHER, why)
 
 
-def errors_together(many: Many, base: Fit, sample: Sample, test: BoolArray) -> HeldOut:
+def errors_together(many: Many | Support, base: Fit, sample: Sample, test: BoolArray) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
     if test.any():
         return held_out(base, many.fit, sample, test, np.zeros_like(test))
@@ -82,10 +84,12 @@ def verdict_together(errors: HeldOut) -> str:
 
 def group_findings(many: Many) -> tuple[Finding, ...]:
     """One finding per group, the largest first."""
-    return tuple(_finding(group, share) for group, share in zip(many.groups, many.stability.shares, strict=True))
+    robot = many.fit.chain.robot
+    pairs = zip(many.groups, many.stability.shares, strict=True)
+    return tuple(_finding(group, share, robot) for group, share in pairs)
 
 
-def _finding(group: Group, share: float) -> Finding:
+def _finding(group: Group, share: float, robot: Robot) -> Finding:
     where = _where(group.components)
     text = (
         f"{group.name[0].upper()}{group.name[1:]}: together {group.size:.2g} standard deviations of the readings RMS, "
@@ -95,7 +99,14 @@ def _finding(group: Group, share: float) -> Finding:
         text += f"; told apart (95 %): {', '.join(group.told_apart)}"
     else:
         text += "; its members are not told apart"
-    return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".", share=share)
+    if group.curve is None:
+        return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".", share=share)
+    seen = group.curve.quantities
+    return LawFinding(
+        group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".",
+        depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)), columns=columns(seen, robot),
+        curve=group.curve, share=share,
+    )  # fmt: skip
 
 
 def _where(components: tuple[str, ...]) -> str:

@@ -119,6 +119,8 @@ def _whole(law: Law) -> str | None:
 def _output_name(law: Law, robot: Robot, output: int) -> str:
     if law.form.port == "actuators":
         return robot.actuators[output]
+    if law.form.port == "joints":
+        return robot.coordinates.deflection[output % robot.coordinates.n]
     names = (*robot.coordinates.wrench,) if law.form.port == "payload" else (*robot.coordinates.deflection,)
     return names[output] if output < len(names) else f"parameter {output + 1}"
 

@@ -15,6 +15,8 @@ COARSE = (1.0, 2.0, 4.0)
 """The same over several inputs."""
 PERIODS = 14
 """Periods that are tried, so that at least about three of them fit into the range of a length."""
+_BEYOND = (0.05, 0.1, 0.14, 0.2, 0.28, 0.4, 0.8)
+"""Where guides end, in ranges of the place beyond its range."""
 _THRESHOLDS = (0.05, 0.15, 0.3, 0.6, 1.0)
 
 
@@ -136,6 +138,17 @@ def time_constants(sight: Sight) -> tuple[float, ...]:
         return ()
     shortest, longest = float(np.median(gaps)) / 3.0, 3.0 * float(elapsed.max())
     return tuple(round(float(t), 6) for t in np.geomspace(shortest, max(longest, 2.0 * shortest), 5))
+
+
+def guide_ends(sight: Sight, place: Quantity) -> list[Quantity]:
+    """Reciprocals of what guides overlap, for ends of the guides at several distances beyond the range of a place."""
+    values = sight.values(place)[sight.counts]
+    low, high = float(values.min()), float(values.max())
+    found = []
+    for share in _BEYOND:
+        for end, way in ((high + share * (high - low), 1.0), (low - share * (high - low), -1.0)):
+            found.append(Quantity("overlap", place.index, (round(end, 6), way)))
+    return [overlap for overlap in found if sight.spread(overlap) > 0.0]
 
 
 def repeating(sight: Sight, form: str, length: Quantity) -> Iterator[Prior]:

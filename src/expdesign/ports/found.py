@@ -33,7 +33,9 @@ def law_of(
     counts = sight.counts
     low, high = [], []
     for channel in entry.channels:
-        seen = np.column_stack([sight.values(q)[counts] for q in channel.inputs])
+        # Channels of one block are one law, such as that of a load less that of its reference, with one range.
+        alike = {other.inputs for other in entry.channels if other.block == channel.block}
+        seen = np.concatenate([np.column_stack([sight.values(q)[counts] for q in inputs]) for inputs in alike])
         low.append(seen.min(axis=0))
         high.append(seen.max(axis=0))
     form = Form(

@@ -14,6 +14,8 @@ from expdesign.symbolic import BatchFunction
 
 _STATES = {"stop": 2, "lag": 2, "latched": 3}
 """Quantities with memory, and how many states each carries: the force of the row before is one of them."""
+_LEAST_OVERLAP = 1e-3
+"""m, rad; a guide is not drawn out farther."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class Quantity:
     Attributes:
         kind: what (`_EXPRESSIONS`), or `stop` and `lag` for what remembers a force.
         index: of which actuator, axis or coordinate.
-        setting: threshold (N, N·m) of a stop operator, time constant (s) of a lag, point of a distance (m).
+        setting: threshold (N, N·m) of a stop operator, time constant (s) of a lag or of settling, point of a distance
+            (m), end of a guide and the way to it.
     """
 
     kind: str
@@ -40,7 +43,9 @@ class Quantity:
 
         `stop`: s ← clip(s + Δτ, ±r), the stop operator of rate-independent hysteresis (Prandtl and Ishlinskii; Visintin
         1994). `latched`: the direction of the last force, along the platform's axes (or in its x-y plane), that
-        exceeded a limit. `lag`: the slow part y of a force, T·dy/dt = τ − y; τ changes within the interval.
+        exceeded a limit. `overlap`: 1/(what is left of a guide until it is drawn out), to which the tilt by its
+        clearance is proportional. `settling`: 1 − exp(−t/T) from the start of the series. `lag`: the slow part y of a
+        force, T·dy/dt = τ − y; τ changes within the interval.
         """
         if self.kind == "stop":
             force, (limit,) = _effort(row)[self.index], self.setting
@@ -60,6 +65,11 @@ class Quantity:
             turned = ca.vertcat(within / size, ca.SX.zeros(3 - within.shape[0]))
             kept = ca.if_else(size > limit, turned, state)
             return kept[self.index], kept
+        if self.kind == "overlap":
+            end, way = self.setting
+            return 1.0 / ca.fmax(way * (end - row.pose[self.index]), _LEAST_OVERLAP), ca.SX.zeros(0)
+        if self.kind == "settling":
+            return 1.0 - ca.exp(-row.elapsed / self.setting[0]), ca.SX.zeros(0)
         value = _VALUES[self.kind](row, robot)
         if self.kind in ("distance", "towards"):
             away = value - ca.SX(list(self.setting))
@@ -114,6 +124,8 @@ _VALUES = {
     "effort": lambda row, robot: _effort(row),
     "effort_sign": lambda row, robot: ca.sign(_effort(row)),
     "ground": lambda row, robot: _ground(row),
+    "whole": lambda row, robot: row.absolute,
+    "rest": lambda row, robot: row.absolute - row.wrench,
     "length": lambda row, robot: row.lengths,
     "pose": lambda row, robot: row.pose,
     "position": lambda row, robot: row.position,

@@ -6,6 +6,9 @@ from expdesign.robots.robot import Robot
 FORMS = {
     "compliance": "yields more or less, depending on",
     "force law": "does not yield in proportion: its deflection follows a curve of",
+    "guide": "tilts the more the less its guides overlap, following a curve of",
+    "guide friction": "keeps part of its tilt when the load changes, the more the less guides overlap; it remembers",
+    "settling": "settles, whatever the load, depending on",
     "step at zero": "jumps where the sign changes of",
     "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
     "latch": "gives way and stays there until it is pushed back; it remembers",
@@ -24,6 +27,9 @@ FORMS = {
 _USUAL = {
     "compliance": "a guide, a bearing or a spindle that is worn, clamped or free in part of its travel does that",
     "force law": "play, preload, rubber, contact and opening joints do that",
+    "guide": "clearance and yielding pads of a telescope's guides do that",
+    "guide friction": "dry friction in the guides of a telescope does that",
+    "settling": "a floor, feet and tyres that give way slowly do that",
     "step at zero": "play and stick-slip do that",
     "friction": "guides, seals and clamped joints do that",
     "latch": "a clamp or a mount that slips does that",
@@ -41,7 +47,7 @@ _USUAL = {
 }
 _UNITS = {
     "effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "started": "s",
-    "warming": "K",
+    "settling": "", "warming": "K",
 }  # fmt: skip
 
 
@@ -60,6 +66,10 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
         "length": f"the length of {robot.actuators[index]}" if index < count else "length",
+        "whole": _load(index, robot),
+        "rest": f"{_load(index, robot)} of the reference",
+        "overlap": f"what {robot.configuration[index % max(len(robot.configuration), 1)]} leaves of its guide",
+        "settling": "the time since the series' first row",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
         "position": f"the place of P along {'xyz'[index % 3]}",
         "distance": "the distance from (" + ", ".join(f"{v:.3g}" for v in quantity.setting) + ") m",
@@ -73,6 +83,12 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "own_gravity": f"gravity along the platform's {'xyz'[index % 3]}",
     }
     return names.get(kind, kind)
+
+
+def _load(index: int, robot: Robot) -> str:
+    """A component of the load, e.g. `the moment about x`."""
+    d = len(robot.gravity)
+    return f"the force along {'xyz'[index]}" if index < d else f"the moment about {'xyz'[index - d]}"
 
 
 def depends_on(quantities: tuple[Quantity, ...], robot: Robot) -> list[str]:
@@ -92,6 +108,10 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
         "length": "angle" if index < count and robot.units[index] == "rad" else "length",
+        "whole": _load(index, robot).split(" ")[1] + f"_{_load(index, robot)[-1]}",
+        "rest": "load_of_reference",
+        "overlap": "overlap",
+        "settling": "time_in_series",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
         "position": f"position_{'xyz'[index % 3]}",
         "clock": "time",
@@ -122,6 +142,8 @@ def unit_of(quantity: Quantity, robot: Robot) -> str:
     if quantity.kind in ("stop", "lag", "effort"):
         first = quantity.index - len(robot.stiffness)
         return "N·m" if first >= len(robot.gravity) else "N"
+    if quantity.kind in ("whole", "rest"):
+        return "N·m" if quantity.index >= len(robot.gravity) else "N"
     if quantity.kind in ("pose", "deflection"):
         return "m" if quantity.index < len(robot.gravity) else "rad"
     return _UNITS.get(quantity.kind, "")

@@ -9,7 +9,7 @@ from expdesign.chain.arm import at_tip, links_of
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_joint
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, of_effort, smooth_over
+from expdesign.ports.families import Prior, guide_ends, of_effort, smooth_over
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -57,11 +57,22 @@ class Joints(Port):
                     for prior in of_effort(sight, moment):
                         channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(turns))
                         yield Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, 8)
+            if len(moments) > 1 and sight.positions:
+                yield from self._guides(sight, joint, component, tuple(moments))
             if sight.positions and sight.varies(place):
                 motions = [6 * joint + axis for axis in range(6)]
                 for prior in (*smooth_over(sight, "twist", (place,), 8), *_turning(self.robot, place)):
                     channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(motions))
                     yield Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+
+    def _guides(self, sight: Sight, joint: int, component: Component, moments: tuple[Quantity, ...]) -> Iterator[Entry]:
+        """Tilts of a guide under the moments that it carries, in proportion to 1/overlap: clearance and pads."""
+        if self.robot.units[joint] != "m":
+            return
+        scales = tuple(sight.spread(moment) for moment in moments)
+        for overlap in guide_ends(sight, Quantity("pose", joint)):
+            channels = tuple(Channel(6 * joint + 3 + axis, axis, moments, overlap) for axis in range(3))
+            yield Entry(self.name, component, "guide", channels, "matern", scales, 30)
 
 
 def _turning(robot: Robot, place: Quantity) -> Iterator[Prior]:

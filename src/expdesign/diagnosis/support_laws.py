@@ -1,0 +1,268 @@
+"""A body's support with everything at once: all laws of what it stands on, by groups (`ports.everything`).
+
+Deflections of a body are linear in the weights of every law, so that groups are chosen on the directions of the
+dictionary, and the chain is made of those that stay. Rows of one station are alike: the noise is learned, and left-out
+stations decide which groups there are.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.diagnosis.blocks import blocks_of
+from expdesign.diagnosis.dispersion import ALIKE, dispersion
+from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.diagnosis.sample import Sample
+from expdesign.identification.fit import Fit
+from expdesign.ports.curve import Curve
+from expdesign.ports.dictionary import Atom, Dictionary
+from expdesign.ports.everything import Everything, Priors, chosen_groups
+from expdesign.ports.evidence import Present
+from expdesign.ports.found import law_of
+from expdesign.ports.law import Law
+from expdesign.ports.port import Entry
+from expdesign.ports.sight import Sight
+from expdesign.robots.robot import Robot
+
+PORT = "supports"
+_NOISE = 0.03
+"""Noise at which ends of guides are compared before anything is fitted, in misfits of the base model."""
+
+_POINTS = 31
+_FEWEST = 60
+"""Rows that laws of many weights cannot be learnt from."""
+_EXCESS, _GAINS = 2.0, 0.9
+"""RMS of what the base model leaves, in standard deviations, from which laws are sought, and the factor on left-out
+errors that they have to reach."""
+_NAMELESS = 1.5
+"""Noise beside all laws at once, in stated standard deviations; see `Support.nameless`."""
+_WINS = 0.98
+
+
+@dataclass(frozen=True)
+class SupportGroup:
+    """Laws of one form, which share a factor.
+
+    Attributes:
+        form: a key of `words.FORMS`.
+        laws: for each measured axis, or for all of them.
+        curve: what laws of the load do, beside what they do under the load of the references; None for others.
+        size: RMS of what they do to the readings, in standard deviations.
+        determined: how many of their weights the data determine.
+    """
+
+    form: str
+    laws: tuple[Law, ...]
+    curve: Curve | None
+    size: float
+    determined: float
+
+
+@dataclass(frozen=True)
+class Support:
+    """All laws of a support together.
+
+    Attributes:
+        fit: of the chain with all laws that are there.
+        groups: those that are there, largest first.
+        before, after: RMS of left-out readings without and with them.
+        noise: standard deviation of the whitened residuals.
+    """
+
+    fit: Fit
+    groups: tuple[SupportGroup, ...]
+    before: float
+    after: float
+    noise: float
+    stability: None = None
+    """Left-out stations choose among groups; there are no names that refits could repeat."""
+
+    @property
+    def why(self) -> str:
+        """Why this way of working."""
+        return (
+            f"left-out blocks are predicted to {self.after:.3g} standard deviations by {len(self.groups)} groups of "
+            f"laws of what the body stands on together, to {self.before:.3g} without them"
+        )
+
+    def nameless(self, sample: Sample) -> bool:
+        """Whether no few named effects can predict to the noise: what all laws leave is no noise, and not their fault.
+
+        A named law that changes too fast for laws of limited rank leaves remainders that do not depend on the row
+        before; where rows are alike, something is missing that no law of the load, its history or time can stand for.
+        """
+        return self.noise > _NAMELESS and dispersion(self.fit.residuals, sample).correlation > ALIKE
+
+    def beats(self, named: Fit, sample: Sample) -> bool:
+        """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
+        axes = len(sample.recordings.axes)
+        kept = np.repeat(sample.counts, axes)
+        errors = base_alone(named, sample, kept).left_out(np.repeat(blocks_of(sample), axes)[kept])
+        return self.after < _WINS * float(np.sqrt((errors**2).mean()))
+
+
+def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
+    """All laws of the support at once, less those without which left-out stations are predicted better.
+
+    None where the robot has no support that the recordings load, where rows are few or the base model nearly fits, and
+    where left-out stations are hardly predicted better.
+    """
+    excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
+    if not robot.on_support or int(sample.counts.sum()) < _FEWEST or excess < _EXCESS:
+        return None
+    dictionary = Dictionary(robot, measured_of(sample, known_noise=False), base.values, only=(PORT,))
+    kept = np.repeat(sample.counts, len(sample.recordings.axes))
+    present = base_alone(base, sample, kept)
+    atoms = _one_guide(dictionary.atoms, present)
+    if not atoms:
+        return None
+    blocks = np.repeat(blocks_of(sample), len(sample.recordings.axes))[kept]
+    slopes = np.hstack([atom.directions for atom in atoms])
+    forms = list(dict.fromkeys(_form(atom) for atom in atoms))
+    group = np.concatenate([np.full(atom.directions.shape[1], forms.index(_form(atom))) for atom in atoms])
+    misfit = float(np.sqrt((present.readings**2).mean()))
+    width = slopes.shape[1]
+    free = np.full(width, np.inf)
+    priors = Priors(np.zeros(width), np.full(width, misfit), group.astype(np.int64), -free, free)
+    found, priors = chosen_groups(
+        lambda weights: (present.readings - slopes @ weights, slopes), priors, np.zeros(width), blocks
+    )
+    after = float(np.sqrt((found.left_out(blocks, priors) ** 2).mean()))
+    if after > _GAINS * misfit or not (priors.group >= 0).any():
+        return None
+    return _in_chain(robot, sample, base, dictionary, atoms, found, priors, (misfit, after))
+
+
+def _one_guide(atoms: list[Atom], present: Present) -> list[Atom]:
+    """One length scale, and of the laws of guides those with the end that explains most beside laws of the load.
+
+    An end is judged by the evidence of laws of a size that the misfit allows, with noise of a share of it: what matters
+    is how the tilt grows with what is drawn out, which no other law can make up for.
+    """
+    laws = [atom for atom in atoms if _entry(atom).form == "force law"]
+    guides = [atom for atom in atoms if _entry(atom).form == "guide"]
+    drawn = [atom for atom in atoms if _entry(atom).form == "guide friction"]
+    rest = [atom for atom in atoms if _entry(atom).form not in ("force law", "guide", "guide friction")]
+    scales = {_entry(atom).scales for atom in laws}
+    level = _NOISE * float(np.sqrt((present.readings**2).mean())) or 1.0
+    quiet = replace(present, base=present.base / level, readings=present.readings / level)
+    best: tuple[float, list[Atom]] = (-np.inf, [])
+    for scale in scales:
+        own = [atom for atom in laws if _entry(atom).scales == scale]
+        for end in {_entry(atom).channels[0].amplitude for atom in guides} or {None}:
+            beside = [a for a in guides if _entry(a).scales == scale and _entry(a).channels[0].amplitude == end]
+            state = quiet
+            for atom in (*own, *beside):
+                state = state.beside(atom.directions, _NOISE**-2)
+            if state.log_evidence > best[0]:
+                best = state.log_evidence, [*own, *beside]
+    ends = {_entry(atom).channels[0].amplitude for atom in best[1]}
+    return [*rest, *(atom for atom in drawn if _entry(atom).channels[0].amplitude in ends), *best[1]]
+
+
+def _entry(atom: Atom) -> Entry:
+    assert atom.entry is not None
+    return atom.entry
+
+
+def _form(atom: Atom) -> str:
+    return f"{_entry(atom).form}, {_entry(atom).kernel}"
+
+
+def _in_chain(
+    robot: Robot,
+    sample: Sample,
+    base: Fit,
+    dictionary: Dictionary,
+    atoms: list[Atom],
+    found: Everything,
+    priors: Priors,
+    errors: tuple[float, float],
+) -> Support:
+    """The chain with the laws that are there, fitted with the noise as it was learned."""
+    laws: list[Law] = []
+    starts, forms, first = [np.asarray(base.values)], [], 0
+    for atom in atoms:
+        width = atom.directions.shape[1]
+        own = slice(first, first + width)
+        first += width
+        group = int(priors.group[own.start])
+        if group < 0:
+            continue
+        deviation = float(found.factors[group] * priors.deviation[own.start])
+        law, start = law_of(atom, deviation**2, found.values[own], dictionary.sight, robot, len(laws) + 1)
+        laws.append(law)
+        starts.append(start)
+        forms.append((_form(atom), float(found.determined[group])))
+    chain = Chain(robot, tuple(laws), reading=sample.reading)
+    fitted = _with_noise(chain, sample, np.concatenate(starts), found.noise)
+    groups = []
+    for form in dict.fromkeys(name for name, _ in forms):
+        members = [i for i, (name, _) in enumerate(forms) if name == form]
+        columns = np.concatenate([np.arange(chain.slices[i].start, chain.slices[i].stop) for i in members])
+        moved = fitted.sensitivities[sample.counts][..., columns] @ fitted.values[columns]
+        groups.append(
+            SupportGroup(
+                form.split(",")[0],
+                tuple(laws[i] for i in members),
+                _curves([(laws[i], chain.slices[i]) for i in members], robot, fitted, dictionary.sight),
+                float(np.sqrt((moved**2).mean())),
+                forms[members[0]][1],
+            )
+        )
+    groups.sort(key=lambda one: -one.size)
+    return Support(fitted, tuple(groups), errors[0], errors[1], found.noise)
+
+
+def _curves(laws: list[tuple[Law, slice]], robot: Robot, fitted: Fit, sight: Sight) -> Curve | None:
+    """Laws of the load, each input varied with the others at their medians; those of a guide at its median overlap."""
+    if laws[0][0].form.channels[-1].gain >= 0.0:
+        return None
+    inputs = laws[0][0].form.channels[0].inputs
+    output: list[str] = []
+    varied: list[int] = []
+    points, means, deviations = [], [], []
+    for law, part in laws:
+        form = law.form
+        now, before = form.channels
+        seen, rest = (np.column_stack([sight.values(q)[sight.counts] for q in c.inputs]) for c in (now, before))
+        size = 1.0 if now.amplitude is None else float(np.median(sight.values(now.amplitude)[sight.counts]))
+        own = slice(part.start, part.start + form.basis.rank)
+        for i in range(len(inputs)):
+            line = np.repeat(np.median(seen, axis=0)[None], _POINTS, axis=0)
+            line[:, i] = np.linspace(form.low[0, i], form.high[0, i], _POINTS)
+            features = now.gain * size * (form.basis.values(line) - form.basis.values(np.median(rest, axis=0)[None]))
+            output += [robot.coordinates.deflection[now.output]] * _POINTS
+            varied += [i] * _POINTS
+            points.append(line)
+            means.append(features @ fitted.values[own])
+            variance = np.einsum("ij,jk,ik->i", features, fitted.covariance[own, own], features)
+            deviations.append(np.sqrt(np.maximum(variance, 0.0)))
+    return Curve(
+        tuple(output), tuple(varied), np.concatenate(points), np.concatenate(means), np.concatenate(deviations),
+        inputs, "law", "",
+    )  # fmt: skip
+
+
+def _with_noise(chain: Chain, sample: Sample, start: FloatArray, noise: float) -> Fit:
+    """Posterior of a chain that is linear in its parameters, with noise of this size: ridge regression."""
+    residuals, slopes = sample.residuals_with_sensitivities(chain, start)
+    knowledge = chain.knowledge()
+    count = len(start)
+    precision = np.zeros(count) if knowledge is None else (noise / knowledge[1]) ** 2
+    mean = np.zeros(count) if knowledge is None else knowledge[0]
+    counted: BoolArray = sample.counts
+    design = slopes[counted].reshape(-1, count)
+    readings = residuals[counted].ravel() + design @ start
+    sizes = np.maximum((design**2).sum(axis=0), 1e-300)
+    normal = design.T @ design + np.diag(np.maximum(precision, 1e-12 * sizes))
+    inverse = np.linalg.inv(normal)
+    values = inverse @ (design.T @ readings + precision * mean)
+    after = sample.residuals(chain, values)
+    rank = max(round(float((1.0 - inverse.diagonal() * precision).sum())), 0)
+    chi2 = float((after**2).sum())
+    determined = np.ones(count, dtype=bool)
+    dof = max(sample.readings - rank, 1)
+    return Fit(chain, values, noise**2 * inverse, determined, after, slopes, chi2, dof, rank)
