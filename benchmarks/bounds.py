@@ -53,7 +53,7 @@ def row(number: int, problem: DesignProblem, seconds: float, *, searching: bool)
     }
     for name, factor in (("duir", 0.0), ("total", 1.0)):
         start = time.process_time()
-        known = None if front is None else front.genes
+        known = None if front is None else front.decisions
         relaxed: CriterionBounds = criterion_bounds(problem, factor, known, 0.0)
         bounds = criterion_bounds(problem, factor, known, seconds)
         reached = np.nan if front is None else float(front.criteria[name].min())

@@ -43,7 +43,7 @@ def row(name: str, case: DesignProblem) -> tuple[str, float]:
     best = front.recommended
     minutes = design_minutes(fitted, front)
     assert minutes is not None
-    poses = len({tuple(pose) for pose in fitted.space.decode(front.genes[best])[0].tolist()})
+    poses = len({tuple(pose) for pose in fitted.space.decode(front.decisions[best])[0].tolist()})
     total = float(front.criteria["total"][best])
     cells = [name, fitted.space.measurements, poses, f"{minutes[best]:.0f}"]
     cells += [f"{front.criteria[criterion][best]:.4f}" for criterion in ("duir", "feir", "total")]

@@ -153,13 +153,13 @@ def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | Non
     for name, criterion in known_criteria().items():
         best = search_single(problem, criterion, seed=seed, generations=generations, refinements=refinements)
         print(f"{name}: {best.value:.6g} after {best.evaluations} designs", file=sys.stderr, flush=True)
-        plans[name] = plan_of_genes(problem, best.genes)
+        plans[name] = plan_of_decisions(problem, best.decisions)
     return plans
 
 
-def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> Plan:
-    configurations, loads = problem.space.decode(genes)
-    return Plan(configurations, loads, np.arange(1, len(genes) + 1))
+def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> Plan:
+    configurations, loads = problem.space.decode(decisions)
+    return Plan(configurations, loads, np.arange(1, len(decisions) + 1))
 
 
 def run(
@@ -168,7 +168,7 @@ def run(
     """Attained error of every plan in every repetition, and the criterion `total` that predicts it, in tolerances."""
     problem = loop.problem
     drawn = starting_designs(problem, repetitions, np.random.default_rng([seed, 7]))
-    genes = drawn.reshape(repetitions, problem.space.measurements, problem.space.genes)
+    decisions = drawn.reshape(repetitions, problem.space.measurements, problem.space.decisions)
     names = [*plans, RANDOM]
     attained = {name: np.full(repetitions, np.nan) for name in (*names, UNIDENTIFIED, UNCOMPENSATED)}
     predicted = {name: np.full(repetitions, np.nan) for name in names}
@@ -177,7 +177,7 @@ def run(
         robot = problem.loaded.robot
         stiffness = robot.stiffness * np.exp(loop.scatter * generator.standard_normal(len(robot.stiffness)))
         draw = int(generator.integers(2**31))
-        here = plans | {RANDOM: plan_of_genes(problem, genes[repetition])}
+        here = plans | {RANDOM: plan_of_decisions(problem, decisions[repetition])}
         for name, plan in here.items():
             attained[name][repetition] = attained_with(loop, plan, stiffness, draw)
             predicted[name][repetition] = expected(problem, plan)

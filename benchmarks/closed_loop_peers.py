@@ -29,7 +29,7 @@ from closed_loop import (
     cells,
     expected,
     loop_of,
-    plan_of_genes,
+    plan_of_decisions,
     summary,
 )
 from closed_loop_arm import ArmBench
@@ -55,15 +55,15 @@ def pool_plans(problem: DesignProblem, python: str, pool: int, seed: int, *, sam
     """What FIGAROH chooses from a pool of reachable measurements, by its SOCP and by its DetMax, and (`same`) what this
     program does by DUIR from the same pool.
     """
-    genes = reachable_measurements(problem, pool, np.random.default_rng(seed))
-    rows = MeasurementInformation(problem, 0.0).rows(genes)
+    decisions = reachable_measurements(problem, pool, np.random.default_rng(seed))
+    rows = MeasurementInformation(problem, 0.0).rows(decisions)
     found = {}
     for name, options in (("FIGAROH, SOCP", ()), ("FIGAROH, DetMax exchange", ("--detmax",))):
         chosen, seconds = figaroh(python, rows, problem.space.measurements, *options)
         print(f"{name}: {seconds[0]:.1f} s of processor time", file=sys.stderr, flush=True)
-        found[name] = plan_of_genes(problem, genes[chosen])
+        found[name] = plan_of_decisions(problem, decisions[chosen])
     if same:
-        found[SAME_POOL] = plan_of_genes(problem, choose_measurements(problem, genes).variables)
+        found[SAME_POOL] = plan_of_decisions(problem, choose_measurements(problem, decisions).variables)
     return found
 
 
@@ -72,14 +72,14 @@ def space_filling(problem: DesignProblem, generator: np.random.Generator) -> Flo
     space, robot = problem.space, problem.loaded.robot
     best, least = None, np.inf
     for _ in range(_HYPERCUBES):
-        unit = qmc.LatinHypercube(space.genes, rng=generator).random(space.measurements)
+        unit = qmc.LatinHypercube(space.decisions, rng=generator).random(space.measurements)
         continuous = space.lower + unit * (space.upper - space.lower)
-        genes = np.where(space.discrete, np.minimum(np.floor(unit * (space.upper + 1.0)), space.upper), continuous)
-        if not robot.usable(space.decode(genes)[0]).all():
+        decisions = np.where(space.discrete, np.minimum(np.floor(unit * (space.upper + 1.0)), space.upper), continuous)
+        if not robot.usable(space.decode(decisions)[0]).all():
             continue
         discrepancy = qmc.discrepancy(unit)
         if discrepancy < least:
-            best, least = genes, discrepancy
+            best, least = decisions, discrepancy
     if best is None:
         raise RuntimeError(f"none of {_HYPERCUBES} Latin hypercubes can be reached")
     return best
@@ -97,7 +97,7 @@ def run(loop: Loop, plans: dict[str, Plan], repetitions: int, seed: int) -> pd.D
         stiffness = robot.stiffness * np.exp(loop.scatter * generator.standard_normal(len(robot.stiffness)))
         draw = int(generator.integers(2**31))
         filling = space_filling(problem, np.random.default_rng([seed, 13, repetition]))
-        for name, plan in (plans | {FILLING: plan_of_genes(problem, filling)}).items():
+        for name, plan in (plans | {FILLING: plan_of_decisions(problem, filling)}).items():
             attained[name][repetition] = attained_with(loop, plan, stiffness, draw)
             predicted[name][repetition] = expected(problem, plan)
         if repetition % 20 == 19:

@@ -32,9 +32,9 @@ class Watched(DesignPopulation):
 
     seconds = 0.0
 
-    def objectives(self, genes):  # type: ignore[no-untyped-def]
+    def objectives(self, decisions):  # type: ignore[no-untyped-def]
         start = time.process_time()
-        found = super().objectives(genes)
+        found = super().objectives(decisions)
         Watched.seconds += time.process_time() - start
         return found
 
@@ -46,12 +46,12 @@ def main() -> None:
     arguments = parser.parse_args()
     problem = read_problem(arguments.config)
     population = DesignPopulation(problem)
-    genes = population.genes(starting_designs(problem, SIZE, np.random.default_rng(0)))
-    population.objectives(genes)
+    decisions = population.decisions(starting_designs(problem, SIZE, np.random.default_rng(0)))
+    population.objectives(decisions)
     times = []
     for _ in range(REPETITIONS):
         start = time.process_time()
-        population.objectives(genes)
+        population.objectives(decisions)
         times.append((time.process_time() - start) / SIZE * 1e6)
 
     import expdesign.design.search as module  # noqa: PLC0415 (its evaluations are to be watched)
@@ -62,10 +62,10 @@ def main() -> None:
     genetic = time.process_time() - start
     evaluated = Watched.seconds
     start = time.process_time()
-    polish(problem, front.genes)
+    polish(problem, front.decisions)
     polished = time.process_time() - start
     start = time.process_time()
-    duir_lower_bound(problem, front.genes)
+    duir_lower_bound(problem, front.decisions)
     bounded = time.process_time() - start
     text = "\n".join(
         [

@@ -95,7 +95,7 @@ def main() -> None:
 def recordings(problem: DesignProblem, seed: int) -> pd.DataFrame:
     """Recordings of random measurements of the robot with scattered legs on a base that yields."""
     generator = np.random.default_rng(seed)
-    designs = starting_designs(problem, RECORDED, generator).reshape(-1, problem.space.genes)[:RECORDED]
+    designs = starting_designs(problem, RECORDED, generator).reshape(-1, problem.space.decisions)[:RECORDED]
     configurations, loads = problem.space.decode(designs)
     frame = plan_frame(Plan(configurations, loads, np.arange(1, RECORDED + 1)), problem.loaded, problem.space.tilts)
     stiffness = problem.loaded.robot.stiffness * (1.0 + SCATTER * generator.standard_normal(6))
@@ -113,7 +113,7 @@ def recordings(problem: DesignProblem, seed: int) -> pd.DataFrame:
 def recommended(problem: DesignProblem) -> Plan:
     """The design of least total error of the front."""
     front = search(problem)
-    configurations, loads = problem.space.decode(front.genes[front.recommended])
+    configurations, loads = problem.space.decode(front.decisions[front.recommended])
     return Plan(configurations, loads, series_by_pose(configurations))
 
 

@@ -23,7 +23,7 @@ from benchmarks.model_error.hexapod import HexapodFactory
 from benchmarks.model_error.machine import Factory
 from benchmarks.model_error.prior import Prior
 from benchmarks.model_error.tables import readme
-from benchmarks.model_error.trial import Outcome, by_hand, outcome, plan_of_genes, targets_of
+from benchmarks.model_error.trial import Outcome, by_hand, outcome, plan_of_decisions, targets_of
 
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
@@ -82,8 +82,8 @@ def setting_of(config: Path, scatter: float, factor: float, seed: int) -> Settin
     affordable = np.flatnonzero(total <= (1.0 + MORE) * total.min())
     best, bounded = int(np.argmin(total)), int(affordable[np.argmin(hidden[affordable])])
     plans = {
-        TOTAL: plan_of_genes(problem, front.genes[best]),
-        BOUNDED: plan_of_genes(problem, front.genes[bounded]),
+        TOTAL: plan_of_decisions(problem, front.decisions[best]),
+        BOUNDED: plan_of_decisions(problem, front.decisions[bounded]),
         HAND: by_hand(problem, np.array(BY_HAND[kind])),
     }
     return Setting(problem, factory, plans, scatter, seed)
@@ -96,8 +96,8 @@ def trials(setting: Setting, number: int, physics: str) -> list[tuple[str, Outco
     stiffness = problem.loaded.robot.stiffness
     true = stiffness * np.exp(setting.scatter * generator.standard_normal(len(stiffness)))
     machine = setting.factory.machine(physics, true, generator)
-    drawn = starting_designs(problem, 1, generator).reshape(-1, problem.space.measurements, problem.space.genes)
-    plans = setting.plans | {RANDOM: plan_of_genes(problem, drawn[0])}
+    drawn = starting_designs(problem, 1, generator).reshape(-1, problem.space.measurements, problem.space.decisions)
+    plans = setting.plans | {RANDOM: plan_of_decisions(problem, drawn[0])}
     draw = int(generator.integers(2**31))
     targets = targets_of(problem)
     return [

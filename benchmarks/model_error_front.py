@@ -24,18 +24,18 @@ from expdesign.robots.robot import CONDITION_LIMIT
 POPULATION = 80
 
 
-def genes_of(space, configurations, loads):
+def decisions_of(space, configurations, loads):
     """Genes (m, g) of a plan."""
     quantities = np.concatenate([configurations, loads], axis=1)
-    genes = np.zeros((len(configurations), space.genes))
+    decisions = np.zeros((len(configurations), space.decisions))
     for index, variable in enumerate(space.variables):
         values = quantities[:, list(variable.columns)]
         if variable.discrete:
             distances = np.linalg.norm(variable.domain.table[None] - values[:, None], axis=-1)
-            genes[:, index] = distances.argmin(axis=1)
+            decisions[:, index] = distances.argmin(axis=1)
         else:
-            genes[:, index] = values[:, 0]
-    return genes
+            decisions[:, index] = values[:, 0]
+    return decisions
 
 
 class Front(Problem):
@@ -77,7 +77,7 @@ def main() -> None:
     space, generator = problem.space, np.random.default_rng(given.seed)
     pool = np.stack([space.sample(len(plan), generator) for _ in range(3 * POPULATION)])
     usable = problem.loaded.robot.usable(space.decode(pool)[0]).all(axis=1)
-    start = np.concatenate([pool[usable][: POPULATION - 1], genes_of(space, plan.configurations, plan.loads)[None]])
+    start = np.concatenate([pool[usable][: POPULATION - 1], decisions_of(space, plan.configurations, plan.loads)[None]])
     impact = whole.restricted(whole.active(problem.assess(*space.decode(start)), share=0.6))
     print(f"{len(impact.physics)} of {len(whole.physics)} entries are active")
     for name, each in (("all", whole), ("active", impact)):

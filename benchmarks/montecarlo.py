@@ -40,8 +40,10 @@ def main() -> None:
     options = parser.parse_args()
     problem = read_problem(options.config)
     space = problem.space
-    genes = starting_designs(problem, 1, np.random.default_rng(0))[:1].reshape(1, space.measurements, space.genes)
-    poses, loads = space.decode(genes[0])
+    decisions = starting_designs(problem, 1, np.random.default_rng(0))[:1].reshape(
+        1, space.measurements, space.decisions
+    )
+    poses, loads = space.decode(decisions[0])
     plan = Plan(poses, loads, np.arange(1, space.measurements + 1))
     simulate(problem, plan, 100, 1)  # functions are made and mapped before the clock starts
     true = problem.loaded.robot.compliance

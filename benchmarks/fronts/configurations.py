@@ -46,10 +46,10 @@ def _sensible(path: Path) -> bool:
     try:
         found = read_problem(path)
         space = found.space
-        if space.genes == 0:
+        if space.decisions == 0:
             return False
         starts = starting_designs(found, 100, np.random.default_rng(1))
-        share = require_identifiable(found, starts.reshape(-1, space.measurements, space.genes))
+        share = require_identifiable(found, starts.reshape(-1, space.measurements, space.decisions))
     except ExpdesignError:
         return False
     # Below that, a configuration asks whether a plan exists rather than which one is best.

@@ -93,14 +93,14 @@ def by_hand(problem: DesignProblem, fractions: FloatArray) -> Plan:
     """A plan from places in the range of every variable, -1 to 1, shape (m, g); choices count in equal steps."""
     space = problem.space
     middle, half = 0.5 * (space.upper + space.lower), 0.5 * (space.upper - space.lower)
-    genes = middle + half * np.where(space.discrete, fractions, 0.9 * fractions)
-    return plan_of_genes(problem, np.where(space.discrete, np.round(genes), genes))
+    decisions = middle + half * np.where(space.discrete, fractions, 0.9 * fractions)
+    return plan_of_decisions(problem, np.where(space.discrete, np.round(decisions), decisions))
 
 
-def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> Plan:
-    """The plan that genes (m, g) stand for, every measurement a series of its own."""
-    configurations, loads = problem.space.decode(genes)
-    return Plan(configurations, loads, np.arange(1, len(genes) + 1))
+def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> Plan:
+    """The plan that decisions (m, g) stand for, every measurement a series of its own."""
+    configurations, loads = problem.space.decode(decisions)
+    return Plan(configurations, loads, np.arange(1, len(decisions) + 1))
 
 
 def targets_of(problem: DesignProblem) -> LoadedPoints:

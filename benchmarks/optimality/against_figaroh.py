@@ -57,7 +57,7 @@ def row(
     problem: DesignProblem,
     pool: int,
     method: str,
-    genes: FloatArray,
+    decisions: FloatArray,
     rows: FloatArray,
     chosen: list[int],
     seconds: tuple[float, float],
@@ -65,7 +65,7 @@ def row(
     """One line of the table: what a selection is worth."""
     information = rows[chosen].reshape(-1, rows.shape[-1])
     determinant = np.linalg.det(information.T @ information / len(chosen)) ** (1.0 / rows.shape[-1])
-    assessment = problem.assess(*problem.space.decode(genes[chosen][None]))
+    assessment = problem.assess(*problem.space.decode(decisions[chosen][None]))
     return {
         "pool": pool,
         "method": method,
@@ -92,21 +92,21 @@ def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
         f"Configuration {path}: {count} of the pool's measurements; `seconds` are processor seconds of one thread."
     ]
     for size in pools:
-        genes = reachable_measurements(problem, size, generator)
-        rows = MeasurementInformation(problem, 0.0).rows(genes)
+        decisions = reachable_measurements(problem, size, generator)
+        rows = MeasurementInformation(problem, 0.0).rows(decisions)
         try:
             for name, options in (("FIGAROH, SOCP", ()), ("FIGAROH, DetMax", ("--detmax",))):
                 chosen, seconds = figaroh(python, rows, count, *options)
-                table.append(row(problem, size, name, genes, rows, chosen, seconds))
+                table.append(row(problem, size, name, decisions, rows, chosen, seconds))
         except (RuntimeError, FileNotFoundError) as error:
             print(f"FIGAROH does not run with {python} (see `--python`): {error}", file=sys.stderr)
             return
         plan, seconds = timed(lambda r=rows: choose_d_optimal(r, count, np.random.default_rng(seed)))
-        table.append(row(problem, size, "this program, O1", genes, rows, list(plan.chosen), seconds))
+        table.append(row(problem, size, "this program, O1", decisions, rows, list(plan.chosen), seconds))
         bound = plan.bound
-        selection, seconds = timed(lambda g=genes: choose_measurements(problem, g))
-        index = [int(np.flatnonzero((genes == one).all(axis=1))[0]) for one in selection.variables]
-        table.append(row(problem, size, "this program, DUIR", genes, rows, index, seconds))
+        selection, seconds = timed(lambda g=decisions: choose_measurements(problem, g))
+        index = [int(np.flatnonzero((decisions == one).all(axis=1))[0]) for one in selection.variables]
+        table.append(row(problem, size, "this program, DUIR", decisions, rows, index, seconds))
         socp, detmax, ours, best = ({key: float(entry[key]) for key in NUMBERS} for entry in table[-4:])
         criterion = "det(M/m)^(1/p)"
         better = max(socp[criterion], detmax[criterion]) / ours[criterion]

@@ -30,7 +30,7 @@ def row(path: Path) -> dict[str, str | float | int]:
     start = time.process_time()
     front = search(problem)
     searched = time.process_time() - start
-    duir, total = duir_lower_bound(problem, front.genes), total_lower_bound(problem, front.genes)
+    duir, total = duir_lower_bound(problem, front.decisions), total_lower_bound(problem, front.decisions)
     split = re.search(r"within ([0-9.]+%) of the bound", duir.certified_on)
     least = {name: float(front.criteria[name].min()) for name in ("duir", "total")}
     return {

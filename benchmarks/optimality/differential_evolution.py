@@ -44,7 +44,7 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
 
     def penalised(vectors: FloatArray) -> FloatArray:
         columns = np.atleast_2d(vectors.T)
-        values, violations = single.objectives(single.genes(columns))
+        values, violations = single.objectives(single.decisions(columns))
         found: FloatArray = np.where((violations > 0.0).any(axis=1), 10.0 + violations.max(axis=1), values[:, 0])
         found = np.minimum(found, 1e3)
         best = min([found.min(), *(value for _, value in history[-1:])])
@@ -70,7 +70,7 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
     ours: list[tuple[float, float]] = []
     begun, looking = time.process_time(), 0.0
     polishing = Polishing(problem)
-    polishing.take(np.concatenate([start.reshape(100, space.measurements, space.genes), relaxed_designs(problem)]))
+    polishing.take(np.concatenate([start.reshape(100, space.measurements, space.decisions), relaxed_designs(problem)]))
     for _ in polishing.rounds():
         designs = polishing.pool
         now = time.process_time()

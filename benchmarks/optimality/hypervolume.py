@@ -129,11 +129,11 @@ def _generations(population: object, parts: dict[str, object], seed: int) -> Ite
 
 def agreement(problem: DesignProblem, script: OrdinaryScript) -> float:
     """Largest relative difference of the script's objectives from the program's, over random designs."""
-    genes = starting_designs(problem, 20, np.random.default_rng(5))
+    decisions = starting_designs(problem, 20, np.random.default_rng(5))
     names = [variable.columns[0] for variable in problem.space.variables]
     assert names == [0, 1, 2, 3, 4, 5, 6, 7, 8], "the script knows this one form of problem"
-    ours = DesignPopulation(problem).objectives(DesignPopulation(problem).genes(genes))[0]
-    theirs = script.evaluate(genes, return_values_of=["F"])
+    ours = DesignPopulation(problem).objectives(DesignPopulation(problem).decisions(decisions))[0]
+    theirs = script.evaluate(decisions, return_values_of=["F"])
     return float(np.abs(theirs / ours - 1.0).max())
 
 

@@ -96,9 +96,9 @@ class OrdinaryScript(ElementwiseProblem):
     def _evaluate(self, x: np.ndarray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         rows, effects, excess = [], [], -np.inf
         for i in range(self.m):
-            genes = x[9 * i : 9 * i + 9]
-            pose, mass = genes[:6], float(self.masses[int(genes[6])])
-            com = np.array([genes[7], genes[8], self.com_z])
+            decisions = x[9 * i : 9 * i + 9]
+            pose, mass = decisions[:6], float(self.masses[int(decisions[6])])
+            com = np.array([decisions[7], decisions[8], self.com_z])
             q = self.lengths(pose)
             excess = max(excess, (self.legs[0] - q).max(), (q - self.legs[1]).max())
             a, d, r, _ = self.observation(pose, mass, com)

@@ -82,7 +82,7 @@ def sizes(config: dict[str, Any], folder: Path) -> pd.DataFrame:
         problem = enlarged(config, folder, measurements, targets)
         space = problem.space
         count = 100 if measurements <= 25 else 20
-        drawn = starting_designs(problem, count, np.random.default_rng(0)).reshape(count, measurements, space.genes)
+        drawn = starting_designs(problem, count, np.random.default_rng(0)).reshape(count, measurements, space.decisions)
 
         def evaluate(problem: DesignProblem = problem, drawn: Any = drawn) -> None:
             assessment = problem.assess(*problem.space.decode(drawn))
@@ -93,7 +93,7 @@ def sizes(config: dict[str, Any], folder: Path) -> pd.DataFrame:
             {
                 "measurements": measurements,
                 "targets": targets,
-                "variables": measurements * space.genes,
+                "variables": measurements * space.decisions,
                 "DUIR and FEIR (µs a design)": 1e6 * seconds(evaluate) / count,
                 "with both gradients (µs)": 1e6
                 * seconds(lambda p=problem, d=drawn: criterion_gradients(p, d, names))

@@ -118,8 +118,8 @@ def _selected(problem: DesignProblem) -> Targets:
 
 def _plans(problem: DesignProblem, settings: Settings) -> tuple[FloatArray, FloatArray]:
     space = problem.space
-    genes = starting_designs(problem, settings.plans, np.random.default_rng(settings.plans_seed))
-    return space.decode(genes.reshape(settings.plans, space.measurements, space.genes))
+    decisions = starting_designs(problem, settings.plans, np.random.default_rng(settings.plans_seed))
+    return space.decode(decisions.reshape(settings.plans, space.measurements, space.decisions))
 
 
 def _criterion(problem: DesignProblem, plans: tuple[FloatArray, FloatArray]) -> FloatArray:

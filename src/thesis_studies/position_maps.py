@@ -28,20 +28,20 @@ def grid_assessment(problem: DesignProblem, points: int = 0) -> tuple[FloatArray
         InputError: not x and y alone are to be chosen.
     """
     space = problem.space
-    if space.genes != 2 or (not space.discrete.all() and points < 2):
+    if space.decisions != 2 or (not space.discrete.all() and points < 2):
         what = "the study needs poses on a `grid` of x and y, and a fixed load"
         raise InputError(what, where=problem.source, remedy="See the configuration that is shipped.")
     counts = np.where(space.discrete, space.upper + 1.0, points).astype(int)
     axes = (np.linspace(low, high, count) for low, high, count in zip(space.lower, space.upper, counts))
-    genes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 1, 2)
-    poses, loads = space.decode(genes)
+    decisions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    poses, loads = space.decode(decisions)
     return poses[:, 0], problem.assess(poses, loads)
 
 
 def fixed_load(problem: DesignProblem) -> FloatArray:
     """The one load of the experiment (k,)."""
-    genes = np.full((1, problem.space.genes), 0.5)
-    return problem.space.decode(genes)[1][0]
+    decisions = np.full((1, problem.space.decisions), 0.5)
+    return problem.space.decode(decisions)[1][0]
 
 
 def plan_at(problem: DesignProblem, pose: FloatArray) -> Plan:

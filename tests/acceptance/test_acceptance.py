@@ -20,10 +20,10 @@ from expdesign.validation.simulation import simulate
 
 
 def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:
-    genes = case.space.canonical(
-        starting_designs(case, 1, np.random.default_rng(seed)).reshape(1, -1, case.space.genes)
+    decisions = case.space.canonical(
+        starting_designs(case, 1, np.random.default_rng(seed)).reshape(1, -1, case.space.decisions)
     )
-    poses, loads = case.space.decode(genes[0])
+    poses, loads = case.space.decode(decisions[0])
     if at_one_pose:
         poses = np.repeat(poses[:1], len(poses), axis=0)
     series = np.ones(len(poses), dtype=np.int64) if at_one_pose else np.arange(1, len(poses) + 1)

@@ -22,6 +22,6 @@ def test_what_is_drawn_can_be_searched(tmp_path: Path) -> None:
         found = problem(number, tmp_path)
         kinds.add((found.loaded.robot.kind, found.noise.shared_reference))
         starts = starting_designs(found, 40, np.random.default_rng(0))
-        require_identifiable(found, starts.reshape(40, found.space.measurements, found.space.genes))
+        require_identifiable(found, starts.reshape(40, found.space.measurements, found.space.decisions))
         assert found.loaded.sources
     assert len(kinds) >= 4

@@ -9,7 +9,7 @@ from benchmarks.model_error.arm import ArmFactory, ArmMachine, Hidden
 from benchmarks.model_error.hexapod import HexapodFactory, HexapodMachine
 from benchmarks.model_error.machine import Concealed, Machine
 from benchmarks.model_error.prior import Prior, compliance
-from benchmarks.model_error.trial import plan_of_genes
+from benchmarks.model_error.trial import plan_of_decisions
 from tests.model_error.problems import CONFIGS
 
 from expdesign.chain.chain import Chain
@@ -53,8 +53,8 @@ def machine(name: str, hidden: Any) -> Machine:
 def gained(name: str, hidden: Any, effect: Effect, values: list[float]) -> tuple[np.ndarray, np.ndarray]:
     """What an effect adds to the deflections: by the machine's mechanics, and by the chain."""
     case = problem(name)
-    genes = starting_designs(case, 1, RNG).reshape(-1, case.space.measurements, case.space.genes)[0]
-    plan = plan_of_genes(case, genes)
+    decisions = starting_designs(case, 1, RNG).reshape(-1, case.space.measurements, case.space.decisions)[0]
+    plan = plan_of_decisions(case, decisions)
     rows = plan_frame(plan, case.loaded, False)
     names = list(case.loaded.robot.coordinates.deflection)
     found, without = (machine(name, each).measured(rows, 1)[names].to_numpy() for each in (hidden, None))
@@ -132,8 +132,8 @@ def test_every_kind_can_be_drawn_and_measured(name: str) -> None:
     kinds = ArmFactory.kinds if name else HexapodFactory.kinds
     impact = ModelErrorImpact(case, Assumptions(physics=frozenset(kinds)))
     factory = (ArmFactory if name else HexapodFactory)(case, Prior(impact))
-    genes = starting_designs(case, 1, RNG).reshape(-1, case.space.measurements, case.space.genes)[0]
-    rows = plan_frame(plan_of_genes(case, genes), case.loaded, False)
+    decisions = starting_designs(case, 1, RNG).reshape(-1, case.space.measurements, case.space.decisions)[0]
+    rows = plan_frame(plan_of_decisions(case, decisions), case.loaded, False)
     names = list(case.loaded.robot.coordinates.deflection)
     none = factory.machine("", case.loaded.robot.stiffness, RNG).measured(rows, 1)[names].to_numpy()
     for physics in kinds:

@@ -29,6 +29,6 @@ def test_leg_limits_agree() -> None:
     vectors[:, 3] = 0.15
     vectors[:, 4] = 0.15
     population = DesignPopulation(problem)
-    excess = population.objectives(population.genes(vectors))[1][:, 0]
+    excess = population.objectives(population.decisions(vectors))[1][:, 0]
     np.testing.assert_allclose(script.evaluate(vectors, return_values_of=["G"])[:, 0], excess, atol=1e-10)
     assert (excess > 0.0).any()

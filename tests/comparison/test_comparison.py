@@ -158,7 +158,7 @@ def test_the_design_of_a_criterion_is_a_local_optimum_of_it(name: str) -> None:
     criterion = known_criteria()[name]
     sign = -1.0 if criterion.maximise else 1.0
     start = search_single(few, criterion, seed=1, generations=3, refinements=5)
-    found = refined(few, criterion, start.genes[None], 1)
+    found = refined(few, criterion, start.decisions[None], 1)
     scores = sign * criterion.values(few.assess(*few.space.decode(found)))
     best = found[int(np.argmin(scores))]
     assert scores.min() < sign * start.value - 1e-3 * abs(start.value)

@@ -13,8 +13,8 @@ from expdesign.criteria.error_ellipses import ellipse_scale, principal_axes, tar
 def assessed(request: pytest.FixtureRequest) -> Any:
     case = problem(request.param)
     generator = np.random.default_rng(3)
-    genes = np.stack([case.space.sample(case.space.measurements, generator) for _ in range(4)])
-    return case.assess(*case.space.decode(genes))
+    decisions = np.stack([case.space.sample(case.space.measurements, generator) for _ in range(4)])
+    return case.assess(*case.space.decode(decisions))
 
 
 def test_the_diagonals_are_the_variances_of_the_criteria(assessed: Any) -> None:

@@ -44,7 +44,7 @@ def known(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def designs(here: DesignProblem, count: int) -> Array:
     space = here.space
-    return starting_designs(here, count, np.random.default_rng(0)).reshape(count, space.measurements, space.genes)
+    return starting_designs(here, count, np.random.default_rng(0)).reshape(count, space.measurements, space.decisions)
 
 
 @pytest.mark.usefixtures("known")
@@ -70,13 +70,13 @@ def test_its_gradient_is_that_of_differences() -> None:
     here = problem(HEXAPOD)
     table = gradient_check(here, designs(here, 1)[0], ["duir"])
     assert table["relative_error"].max() < 2e-8
-    direction = designs(here, 2)[1] - (genes := designs(here, 2)[0])
+    direction = designs(here, 2)[1] - (decisions := designs(here, 2)[0])
     from expdesign.design.optimality.differentiated import Differentiated  # noqa: PLC0415
 
     direction = direction * ~here.space.discrete
-    gradient = Differentiated.of_designs(here, genes[None]).pieces(WorstDirection())[0].gradient()[0]
+    gradient = Differentiated.of_designs(here, decisions[None]).pieces(WorstDirection())[0].gradient()[0]
     high, low = (
-        WorstDirection().values(here.assess(*here.space.decode((genes + s * 1e-6 * direction)[None])))[0]
+        WorstDirection().values(here.assess(*here.space.decode((decisions + s * 1e-6 * direction)[None])))[0]
         for s in (1.0, -1.0)
     )
     assert (high - low) / 2e-6 == pytest.approx(float((gradient * direction).sum()), rel=1e-6)

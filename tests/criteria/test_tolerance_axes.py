@@ -39,8 +39,8 @@ def mirror(axes: str, angles: list[float], orientation: str = "fixed-xyz") -> De
 
 def one_plan(here: DesignProblem) -> Plan:
     space = here.space
-    genes = starting_designs(here, 1, np.random.default_rng(1)).reshape(space.measurements, space.genes)
-    return Plan(*space.decode(genes), np.arange(space.measurements) + 1)
+    decisions = starting_designs(here, 1, np.random.default_rng(1)).reshape(space.measurements, space.decisions)
+    return Plan(*space.decode(decisions), np.arange(space.measurements) + 1)
 
 
 def duir(here: DesignProblem, plan: Plan) -> float:

@@ -14,7 +14,7 @@ from expdesign.design.problem_file import read_problem
 from expdesign.design.start import reachable_measurements
 
 
-def genes_of(case: Any, count: int) -> Any:
+def decisions_of(case: Any, count: int) -> Any:
     generator = np.random.default_rng(5)
     return np.stack([case.space.sample(case.space.measurements, generator) for _ in range(count)])
 
@@ -22,8 +22,8 @@ def genes_of(case: Any, count: int) -> Any:
 @pytest.mark.parametrize("content", [BIPOD, HEXAPOD], ids=["bipod", "hexapod"])
 def test_a_point_of_the_map_is_a_target_there(content: dict[str, Any]) -> None:
     case = problem(content)
-    genes = genes_of(case, 2)
-    covariance = sum(case.assess(*case.space.decode(genes)).parameter_covariance)
+    decisions = decisions_of(case, 2)
+    covariance = sum(case.assess(*case.space.decode(decisions)).parameter_covariance)
     for chart in accuracy_maps(case, points=4):
         rms = chart.rms(np.asarray(covariance))
         known = np.argwhere(np.isfinite(rms[0]))
@@ -35,7 +35,7 @@ def test_a_point_of_the_map_is_a_target_there(content: dict[str, Any]) -> None:
             pose[list(chart.axes)] = chart.across[across], chart.up[up]
             moved["targets"] = [{**target, "pose": pose.tolist()}]
             there = problem(moved)
-            expected = Total().values(there.assess(*there.space.decode(genes)))
+            expected = Total().values(there.assess(*there.space.decode(decisions)))
             np.testing.assert_allclose(rms[:, up, across], expected, rtol=1e-8)
 
 
@@ -69,8 +69,8 @@ def test_a_plane_in_which_nothing_varies_is_left_out() -> None:
 def test_an_actuator_that_nothing_determines_and_nothing_needs_leaves_the_map_known() -> None:
     """The first joint of an arm turns about the vertical: weights load it neither in the plan nor on the map."""
     case = read_problem(Path(__file__).parents[2] / "configs" / "ur5.yaml")
-    genes = reachable_measurements(case, case.space.measurements, np.random.default_rng(2))[None]
-    assessment = case.assess(*case.space.decode(genes))
+    decisions = reachable_measurements(case, case.space.measurements, np.random.default_rng(2))[None]
+    assessment = case.assess(*case.space.decode(decisions))
     assert assessment.rank[0] < assessment.parameters
     noise, load = assessment.parameter_covariance
     assert np.isnan(noise[0, 0]).all()

@@ -14,7 +14,7 @@ from expdesign.design.laboratory_sheet import Costs, ordered
 from expdesign.design.measuring_time import most_minutes, plan_minutes
 from expdesign.design.plan import Plan
 from expdesign.design.result import design_minutes
-from expdesign.design.validation_rows import validation_genes
+from expdesign.design.validation_rows import validation_decisions
 from expdesign.errors import InputError
 from expdesign.instrument.deflection_noise import series_by_pose
 
@@ -68,14 +68,14 @@ def test_every_design_stays_within_the_budget(shared: bool) -> None:
     assert (minutes <= 90.0 + 1e-9).all()
     again, same = search_within_budget(case)
     assert again.space.measurements == fitted.space.measurements
-    np.testing.assert_array_equal(front.genes, same.genes)
+    np.testing.assert_array_equal(front.decisions, same.decisions)
 
 
 def test_gradients_keep_measurements_at_one_pose_together() -> None:
     polished = {**FEW, "polish": True}
     case = with_structure(limited(120.0, optimiser=polished, **{"experiment.measurements": 4}), Structure(4, 2))
     front = search_within_budget(case)[1]
-    poses = case.space.decode(front.genes)[0]
+    poses = case.space.decode(front.decisions)[0]
     assert all(len(np.unique(design, axis=0)) <= 4 for design in poses)
 
 
@@ -93,15 +93,15 @@ def test_poses_are_grouped_around_those_that_have_to_occur() -> None:
 
 def test_validation_rows_are_reachable_and_far_from_the_others() -> None:
     case = problem(HEXAPOD, {"experiment.validation": {"measurements": 3}})
-    genes = case.space.canonical(case.space.sample(3, np.random.default_rng(1))[None])[0]
-    rows = validation_genes(case, genes)
-    assert len(np.unique(np.concatenate([genes, rows]), axis=0)) == 6
+    decisions = case.space.canonical(case.space.sample(3, np.random.default_rng(1))[None])[0]
+    rows = validation_decisions(case, decisions)
+    assert len(np.unique(np.concatenate([decisions, rows]), axis=0)) == 6
     assert case.loaded.robot.usable(case.space.decode(rows)[0]).all()
-    np.testing.assert_array_equal(rows, validation_genes(case, genes))
+    np.testing.assert_array_equal(rows, validation_decisions(case, decisions))
     span = np.where(case.space.upper > case.space.lower, case.space.upper - case.space.lower, 1.0)
     generator = np.random.default_rng(7)
-    random = [np.linalg.norm((case.space.sample(1, generator) - genes) / span, axis=1).min() for _ in range(200)]
-    assert np.linalg.norm((rows[0] - genes) / span, axis=1).min() > np.quantile(random, 0.9)
+    random = [np.linalg.norm((case.space.sample(1, generator) - decisions) / span, axis=1).min() for _ in range(200)]
+    assert np.linalg.norm((rows[0] - decisions) / span, axis=1).min() > np.quantile(random, 0.9)
 
 
 def test_criteria_of_the_plan_do_not_see_rows_for_validation(tmp_path: Path) -> None:

@@ -78,7 +78,9 @@ def test_no_design_collides_and_a_colliding_plan_is_refused() -> None:
     hits = bound.constraints.collisions.excess(bound.loaded.robot, poses) > 0.0
     assert 0.02 < hits.mean() < 0.98
     front = search(bound)
-    assert (bound.constraints.collisions.excess(bound.loaded.robot, bound.space.decode(front.genes)[0]) <= 0.0).all()
+    assert (
+        bound.constraints.collisions.excess(bound.loaded.robot, bound.space.decode(front.decisions)[0]) <= 0.0
+    ).all()
     plan = expdesign.run(free, timed=False).plan
     for name, value in zip(bound.loaded.robot.configuration, poses[hits][0], strict=True):
         plan.loc[1, name] = value

@@ -17,7 +17,7 @@ FEW = {"population": 12, "generations": 6, "seed": 1, "polish": True}
 def found(base: dict[str, Any], constraints: dict[str, Any], **changes: Any) -> Any:
     case = problem(base, {"experiment.constraints": constraints, "optimiser": FEW, **changes})
     front = search(case)
-    return case, *case.space.decode(front.genes)
+    return case, *case.space.decode(front.decisions)
 
 
 def test_at_least_so_many_distinct_poses_and_masses() -> None:
@@ -46,7 +46,7 @@ def test_nothing_is_in_a_box() -> None:
     inside = (centres > box["low_m"]) & (centres < box["high_m"])
     assert not inside.all(axis=-1).any()
     free = search(problem(HEXAPOD, {"optimiser": FEW}))
-    unbound = problem(HEXAPOD).space.decode(free.genes)
+    unbound = problem(HEXAPOD).space.decode(free.decisions)
     rotation = case.loaded.robot.jacobians(unbound[0]).rotation
     centres = case.loaded.robot.position(unbound[0]) + (rotation @ unbound[1][..., 1:4, None])[..., 0]
     assert ((centres > box["low_m"]) & (centres < box["high_m"])).all(axis=-1).any()
@@ -68,8 +68,8 @@ def test_joints_stay_within_their_effort() -> None:
     assert effort is not None
     assert np.isfinite(effort).all()
     # Own weight and payload by hand, at one configuration.
-    genes = case.space.sample(40, np.random.default_rng(0))
-    poses, loads = case.space.decode(genes)
+    decisions = case.space.sample(40, np.random.default_rng(0))
+    poses, loads = case.space.decode(decisions)
     jacobians = case.loaded.robot.jacobians(poses)
     wrenches = case.loaded.wrenches(jacobians.rotation, loads)[0]
     forces = np.einsum("ijk,ij->ik", jacobians.forward, wrenches) + case.loaded.robot.own_weight(poses, loads[:, -3:])
@@ -77,7 +77,7 @@ def test_joints_stay_within_their_effort() -> None:
     expected = (np.abs(forces) / effort).max(axis=1) - 1.0
     np.testing.assert_allclose(case.constraints.measurements(case.loaded, poses, loads)[:, 1], expected, rtol=1e-9)
     front = search(case)
-    assert (case.constraints.violations(case.loaded, *case.space.decode(front.genes)) <= 0.0).all()
+    assert (case.constraints.violations(case.loaded, *case.space.decode(front.decisions)) <= 0.0).all()
 
 
 @pytest.mark.parametrize(

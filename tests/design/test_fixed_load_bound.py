@@ -15,6 +15,6 @@ def test_a_fixed_load_has_a_bound(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(SMALL), encoding="utf-8")
     problem = read_problem(tmp_path / "config.yaml")
     front = search(problem)
-    bound = duir_lower_bound(problem, front.genes).value
+    bound = duir_lower_bound(problem, front.decisions).value
     assert bound is not None
     assert 0.0 < bound <= float(front.criteria["duir"].min()) * (1.0 + 1e-9)

@@ -69,7 +69,9 @@ SCALE: dict[tuple[str, str, str], list[float]] = {}
 
 def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
     space = here.space
-    return starting_designs(here, count, np.random.default_rng(seed)).reshape(count, space.measurements, space.genes)
+    return starting_designs(here, count, np.random.default_rng(seed)).reshape(
+        count, space.measurements, space.decisions
+    )
 
 
 @pytest.mark.parametrize("effects", [BASE, PLAY, GEOMETRIC, PLATFORM, {**BASE, **PLAY}])
@@ -142,9 +144,9 @@ def test_gradients_are_exact(effects: dict[Any, Any]) -> None:
 def test_a_soft_base_lets_load_errors_through() -> None:
     bare = planned(HEXAPOD["robot"], {})
     soft = planned(written(model_of(HEXAPOD["robot"], BASE)), {})
-    genes = designs(bare, 3)
+    decisions = designs(bare, 3)
     values = {
-        name: [known_criteria()[name].values(p.assess(*p.space.decode(genes))) for p in (bare, soft)]
+        name: [known_criteria()[name].values(p.assess(*p.space.decode(decisions))) for p in (bare, soft)]
         for name in ("duir", "feir")
     }
     # What the base adds to a deflection is known, and the legs are identified as before; an unknown load is not.
@@ -169,8 +171,8 @@ def test_the_note_names_effects_and_what_starts_from_rest() -> None:
     assert "linearised at the planned loads" in here.found.note
     assert here.config["robot"]["kind"] == "model"
     again = problem_from_document(parse_yaml(yaml.safe_dump(here.config), "run.json", Path()))
-    genes = designs(here, 1)
-    first, second = (known_criteria()["total"].values(p.assess(*p.space.decode(genes))) for p in (here, again))
+    decisions = designs(here, 1)
+    first, second = (known_criteria()["total"].values(p.assess(*p.space.decode(decisions))) for p in (here, again))
     np.testing.assert_array_equal(first, second)
 
 

@@ -13,19 +13,19 @@ from expdesign.design.search import search
 def parents(count: int) -> tuple[DesignPopulation, Array]:
     population = DesignPopulation(problem(HEXAPOD))
     space = population.design_problem.space
-    genes = space.sample(count * space.measurements, np.random.default_rng(0))
-    return population, genes.reshape(count, -1)
+    decisions = space.sample(count * space.measurements, np.random.default_rng(0))
+    return population, decisions.reshape(count, -1)
 
 
 def inside(population: DesignPopulation, vectors: Array) -> None:
     space = population.design_problem.space
-    genes = population.genes(vectors)
-    assert np.all((genes >= space.lower) & (genes <= space.upper))
-    np.testing.assert_array_equal(genes[..., space.discrete], np.rint(genes[..., space.discrete]))
+    decisions = population.decisions(vectors)
+    assert np.all((decisions >= space.lower) & (decisions <= space.upper))
+    np.testing.assert_array_equal(decisions[..., space.discrete], np.rint(decisions[..., space.discrete]))
 
 
 def test_children_of_a_crossover_are_inside_the_space() -> None:
-    """Every index, and with whole measurements exchanged every gene, comes from one of the parents."""
+    """Every index, and with whole measurements exchanged every decision, comes from one of the parents."""
     population, vectors = parents(400)
     space = population.design_problem.space
     pairs = vectors.reshape(2, 200, -1)
@@ -61,7 +61,7 @@ def test_repair_is_the_canonical_order() -> None:
     population, vectors = parents(50)
     space = population.design_problem.space
     repaired = CanonicalOrder(space)._do(population, vectors)
-    np.testing.assert_array_equal(population.genes(repaired), space.canonical(population.genes(vectors)))
+    np.testing.assert_array_equal(population.decisions(repaired), space.canonical(population.decisions(vectors)))
 
 
 def test_every_design_that_the_search_evaluates_is_in_canonical_order(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,6 +76,6 @@ def test_every_design_that_the_search_evaluates_is_in_canonical_order(monkeypatc
     monkeypatch.setattr(DesignPopulation, "_evaluate", noted)
     case = problem(BIPOD, {"experiment.measurements": 3})
     front = search(case)
-    designs = np.concatenate(seen).reshape(-1, 3, case.space.genes)
+    designs = np.concatenate(seen).reshape(-1, 3, case.space.decisions)
     np.testing.assert_array_equal(case.space.canonical(designs), designs)
     assert front.evaluations == len(designs)

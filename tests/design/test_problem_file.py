@@ -242,5 +242,5 @@ def test_the_resolved_configuration_is_a_configuration_of_the_same_problem(tmp_p
     again = problem_from_document(YamlDocument("again", Path("/nowhere"), first.config))
     assert again.config == first.config
     np.testing.assert_array_equal(again.space.lower, first.space.lower)
-    genes = first.space.sample(20, np.random.default_rng(1))
-    np.testing.assert_array_equal(again.space.decode(genes)[0], first.space.decode(genes)[0])
+    decisions = first.space.sample(20, np.random.default_rng(1))
+    np.testing.assert_array_equal(again.space.decode(decisions)[0], first.space.decode(decisions)[0])

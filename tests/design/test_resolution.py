@@ -53,9 +53,9 @@ def test_rounding_does_not_leave_the_limits() -> None:
     """Poses at a leg's limit, coarse steps: the nearest multiple is often beyond the limit, and another one is not."""
     case = problem(HEXAPOD, {"experiment.resolution": {"x_m": 1e-3, "z_m": 2e-3, "rx_rad": 5e-3}})
     robot, space = case.loaded.robot, case.space
-    genes = space.sample(4000, np.random.default_rng(1)).reshape(-1, 4, space.genes)
-    excess = robot.limit_excess(space.decode(genes)[0])
-    near = genes[((excess <= 0.0) & (excess > -2e-3)).any(axis=1) & (excess <= 0.0).all(axis=1)]
+    decisions = space.sample(4000, np.random.default_rng(1)).reshape(-1, 4, space.decisions)
+    excess = robot.limit_excess(space.decode(decisions)[0])
+    near = decisions[((excess <= 0.0) & (excess > -2e-3)).any(axis=1) & (excess <= 0.0).all(axis=1)]
     assert len(near) > 20
     assert (robot.limit_excess(space.decode(space.canonical(near))[0]) > 1e-12).any()
     assert (robot.limit_excess(space.decode(case.settable(near))[0]) <= 1e-12).all()
@@ -94,8 +94,8 @@ def test_shared_references_are_not_escaped_by_poses_that_differ_by_nothing() -> 
     """Rounded to the steps, no plan has two poses closer than a step, and its criteria stay what they were."""
     case = problem(shared(HEXAPOD, **{"experiment.measurements": 5, "optimiser": {**FEW, "generations": 10}}))
     result = xd.run(case)
-    for genes in result.front.genes:
-        poses = np.unique(case.space.decode(genes)[0], axis=0)
+    for decisions in result.front.decisions:
+        poses = np.unique(case.space.decode(decisions)[0], axis=0)
         apart = np.abs(poses[:, None] - poses[None]).max(axis=-1) + np.eye(len(poses))
         assert apart.min() >= 0.999e-6
 

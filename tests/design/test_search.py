@@ -71,12 +71,12 @@ def dominated(values: Array) -> Array:
 def test_designs_are_inside_bounds_and_limits(solved: tuple[DesignProblem, Front]) -> None:
     case, front = solved
     space, robot = case.space, case.loaded.robot
-    assert front.genes.shape == (len(front), space.measurements, space.genes)
-    assert np.all((front.genes >= space.lower) & (front.genes <= space.upper))
-    poses, _ = space.decode(front.genes)
+    assert front.decisions.shape == (len(front), space.measurements, space.decisions)
+    assert np.all((front.decisions >= space.lower) & (front.decisions <= space.upper))
+    poses, _ = space.decode(front.decisions)
     assert np.all(robot.limit_excess(poses) <= 1e-12)
     assert np.all(robot.jacobians(poses).condition <= CONDITION_LIMIT)
-    assert case.assess(*space.decode(front.genes)).identifies_targets.all()
+    assert case.assess(*space.decode(front.decisions)).identifies_targets.all()
 
 
 def test_front_is_non_dominated_and_without_duplicates(solved: tuple[DesignProblem, Front]) -> None:
@@ -85,14 +85,14 @@ def test_front_is_non_dominated_and_without_duplicates(solved: tuple[DesignProbl
     assert np.isfinite(values).all()
     assert not dominated(values).any()
     assert len(np.unique(values, axis=0)) == len(front)
-    assert len(np.unique(case.space.canonical(front.genes), axis=0)) == len(front)
+    assert len(np.unique(case.space.canonical(front.decisions), axis=0)) == len(front)
     assert np.all(np.diff(values[:, 0]) >= 0.0)
 
 
 def test_criteria_of_the_front_are_those_of_its_designs(solved: tuple[DesignProblem, Front]) -> None:
     case, front = solved
     for index in range(len(front)):
-        alone = case.assess(*case.space.decode(front.genes[index : index + 1]))
+        alone = case.assess(*case.space.decode(front.decisions[index : index + 1]))
         for name, criterion in known_criteria().items():
             assert front.criteria[name][index] == pytest.approx(float(criterion.values(alone)[0]), rel=1e-9)
 
@@ -115,12 +115,12 @@ def test_recommended_knee_and_hypervolume(solved: tuple[DesignProblem, Front]) -
 def test_the_same_seed_gives_the_same_bits(name: str) -> None:
     base, changes = PROBLEMS[name]
     fronts = [search(problem(base, {**changes, "optimiser.seed": seed})) for seed in (5, 5, 6)]
-    np.testing.assert_array_equal(fronts[0].genes, fronts[1].genes)
+    np.testing.assert_array_equal(fronts[0].decisions, fronts[1].decisions)
     for criterion, values in fronts[0].criteria.items():
         np.testing.assert_array_equal(values, fronts[1].criteria[criterion])
     assert fronts[0].hypervolume == fronts[1].hypervolume
     if name != "bipod-shared-reference":
-        assert not np.array_equal(fronts[0].genes, fronts[2].genes)
+        assert not np.array_equal(fronts[0].decisions, fronts[2].decisions)
 
 
 def test_progress_is_reported_every_generation() -> None:
@@ -154,9 +154,9 @@ def test_search_finds_the_whole_front_of_a_small_discrete_space() -> None:
             "optimiser": {"population": 60, "generations": 60, "seed": 2, "polish": False},
         },
     )
-    genes = all_designs(case)
-    assert len(genes) == 666
-    values, violations = DesignPopulation(case).objectives(genes)
+    decisions = all_designs(case)
+    assert len(decisions) == 666
+    values, violations = DesignPopulation(case).objectives(decisions)
     usable = (violations <= 0.0).all(axis=1)
     expected = np.unique(values[usable][~dominated(values[usable])].round(9), axis=0)
     found = np.unique(minimised(search(case)).round(9), axis=0)
@@ -168,8 +168,8 @@ TINY: dict[str, dict[str, Any]] = {
     "two designs": {"experiment.measurements": 1, f"{BOUNDS}": {"x_m": {"choices": [0.1, 0.2]}, "y_m": 0.6}},
     "three designs": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": {"choices": [0.1, 0.2]}, "y_m": 0.6}},
     "one design": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": 0.1, "y_m": 0.6}},
-    "one continuous gene": {"experiment.measurements": 1, f"{BOUNDS}": {"x_m": [-0.3, 0.3], "y_m": 0.6}},
-    "one gene, two measurements": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": [-0.3, 0.3], "y_m": 0.6}},
+    "one continuous decision": {"experiment.measurements": 1, f"{BOUNDS}": {"x_m": [-0.3, 0.3], "y_m": 0.6}},
+    "one decision, two measurements": {"experiment.measurements": 2, f"{BOUNDS}": {"x_m": [-0.3, 0.3], "y_m": 0.6}},
 }
 
 
@@ -181,12 +181,12 @@ def test_spaces_with_fewer_designs_than_the_population(name: str) -> None:
     values = minimised(front)
     assert not dominated(values).any()
     if case.space.discrete.all():
-        genes = np.zeros((1, 2, 0)) if case.space.genes == 0 else None
+        decisions = np.zeros((1, 2, 0)) if case.space.decisions == 0 else None
         if name == "two designs":
-            genes = np.array([[[0.0]], [[1.0]]])
-        elif genes is None:
-            genes = all_designs(case)
-        every, _ = DesignPopulation(case).objectives(genes)
+            decisions = np.array([[[0.0]], [[1.0]]])
+        elif decisions is None:
+            decisions = all_designs(case)
+        every, _ = DesignPopulation(case).objectives(decisions)
         np.testing.assert_allclose(values, np.unique(every[~dominated(every)], axis=0), rtol=1e-10)
 
 
@@ -222,7 +222,7 @@ def test_a_corner_of_the_space_that_sampling_alone_does_not_find() -> None:
     }
     front = search(problem(BIPOD, changes))
     case = problem(BIPOD, changes)
-    assert np.all(case.loaded.robot.limit_excess(case.space.decode(front.genes)[0]) <= 1e-12)
+    assert np.all(case.loaded.robot.limit_excess(case.space.decode(front.decisions)[0]) <= 1e-12)
 
 
 @pytest.mark.parametrize(
@@ -250,25 +250,25 @@ def test_candidates_that_are_singular_or_out_of_reach_are_not_used(tmp_path: Pat
         "experiment.measurements": 3,
     }
     front = search(problem(BIPOD, changes, tmp_path))
-    assert set(front.genes[..., 0].ravel()) <= {1.0, 2.0, 5.0}
+    assert set(front.decisions[..., 0].ravel()) <= {1.0, 2.0, 5.0}
 
 
 def test_population_with_singular_and_unidentified_members() -> None:
     """They violate a constraint, their objectives are not numbers to go by, and the others are as if alone."""
     case = problem(BIPOD, {f"{BOUNDS}.y_m": [-0.5, 0.9]})
-    genes = case.space.sample(8, np.random.default_rng(0)).reshape(4, 2, 4)
-    genes[..., 1] = 0.6
-    genes[1, 0, :2] = [0.1, 0.0]
-    genes[2, :, :2] = [[-0.2, 0.55], [-0.2, 0.55]]
+    decisions = case.space.sample(8, np.random.default_rng(0)).reshape(4, 2, 4)
+    decisions[..., 1] = 0.6
+    decisions[1, 0, :2] = [0.1, 0.0]
+    decisions[2, :, :2] = [[-0.2, 0.55], [-0.2, 0.55]]
     leg = case.loaded.robot.jacobians(np.array([-0.2, 0.55])).forward
-    genes[2, :, 2:] = np.linalg.solve(leg.T, [-700.0, 0.0])
-    genes[3, 0, 1] = 0.002
-    values, violations = DesignPopulation(case).objectives(genes)
+    decisions[2, :, 2:] = np.linalg.solve(leg.T, [-700.0, 0.0])
+    decisions[3, 0, 1] = 0.002
+    values, violations = DesignPopulation(case).objectives(decisions)
     assert np.isfinite(values).all()
     assert np.isfinite(violations).all()
     np.testing.assert_array_equal((violations <= 0.0).all(axis=1), [True, False, False, False])
     np.testing.assert_array_equal(values[1:3], UNIDENTIFIED)
-    alone, _ = DesignPopulation(case).objectives(genes[:1])
+    alone, _ = DesignPopulation(case).objectives(decisions[:1])
     np.testing.assert_allclose(values[0], alone[0], rtol=1e-12)
 
 

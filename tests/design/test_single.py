@@ -20,8 +20,8 @@ def test_one_measurement_of_a_bipod_is_the_best_of_a_fine_grid(name: str) -> Non
     criterion = known_criteria()[name]
     found = search_single(problem, criterion, seed=1, population=40, generations=30)
     x, y = np.meshgrid(np.linspace(-0.3, 0.3, 121), np.linspace(-0.3, 0.3, 121))
-    genes = np.stack([x.ravel(), y.ravel()], axis=1)[:, None, :]
-    values = criterion.values(problem.assess(*problem.space.decode(genes)))
+    decisions = np.stack([x.ravel(), y.ravel()], axis=1)[:, None, :]
+    values = criterion.values(problem.assess(*problem.space.decode(decisions)))
     best = np.nanmax(values) if criterion.maximise else np.nanmin(values)
     gap = (best - found.value) if criterion.maximise else (found.value - best)
     assert gap <= 1e-3 * abs(best)
@@ -33,12 +33,12 @@ def test_a_hexapods_design_beats_chance_and_repeats_itself(name: str) -> None:
     criterion = known_criteria()[name]
     found = search_single(problem, criterion, seed=3, population=40, generations=20, refinements=30)
     again = search_single(problem, criterion, seed=3, population=40, generations=20, refinements=30)
-    np.testing.assert_array_equal(found.genes, again.genes)
+    np.testing.assert_array_equal(found.decisions, again.decisions)
     drawn = starting_designs(problem, 500, np.random.default_rng(5)).reshape(500, problem.space.measurements, -1)
     sign = -1.0 if criterion.maximise else 1.0
     values = sign * criterion.values(problem.assess(*problem.space.decode(drawn)))
     assert sign * found.value < np.nanmin(values)
-    configurations, loads = problem.space.decode(found.genes[None])
+    configurations, loads = problem.space.decode(found.decisions[None])
     np.testing.assert_allclose(criterion.values(problem.assess(configurations, loads)), found.value)
     assert bool(problem.loaded.robot.usable(configurations).all())
 
@@ -49,4 +49,4 @@ def test_the_objectives_of_the_problem_do_not_count() -> None:
     total = known_criteria()["total"]
     first = search_single(problem, total, seed=1, population=20, generations=5, refinements=5)
     second = search_single(other, total, seed=1, population=20, generations=5, refinements=5)
-    np.testing.assert_array_equal(first.genes, second.genes)
+    np.testing.assert_array_equal(first.decisions, second.decisions)

@@ -31,7 +31,7 @@ def mixed_space() -> DesignSpace:
 
 def test_decoding_a_mixed_design() -> None:
     space = mixed_space()
-    assert space.genes == 6
+    assert space.decisions == 6
     np.testing.assert_array_equal(space.discrete, [False, True, False, True, False, False])
     np.testing.assert_array_equal(space.lower, [-0.1, 0.0, -1.0, 0.0, -0.1, 0.0])
     np.testing.assert_array_equal(space.upper, [0.2, 2.0, -0.5, 1.0, 0.1, 1.2])
@@ -43,8 +43,8 @@ def test_decoding_a_mixed_design() -> None:
 
 def test_indices_between_two_entries_are_rounded_and_those_beyond_are_clipped() -> None:
     space = mixed_space()
-    genes = np.array([[0.0, 1.4, -0.7, 0.6, 0.0, 0.0], [0.0, 7.0, -0.7, -3.0, 0.0, 0.0]])
-    poses, loads = space.decode(genes)
+    decisions = np.array([[0.0, 1.4, -0.7, 0.6, 0.0, 0.0], [0.0, 7.0, -0.7, -3.0, 0.0, 0.0]])
+    poses, loads = space.decode(decisions)
     np.testing.assert_array_equal(poses[:, 1], [0.1, 0.2])
     np.testing.assert_array_equal(loads[:, 0], [10.0, 5.0])
 
@@ -79,7 +79,7 @@ def test_gravity_of_a_tilted_bipod_turns_in_its_plane() -> None:
 def test_candidates_are_chosen_as_rows() -> None:
     table = np.array([[0.1, 0.5], [0.2, 0.6], [0.3, 0.7]])
     space = DesignSpace(2, PoseSet(candidates=table), (Interval(-1.0, 1.0), fixed(-5.0)), (), PLANAR, None)
-    assert space.genes == 2
+    assert space.decisions == 2
     poses, loads = space.decode(np.array([[2.0, 0.5], [0.0, -0.5]]))
     np.testing.assert_array_equal(poses, [[0.3, 0.7], [0.1, 0.5]])
     np.testing.assert_array_equal(loads, [[0.5, -5.0], [-0.5, -5.0]])
@@ -93,39 +93,39 @@ def test_a_single_candidate_fixes_the_pose() -> None:
 
 def test_samples_are_inside_the_bounds_and_reach_every_choice() -> None:
     space = mixed_space()
-    genes = space.sample(2000, np.random.default_rng(0))
-    assert np.all((genes >= space.lower) & (genes <= space.upper))
-    np.testing.assert_array_equal(genes[:, space.discrete], np.rint(genes[:, space.discrete]))
-    poses, loads = space.decode(genes)
+    decisions = space.sample(2000, np.random.default_rng(0))
+    assert np.all((decisions >= space.lower) & (decisions <= space.upper))
+    np.testing.assert_array_equal(decisions[:, space.discrete], np.rint(decisions[:, space.discrete]))
+    poses, loads = space.decode(decisions)
     assert set(poses[:, 1]) == {0.1, 0.2, 0.3}
     assert set(loads[:, 0]) == {5.0, 10.0}
-    shares = np.bincount(genes[:, 1].astype(int)) / 2000.0
+    shares = np.bincount(decisions[:, 1].astype(int)) / 2000.0
     assert np.abs(shares - 1.0 / 3.0).max() < 4.0 * np.sqrt(2.0 / 9.0 / 2000.0)
-    for gene, low, high in ((0, -0.1, 0.2), (5, 0.0, 1.2)):
+    for decision, low, high in ((0, -0.1, 0.2), (5, 0.0, 1.2)):
         mean, error = (low + high) / 2.0, (high - low) / np.sqrt(12.0 * 2000.0)
-        assert abs(genes[:, gene].mean() - mean) < 4.0 * error
+        assert abs(decisions[:, decision].mean() - mean) < 4.0 * error
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_canonical_designs(seed: int) -> None:
     """The same measurements in any order are the same rows; nothing else is changed; doing it twice changes nothing."""
     space, generator = mixed_space(), np.random.default_rng(seed)
-    genes = space.sample(12, generator).reshape(4, 3, -1)
-    genes[0, 1] = genes[0, 0]
-    genes[1, :, 0] = 0.1
-    shuffled = genes[:, generator.permutation(3)]
-    canonical = space.canonical(genes)
+    decisions = space.sample(12, generator).reshape(4, 3, -1)
+    decisions[0, 1] = decisions[0, 0]
+    decisions[1, :, 0] = 0.1
+    shuffled = decisions[:, generator.permutation(3)]
+    canonical = space.canonical(decisions)
     np.testing.assert_array_equal(space.canonical(shuffled), canonical)
     np.testing.assert_array_equal(space.canonical(canonical), canonical)
 
     def as_sets(designs: Array) -> list[list[tuple[float, ...]]]:
         return [sorted(map(tuple, design.tolist())) for design in designs]
 
-    assert as_sets(canonical) == as_sets(genes)
+    assert as_sets(canonical) == as_sets(decisions)
     assert all([tuple(row) for row in design] == sorted(map(tuple, design)) for design in canonical.tolist())
 
 
-def test_canonical_puts_genes_back_into_their_bounds() -> None:
+def test_canonical_puts_decisions_back_into_their_bounds() -> None:
     space = mixed_space()
     wild = np.array([[[-5.0, -2.0, 5.0, 9.0, 5.0, -5.0]]])
     np.testing.assert_array_equal(space.canonical(wild)[0, 0], [-0.1, 0.0, -0.5, 1.0, 0.1, 0.0])

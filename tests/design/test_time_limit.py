@@ -27,7 +27,7 @@ def test_an_end_before_any_plan_is_known_says_so(monkeypatch: pytest.MonkeyPatch
     violated = np.ones((20, 3))
     monkeypatch.setattr(
         "expdesign.design.pymoo_problem.DesignPopulation.objectives",
-        lambda self, genes: (np.full((len(genes), 2), 1e30), violated[: len(genes)]),
+        lambda self, decisions: (np.full((len(decisions), 2), 1e30), violated[: len(decisions)]),
     )
     with pytest.raises(InputError, match="before any plan was known") as error:
         search(here, lambda state: True)

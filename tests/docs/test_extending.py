@@ -102,14 +102,14 @@ def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None])
     case = problem({"objectives": ["ellipsoid", "feir"]})
     front = search(case)
     assert len(front) > 3
-    root = case.assess(*case.space.decode(front.genes)).noise_root[:, 0] / 1e-5
+    root = case.assess(*case.space.decode(front.decisions)).noise_root[:, 0] / 1e-5
     axes = np.linalg.svd(root, compute_uv=False)
     np.testing.assert_allclose(front.criteria["ellipsoid"], np.sqrt(axes.prod(axis=1)), rtol=1e-9)
     assert np.nanmedian(front.kktpm) < 1e-3
     rough = search(replace(case, optimiser=replace(case.optimiser, polish=False)))
     assert np.isfinite(rough.kktpm).all()
     assert np.median(rough.kktpm) > np.nanmedian(front.kktpm)
-    table = gradient_check(case, front.genes[0], ["ellipsoid"])
+    table = gradient_check(case, front.decisions[0], ["ellipsoid"])
     assert table["relative_error"].max() < 1e-6
     assert "error ellipsoid" in render(design_report(case, front, {}))
 
@@ -252,8 +252,8 @@ def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None])
     place("expdesign/loads/errors/ratio.py")
     experiment = {**BIPOD["experiment"], "load_error": [{"source": "ratio", "std": 0.01}]}  # type: ignore[dict-item]
     case = problem({"experiment": experiment})
-    genes = case.space.sample(2, np.random.default_rng(1))[None]
-    feir = known_criteria()["feir"].values(case.assess(*case.space.decode(genes)))
+    decisions = case.space.sample(2, np.random.default_rng(1))[None]
+    feir = known_criteria()["feir"].values(case.assess(*case.space.decode(decisions)))
     # One common ratio makes all compliances, and so the deflection at the target, wrong by the same share.
     deflection = case.targets.observation[0] @ case.loaded.robot.compliance
     np.testing.assert_allclose(feir, 0.01 * np.linalg.norm(deflection) / 1e-5, rtol=1e-9)

@@ -29,7 +29,9 @@ GEOMETRIC = {
 
 def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
     space = here.space
-    return starting_designs(here, count, np.random.default_rng(seed)).reshape(count, space.measurements, space.genes)
+    return starting_designs(here, count, np.random.default_rng(seed)).reshape(
+        count, space.measurements, space.decisions
+    )
 
 
 def assessed(here: DesignProblem, seed: int = 0) -> Assessment:

@@ -37,10 +37,10 @@ def total(problem: DesignProblem, plan: Plan) -> float:
     return float(known_criteria()["total"].values(assessment)[0])
 
 
-def recorded(problem: DesignProblem, genes: np.ndarray, series: np.ndarray | None = None) -> tuple[Knowledge, Plan]:
+def recorded(problem: DesignProblem, decisions: np.ndarray, series: np.ndarray | None = None) -> tuple[Knowledge, Plan]:
     """What recordings of some measurements say, through the text of a file, and their plan."""
-    configurations, loads = problem.space.decode(genes)
-    numbers = np.arange(1, len(genes) + 1) if series is None else series
+    configurations, loads = problem.space.decode(decisions)
+    numbers = np.arange(1, len(decisions) + 1) if series is None else series
     plan = Plan(configurations, loads, numbers)
     frame = plan_frame(plan, problem.loaded, with_gravity=True)
     coordinates = problem.loaded.robot.coordinates
@@ -53,21 +53,21 @@ def recorded(problem: DesignProblem, genes: np.ndarray, series: np.ndarray | Non
 @pytest.mark.parametrize("name", ["hexapod-h1", "hexapod-120kg", "rubin-camera"])
 def test_the_forecast_is_the_criterion_total(name: str) -> None:
     problem = problem_of(name)
-    genes = reachable_measurements(problem, 5, np.random.default_rng(1))
-    known, _ = recorded(problem, genes[:3])
-    each = knowledge_of(problem, genes[3:])
+    decisions = reachable_measurements(problem, 5, np.random.default_rng(1))
+    known, _ = recorded(problem, decisions[:3])
+    each = knowledge_of(problem, decisions[3:])
     found = expected_total(
         together([known, each.part(0), each.part(1)]), problem.targets, problem.loaded.robot.compliance
     )
-    expected = total(problem, Plan(*problem.space.decode(genes), np.arange(1, 6)))
+    expected = total(problem, Plan(*problem.space.decode(decisions), np.arange(1, 6)))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 def test_the_forecast_with_a_shared_reference_is_the_criterion_total() -> None:
     problem = problem_of("hexapod-h1", shared_reference=True)
-    genes = reachable_measurements(problem, 4, np.random.default_rng(2))
-    genes[1, :6], genes[3, :6] = genes[0, :6], genes[2, :6]
-    known, plan = recorded(problem, genes, np.array([1, 1, 2, 2]))
+    decisions = reachable_measurements(problem, 4, np.random.default_rng(2))
+    decisions[1, :6], decisions[3, :6] = decisions[0, :6], decisions[2, :6]
+    known, plan = recorded(problem, decisions, np.array([1, 1, 2, 2]))
     found = expected_total(known, problem.targets, problem.loaded.robot.compliance)
     np.testing.assert_allclose(found, total(problem, plan), rtol=1e-6)
 
@@ -81,9 +81,9 @@ def test_one_more_measurement_is_better_than_any_of_thousands_drawn() -> None:
     best = expected_total(known.plus(others), problem.targets, scale).min()
     assert found.after[0] <= best
     assert found.after[0] < found.before
-    again = known.plus(knowledge_of(problem, found.genes).part(0))
+    again = known.plus(knowledge_of(problem, found.decisions).part(0))
     np.testing.assert_allclose(expected_total(again, problem.targets, scale), found.after[0])
-    assert bool(problem.loaded.robot.usable(problem.space.decode(found.genes)[0]).all())
+    assert bool(problem.loaded.robot.usable(problem.space.decode(found.decisions)[0]).all())
 
 
 def test_measurements_are_added_until_the_accuracy_is_reached_and_no_further() -> None:
@@ -93,7 +93,7 @@ def test_measurements_are_added_until_the_accuracy_is_reached_and_no_further() -
     found = next_measurements(problem, known, count=20, accuracy=wanted, seed=1)
     assert found.after[-1] <= wanted
     assert (found.after[:-1] > wanted).all()
-    assert 1 < len(found.genes) < 20
+    assert 1 < len(found.decisions) < 20
 
 
 def test_recordings_that_determine_nothing_are_completed() -> None:

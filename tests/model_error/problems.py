@@ -36,8 +36,8 @@ def impact(name: str) -> ModelErrorImpact:
 def plans(name: str, count: int, measurements: int = 6, seed: int = 0) -> tuple[FloatArray, FloatArray]:
     """Random plans: configurations (count, m, n_q) and loads (count, m, k)."""
     generator = np.random.default_rng(seed)
-    genes = np.stack([problem(name).space.sample(measurements, generator) for _ in range(count)])
-    return problem(name).space.decode(genes)
+    decisions = np.stack([problem(name).space.sample(measurements, generator) for _ in range(count)])
+    return problem(name).space.decode(decisions)
 
 
 def assessed(meir: ModelErrorImpact, configurations: FloatArray, loads: FloatArray) -> Assessment:

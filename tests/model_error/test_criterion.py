@@ -62,7 +62,7 @@ def test_a_front_of_total_and_meir(tmp_path: Path) -> None:
     assert (np.diff(total) > 0.0).all()
     assert (np.diff(meir) < 0.0).all()
     # What the search judged by part of the physics is reported by all of it.
-    whole = meir_of(here).values(here.assess(*here.space.decode(front.genes)))
+    whole = meir_of(here).values(here.assess(*here.space.decode(front.decisions)))
     np.testing.assert_allclose(meir, whole, rtol=1e-12)
     # The plan by total alone hides more.
     alone = search(replace(here, objectives=(known_criteria()["duir"], known_criteria()["feir"])))

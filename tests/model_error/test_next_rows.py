@@ -44,7 +44,7 @@ def test_expected_meir_is_that_of_the_whole_plan(by_meir: NextRows) -> None:
     """What is said before and after is the MEIR of recordings and rows together, evaluated as one plan."""
     _, configurations, loads = recorded(4)
     meir = impact(NAME)
-    added_poses, added_loads = problem(NAME).space.decode(by_meir.genes)
+    added_poses, added_loads = problem(NAME).space.decode(by_meir.decisions)
     for count, expected in enumerate((by_meir.before, *by_meir.after)):
         poses = np.concatenate([configurations, added_poses[:count]])[None]
         weights = np.concatenate([loads, added_loads[:count]])[None]
@@ -67,7 +67,7 @@ def test_an_accuracy_ends_the_search(by_meir: NextRows) -> None:
     known = recorded_knowledge(problem(NAME), recordings, loads)
     wanted = by_meir.after[0].meir * 1.001
     ended = next_rows(impact(NAME), recordings, known, Objective.MEIR, count=5, accuracy=wanted, seed=1)
-    assert len(ended.genes) == len(ended.after) == 1
+    assert len(ended.decisions) == len(ended.after) == 1
 
 
 def test_an_objective_that_is_none() -> None:

@@ -32,10 +32,10 @@ def evaluation(problem: DesignProblem) -> xd.Evaluation:
 
 
 def plan(problem: DesignProblem) -> pd.DataFrame:
-    from benchmarks.model_error.trial import plan_of_genes  # noqa: PLC0415
+    from benchmarks.model_error.trial import plan_of_decisions  # noqa: PLC0415
 
-    genes = problem.space.sample(6, np.random.default_rng(2))
-    return plan_frame(plan_of_genes(problem, genes), problem.loaded, False)
+    decisions = problem.space.sample(6, np.random.default_rng(2))
+    return plan_frame(plan_of_decisions(problem, decisions), problem.loaded, False)
 
 
 def test_of_a_plan(problem: DesignProblem, evaluation: xd.Evaluation) -> None:

@@ -43,11 +43,11 @@ def planned(*, interpolate: bool = False, shared: bool = False) -> tuple[DesignP
     }
     here = problem(HEXAPOD, changes)
     space = here.space
-    genes = starting_designs(here, 1, np.random.default_rng(4)).reshape(space.measurements, space.genes)
+    decisions = starting_designs(here, 1, np.random.default_rng(4)).reshape(space.measurements, space.decisions)
     if shared:
         poses = [i for i, variable in enumerate(space.variables) if variable.columns[0] < space.n_pose]
-        genes[1, poses] = genes[0, poses]
-    configurations, loads = space.decode(genes)
+        decisions[1, poses] = decisions[0, poses]
+    configurations, loads = space.decode(decisions)
     return here, Plan(configurations, loads, series_by_pose(configurations))
 
 

@@ -71,7 +71,7 @@ def test_the_figure_of_the_front_shows_the_front(case: Any) -> None:
 
 
 def test_the_error_budget_adds_up_to_the_criteria(case: Any) -> None:
-    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
     weights = case.problem.targets.weights / case.problem.targets.weights.sum()
     for sigma, name in ((budget.noise, "duir"), (budget.load, "feir"), (budget.total, "total")):
         rms = np.sqrt(budget.in_tolerances(sigma) ** 2 @ weights)
@@ -82,10 +82,10 @@ def test_the_error_budget_adds_up_to_the_criteria(case: Any) -> None:
 def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any) -> None:
     """Removing the other sources from the problem leaves the share that the budget gives to one."""
     loaded = case.problem.loaded
-    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.genes)))
-    measured = loaded.measure(*case.problem.space.decode(case.front.genes))
+    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
+    measured = loaded.measure(*case.problem.space.decode(case.front.decisions))
     for index, source in enumerate(loaded.sources):
-        assessment = case.problem.assess(*case.problem.space.decode(case.front.genes))
+        assessment = case.problem.assess(*case.problem.space.decode(case.front.decisions))
         alone = type(assessment)(
             replace(
                 measured,
@@ -102,7 +102,7 @@ def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any)
 def test_the_expected_accuracy_is_said_in_words(case: Any) -> None:
     design = content(case.html)["data"]["designs"][case.front.recommended]
     assert len(design["sentences"]) == len(case.problem.targets.weights)
-    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
     for target, axis in budget.rows_that_matter():
         sigma = words.number(1e6 * float(budget.total[case.front.recommended, target, axis]))
         name = words.axis(budget.axes[axis])
@@ -125,7 +125,7 @@ def test_legs_are_as_long_in_the_picture_as_the_robot_says(case: Any) -> None:
     """The drawn legs against the robot's actuator lengths, and the force's line against the wrench's moment."""
     view = content(case.html)["data"]["view"]
     robot = case.problem.loaded.robot
-    configurations, _ = case.problem.space.decode(case.front.genes)
+    configurations, _ = case.problem.space.decode(case.front.decisions)
     points = np.array(view["states"]).reshape(len(view["states"]), -1, view["dimension"])
     (legs,) = (part["paths"] for part in view["parts"] if part["role"] == "actuator")
     lengths = robot.lengths(configurations.reshape(-1, configurations.shape[-1]))

@@ -252,7 +252,7 @@ def test_any_two_criteria_span_the_figure(bipod_screen: Screen) -> None:
 def test_the_ellipses_are_those_of_the_covariance(hexapod_screen: Screen) -> None:
     """The outline that is drawn, and saved, is Mahalanobis-distant from the middle by the 95 % quantile."""
     screen, case = hexapod_screen, hexapod_screen.case
-    covariances = target_covariances(case.problem.assess(*case.problem.space.decode(case.front.genes)))
+    covariances = target_covariances(case.problem.assess(*case.problem.space.decode(case.front.decisions)))
     options = screen.run("return document.getElementById('ellipse-view').options.length")
     assert options == 6 * len(case.problem.targets.weights)
     for _ in range(options - 1):
@@ -281,7 +281,7 @@ def test_the_map_of_accuracy_is_that_of_the_chosen_plan(browser: Any, name: str,
     screen.shows(design)
     screen.click("button[data-of=map-view][data-step='-1']")  # the last map
     chart = accuracy_maps(case.problem)[-1]
-    noise, load = case.problem.assess(*case.problem.space.decode(case.front.genes)).parameter_covariance
+    noise, load = case.problem.assess(*case.problem.space.decode(case.front.decisions)).parameter_covariance
     expected = chart.rms((noise + load)[design])
     saved = pd.read_csv(
         io.BytesIO(screen.download("button[data-csv=map]", f"accuracy-map-target-{chart.target + 1}.csv"))

@@ -109,16 +109,16 @@ def test_a_problem_arrives_as_it_left(name: str) -> None:
     """With files beside the configuration (a URDF), and every criterion the same to the last bit."""
     problem = read_problem(CONFIGS / f"{name}.yaml")
     generator = np.random.default_rng(1)
-    genes = problem.space.sample(problem.space.measurements, generator).reshape(1, problem.space.measurements, -1)
-    (there,) = by_engine(problem, Backwards())(values, [(genes,)])
-    assert there == values(problem, genes)
+    decisions = problem.space.sample(problem.space.measurements, generator).reshape(1, problem.space.measurements, -1)
+    (there,) = by_engine(problem, Backwards())(values, [(decisions,)])
+    assert there == values(problem, decisions)
     assert by_engine(problem, Backwards())(condition, [(1.0,), (2.0,)]) == [
         condition(problem, factor) for factor in (1.0, 2.0)
     ]
 
 
-def values(problem: DesignProblem, genes: Any) -> list[float]:
-    assessment = problem.assess(*problem.space.decode(genes))
+def values(problem: DesignProblem, decisions: Any) -> list[float]:
+    assessment = problem.assess(*problem.space.decode(decisions))
     return [float(criterion.values(assessment)[0]) for criterion in problem.criteria.values()]
 
 

@@ -8,5 +8,5 @@ from expdesign.design.problem import DesignProblem
 
 def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:
     """The decision on the recommended design's plan."""
-    chosen = front.genes[front.recommended][None]
+    chosen = front.decisions[front.recommended][None]
     return Decision(planned_budget(problem, problem.assess(*problem.space.decode(chosen))))

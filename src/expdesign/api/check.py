@@ -115,11 +115,11 @@ class CheckedProblem:
             what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
             remedy = "Leave --gradients out, or give a variable an interval."
             raise InputError(what, where=problem.source, remedy=remedy)
-        genes = random_designs(problem)
+        decisions = random_designs(problem)
         # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
-        assessment = problem.assess(*problem.space.decode(genes))
+        assessment = problem.assess(*problem.space.decode(decisions))
         order = np.argsort(~assessment.identifies_targets, kind="stable")
-        return gradient_table(problem, genes[order[:2]])
+        return gradient_table(problem, decisions[order[:2]])
 
 
 @dataclass(frozen=True)

@@ -109,12 +109,12 @@ def plan_next(
         meir = meir_of_problem(problem)
         impact = ModelErrorImpact(problem) if meir is None else meir.impact
         rows = next_rows(impact, measured, known, aim, count=most, accuracy=accuracy, seed=seed)
-        frame = _continued(problem, rows.genes, measured)
+        frame = _continued(problem, rows.decisions, measured)
         total = np.array([each.total for each in rows.after])
         hidden = np.array([each.meir for each in (rows.before, *rows.after)])
         return PlannedNext(measured, frame, rows.before.total, total, p_value, undetermined, aim, hidden)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
-    frame = _continued(problem, found.genes, measured)
+    frame = _continued(problem, found.decisions, measured)
     return PlannedNext(measured, frame, found.before, found.after, p_value, undetermined)
 
 
@@ -154,11 +154,11 @@ def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[float | N
     return (found.goodness.p_value if problem.found is None else None), None
 
 
-def _continued(problem: DesignProblem, genes: FloatArray, measured: Recordings) -> pd.DataFrame:
+def _continued(problem: DesignProblem, decisions: FloatArray, measured: Recordings) -> pd.DataFrame:
     """The plan, numbered on from the recordings; every measurement is a series of its own."""
-    settable = np.concatenate([problem.settable(row[None, None])[0] for row in genes])  # keeps the order
+    settable = np.concatenate([problem.settable(row[None, None])[0] for row in decisions])  # keeps the order
     configurations, parameters = problem.space.decode(settable)
-    series = np.arange(len(genes)) + 1 + int(measured.series.max())
+    series = np.arange(len(decisions)) + 1 + int(measured.series.max())
     frame = plan_frame(Plan(configurations, parameters, series), problem.loaded, problem.space.tilts)
     frame["sequence"] += int(measured.sequence.max())
     return frame

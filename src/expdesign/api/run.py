@@ -67,7 +67,7 @@ class Run:
     @property
     def protocol(self) -> pd.DataFrame | None:
         """The poses to measure for `plan` with a reference before each (`poses.csv`); None without a reference."""
-        configurations, loads = self.problem.space.decode(self.front.genes[self.front.recommended])
+        configurations, loads = self.problem.space.decode(self.front.decisions[self.front.recommended])
         plan = Plan(configurations, loads, series_by_pose(configurations))
         return protocol_frame(self.problem, plan)
 
@@ -130,7 +130,7 @@ def run(
         NotIdentifiableError: no design identifies what the targets need.
     """
     problem = problem_of(config)
-    if problem.space.genes == 0:
+    if problem.space.decisions == 0:
         what = "every pose and every load is fixed, so that there is nothing to choose"
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
@@ -166,8 +166,8 @@ def run(
 
 def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[CriterionBounds, CriterionBounds]:
     report("bounding", 0, 2, "DUIR")
-    duir = criterion_bounds(problem, 0.0, front.genes)
+    duir = criterion_bounds(problem, 0.0, front.decisions)
     report("bounding", 1, 2, "total")
-    total = criterion_bounds(problem, 1.0, front.genes)
+    total = criterion_bounds(problem, 1.0, front.decisions)
     report("bounding", 2, 2, "")
     return duir, total

@@ -28,9 +28,9 @@ class Contender:
     plan: Plan
 
 
-def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> Plan:
-    """The plan that genes (m, g) stand for."""
-    configurations, loads = problem.space.decode(genes)
+def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> Plan:
+    """The plan that decisions (m, g) stand for."""
+    configurations, loads = problem.space.decode(decisions)
     return Plan(configurations, loads, series_by_pose(configurations))
 
 
@@ -56,10 +56,10 @@ def optimised(
     names = list(criteria)
     found = each(_searched, [(name, seed, generations) for name in names])
     report("searched")
-    genes = np.unique(problem.settable(np.array(found)), axis=0)
-    better = each(_refined, [(name, genes, seed) for name in names], lambda index: report(names[index]))
-    designs = np.concatenate([genes, *better])
-    plans = [plan_of_genes(problem, one) for one in designs]
+    decisions = np.unique(problem.settable(np.array(found)), axis=0)
+    better = each(_refined, [(name, decisions, seed) for name in names], lambda index: report(names[index]))
+    designs = np.concatenate([decisions, *better])
+    plans = [plan_of_decisions(problem, one) for one in designs]
     assessment = problem.assess(*problem.space.decode(designs), np.array([plan.series for plan in plans]))
     best = []
     for name, criterion in criteria.items():
@@ -70,18 +70,18 @@ def optimised(
 
 def _searched(problem: DesignProblem, name: str, seed: int, generations: int | None) -> FloatArray:
     """Genes (m, g) of the best design that the search by a criterion finds."""
-    return search_single(problem, problem.criteria[name], seed=seed, generations=generations).genes
+    return search_single(problem, problem.criteria[name], seed=seed, generations=generations).decisions
 
 
-def _refined(problem: DesignProblem, name: str, genes: FloatArray, seed: int) -> FloatArray:
-    return refined(problem, problem.criteria[name], genes, seed)
+def _refined(problem: DesignProblem, name: str, decisions: FloatArray, seed: int) -> FloatArray:
+    return refined(problem, problem.criteria[name], decisions, seed)
 
 
 def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:
     """Random designs of measurements within the robot's limits."""
-    genes = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
-    designs = genes.reshape(count, problem.space.measurements, problem.space.genes)
+    decisions = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
+    designs = decisions.reshape(count, problem.space.measurements, problem.space.decisions)
     return [
-        Contender(f"random {index}", "random", plan_of_genes(problem, one))
+        Contender(f"random {index}", "random", plan_of_decisions(problem, one))
         for index, one in enumerate(designs, start=1)
     ]

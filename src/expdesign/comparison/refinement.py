@@ -20,13 +20,13 @@ from expdesign.design.problem import DesignProblem
 STARTS, ITERATIONS, RADIUS = 8, 100, 0.1
 
 
-def refined(problem: DesignProblem, criterion: Criterion, genes: FloatArray, seed: int) -> FloatArray:
+def refined(problem: DesignProblem, criterion: Criterion, decisions: FloatArray, seed: int) -> FloatArray:
     """Designs better by `criterion` than those given, as they can be set.
 
     Args:
         problem: what can be measured; its own objectives do not count.
         criterion: the only objective.
-        genes: feasible designs (d, m, g), not all with the same value of the criterion as a rule.
+        decisions: feasible designs (d, m, g), not all with the same value of the criterion as a rule.
         seed: of the exchanges.
 
     Returns:
@@ -34,14 +34,14 @@ def refined(problem: DesignProblem, criterion: Criterion, genes: FloatArray, see
         gradients are not known.
     """
     if not (~problem.space.discrete).any() or problem.loaded.regressor.redundant:
-        return genes[:0]
+        return decisions[:0]
     alone = replace(problem, objectives=(criterion,), optimiser=replace(problem.optimiser, seed=seed))
     objectives = Objectives(alone)
-    pool = np.concatenate([genes, polish(alone, genes, points=1)])
+    pool = np.concatenate([decisions, polish(alone, decisions, points=1)])
     values = objectives.values(pool)
     order = [int(index) for index in np.argsort(values[:, 0], kind="stable") if np.isfinite(values[index, 0])]
     if not order:
-        return genes[:0]
+        return decisions[:0]
     starts = pool[order[:STARTS]]
     least = values[order[0]]
     centres = np.tile(least, (len(starts), 1))
@@ -51,10 +51,10 @@ def refined(problem: DesignProblem, criterion: Criterion, genes: FloatArray, see
     return _feasible(alone, np.concatenate([pool, problem.settable(found)]))
 
 
-def _feasible(problem: DesignProblem, genes: FloatArray) -> FloatArray:
+def _feasible(problem: DesignProblem, decisions: FloatArray) -> FloatArray:
     """Those of the designs that are within the robot's limits and the constraints of the laboratory."""
-    poses, loads = problem.space.decode(genes)
+    poses, loads = problem.space.decode(decisions)
     usable = problem.loaded.robot.usable(poses).all(axis=1)
     if problem.constraints is not None:
         usable &= (problem.constraints.violations(problem.loaded, poses, loads) <= 0.0).all(axis=1)
-    return genes[usable]
+    return decisions[usable]

@@ -73,7 +73,7 @@ def _primitive(section: PrimitiveSection | None) -> Primitive | None:
 
 
 def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robot, document: YamlDocument) -> Required:
-    """Poses and masses that have to occur, as genes.
+    """Poses and masses that have to occur, as decisions.
 
     Raises:
         InputError: one of them cannot be chosen.
@@ -92,17 +92,17 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
             raise InputError(f"{space.n_pose} numbers are needed here", where=where, remedy="Like `targets[].pose`.")
         if not bool(robot.usable(np.array(pose))):
             raise InputError("the pose is beyond the limits, or singular", where=where, remedy="Choose another pose.")
-        poses.append(_genes(space, np.array(pose), 0, where))
+        poses.append(_decisions(space, np.array(pose), 0, where))
     masses = []
     for index, mass in enumerate(section.masses_kg):
         where = document.where((*_WHERE, "masses_kg", index))
-        masses.append(_genes(space, np.array([mass]), space.n_pose, where))
+        masses.append(_decisions(space, np.array([mass]), space.n_pose, where))
     return Required(tuple(poses), tuple(masses))
 
 
-def _genes(space: DesignSpace, wanted: FloatArray, first: int, where: str) -> FloatArray:
-    """Genes (g,) at which the quantities from `first` on are as wanted; NaN for genes that others depend on."""
-    found = space.genes_of(wanted, first)
+def _decisions(space: DesignSpace, wanted: FloatArray, first: int, where: str) -> FloatArray:
+    """Genes (g,) at which the quantities from `first` on are as wanted; NaN for decisions that others depend on."""
+    found = space.decisions_of(wanted, first)
     if found is None:
         remedy = "Only what `experiment.poses` and `experiment.load` allow can occur."
         raise InputError("this cannot be chosen", where=where, remedy=remedy)

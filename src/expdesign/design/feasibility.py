@@ -31,7 +31,7 @@ def random_designs(problem: DesignProblem) -> FloatArray:
     """`DESIGNS` designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
     generator = np.random.default_rng(problem.optimiser.seed)
     space = problem.space
-    return starting_designs(problem, DESIGNS, generator).reshape(DESIGNS, space.measurements, space.genes)
+    return starting_designs(problem, DESIGNS, generator).reshape(DESIGNS, space.measurements, space.decisions)
 
 
 def feasibility(problem: DesignProblem) -> Feasibility:

@@ -14,7 +14,7 @@ class Front:
     """Non-dominated designs, ordered by their first objective.
 
     Attributes:
-        genes: shape (d, m, g).
+        decisions: shape (d, m, g).
         criteria: every known criterion of each design, shape (d,) each.
         objectives: names of the criteria that span the front.
         recommended: index of the design with the least `total`.
@@ -26,7 +26,7 @@ class Front:
         missing: estimated share of the hypervolume that the front lacks; None where nothing is known of it.
     """
 
-    genes: FloatArray
+    decisions: FloatArray
     criteria: dict[str, FloatArray]
     objectives: tuple[str, ...]
     recommended: int
@@ -38,7 +38,7 @@ class Front:
     missing: float | None = None
 
     def __len__(self) -> int:
-        return len(self.genes)
+        return len(self.decisions)
 
 
 def non_dominated(values: FloatArray) -> IntArray:

@@ -1,7 +1,7 @@
-"""Variation of designs: real and discrete genes in one vector, and measurements as units.
+"""Variation of designs: real and discrete decision variables in one vector, and measurements as units.
 
-Simulated binary crossover and polynomial mutation are pymoo's; what is added is what they do not know: that some genes
-are indices, and that the order of the measurements means nothing.
+Simulated binary crossover and polynomial mutation are pymoo's; what is added is what they do not know: that some
+variables are indices, and that the order of the measurements means nothing.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ from expdesign.design.space import DesignSpace
 
 
 class DesignCrossover(Crossover):  # type: ignore[misc]
-    """SBX on continuous genes, exchange on discrete ones, and now and then exchange of whole measurements."""
+    """SBX on continuous decisions, exchange on discrete ones, and now and then exchange of whole measurements."""
 
     def __init__(self, space: DesignSpace, exchange: float = 0.3) -> None:
         super().__init__(2, 2)
@@ -30,7 +30,7 @@ class DesignCrossover(Crossover):  # type: ignore[misc]
         space, generator = self._space, random_state
         children = np.asarray(self._sbx._do(problem, X.copy(), *args, random_state=generator, **kwargs)).copy()
         count = X.shape[1]
-        shape = (count, space.measurements, space.genes)
+        shape = (count, space.measurements, space.decisions)
         parents = [X[i].reshape(shape) for i in (0, 1)]
         swap_gene = generator.random(shape) < 0.5
         mixed = [np.where(swap_gene, parents[1 - i], parents[i]) for i in (0, 1)]
@@ -44,7 +44,7 @@ class DesignCrossover(Crossover):  # type: ignore[misc]
 
 
 class DesignMutation(Mutation):  # type: ignore[misc]
-    """Polynomial mutation on continuous genes; a discrete gene is drawn anew, or moved to a neighbour.
+    """Polynomial mutation on continuous decisions; a discrete decision is drawn anew, or moved to a neighbour.
 
     With `merge`, now and then a measurement is moved to the pose of another one of its design, so that both share one
     unloaded measurement: poses that come close by chance do not become equal.
@@ -54,13 +54,13 @@ class DesignMutation(Mutation):  # type: ignore[misc]
         super().__init__()
         self._space = space
         self._merge = 0.2 if merge and space.measurements > 1 else 0.0
-        self._rate = min(1.0, 1.5 / max(1, space.measurements * space.genes))
+        self._rate = min(1.0, 1.5 / max(1, space.measurements * space.decisions))
         self._polynomial = PM(eta=20, prob=1.0, prob_var=self._rate)
 
     def _do(self, problem: Any, X: FloatArray, *args: Any, random_state: Any = None, **kwargs: Any) -> FloatArray:
         space, generator = self._space, random_state
         moved = np.asarray(self._polynomial._do(problem, X.copy(), *args, random_state=generator, **kwargs))
-        shape = (len(X), space.measurements, space.genes)
+        shape = (len(X), space.measurements, space.decisions)
         current = X.reshape(shape)
         uniform = generator.random(shape)
         drawn = np.minimum(np.floor(uniform * (space.upper + 1.0)), space.upper)
@@ -84,5 +84,5 @@ class CanonicalOrder(Repair):  # type: ignore[misc]
         self._space = space
 
     def _do(self, problem: Any, X: FloatArray, **kwargs: Any) -> FloatArray:
-        genes = X.reshape(len(X), self._space.measurements, self._space.genes)
-        return self._space.canonical(genes).reshape(len(X), -1)
+        decisions = X.reshape(len(X), self._space.measurements, self._space.decisions)
+        return self._space.canonical(decisions).reshape(len(X), -1)

@@ -117,10 +117,10 @@ class DesignProblem:
         flags = [np.full(len(source.deviation), source.shared) for source in self.loaded.sources]
         return np.concatenate(flags) if flags else np.zeros(0, dtype=bool)
 
-    def settable(self, genes: FloatArray) -> FloatArray:
+    def settable(self, decisions: FloatArray) -> FloatArray:
         """Designs (b, m, g) as they can be set, sorted, which rounding does not take beyond the robot's limits."""
         robot = self.loaded.robot
-        return self.space.settable(genes, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
+        return self.space.settable(decisions, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
 
     def require_elastostatic(self, what: str) -> None:
         """Raise an `InputError` where something other than the stiffness alone is calibrated."""

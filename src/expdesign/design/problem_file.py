@@ -308,9 +308,9 @@ def _space(
     steps = steps_of(known, widths, stated)
     measurements = experiment.measurements or 1  # `read_budget` has refused where there is none
     space = DesignSpace(measurements, poses, quantities, tilt, robot.coordinates, gravity, steps)
-    for gene in np.flatnonzero(space.grid.empty):
-        name = known[space.variables[gene].columns[0]]
-        what = f"no multiple of {stated[name]:g} lies between {space.lower[gene]:g} and {space.upper[gene]:g}"
+    for decision in np.flatnonzero(space.grid.empty):
+        name = known[space.variables[decision].columns[0]]
+        what = f"no multiple of {stated[name]:g} lies between {space.lower[decision]:g} and {space.upper[decision]:g}"
         where = document.where(("experiment", "resolution", name))
         raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
     space.required = required(experiment.constraints, space, robot, document)

@@ -1,4 +1,4 @@
-"""The design problem as pymoo sees it: a population of gene vectors in, objectives and constraints out, all at once."""
+"""The design problem as pymoo sees it: decision vectors of a population in, objectives and constraints out."""
 
 import numpy as np
 from pymoo.core.problem import Problem
@@ -26,25 +26,25 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         self.evaluations = 0
         self._signs = np.array([-1.0 if criterion.maximise else 1.0 for criterion in problem.objectives])
         super().__init__(
-            n_var=space.measurements * space.genes,
+            n_var=space.measurements * space.decisions,
             n_obj=len(problem.objectives),
             n_ieq_constr=3 if problem.constraints is None else 8,
             xl=np.tile(space.lower, space.measurements),
             xu=np.tile(space.upper, space.measurements),
         )
 
-    def genes(self, vectors: FloatArray) -> FloatArray:
-        """Gene rows (b, m, g) of gene vectors (b, m·g)."""
+    def decisions(self, vectors: FloatArray) -> FloatArray:
+        """Decision variables per measurement (b, m, g) of decision vectors (b, m·g)."""
         space = self.design_problem.space
-        return vectors.reshape(-1, space.measurements, space.genes)
+        return vectors.reshape(-1, space.measurements, space.decisions)
 
-    def objectives(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Objectives (b, k), to be minimised, and constraints (b, c) of designs given as genes (b, m, g)."""
+    def objectives(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Objectives (b, k), to be minimised, and constraints (b, c) of designs given as decisions (b, m, g)."""
         problem = self.design_problem
-        if len(genes) == 0:
+        if len(decisions) == 0:
             return np.zeros((0, len(problem.objectives))), np.zeros((0, 3 if problem.constraints is None else 8))
         robot = problem.loaded.robot
-        configurations, loads = problem.space.decode(genes)
+        configurations, loads = problem.space.decode(decisions)
         assessment = problem.assess(configurations, loads)
         condition = assessment.measurements.jacobians.condition.max(axis=1)
         singular = ~np.isfinite(condition)
@@ -71,4 +71,4 @@ class DesignPopulation(Problem):  # type: ignore[misc]
 
     def _evaluate(self, x: FloatArray, out: dict[str, FloatArray], *args: object, **kwargs: object) -> None:
         self.evaluations += len(x)
-        out["F"], out["G"] = self.objectives(self.genes(x))
+        out["F"], out["G"] = self.objectives(self.decisions(x))

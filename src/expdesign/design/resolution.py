@@ -41,10 +41,10 @@ def steps_of(names: tuple[str, ...], widths: FloatArray, given: Mapping[str, flo
 
 @dataclass(frozen=True)
 class Grid:
-    """The values that continuous genes can be set to: whole multiples of a step between two bounds.
+    """The values that continuous decisions can be set to: whole multiples of a step between two bounds.
 
     Attributes:
-        steps: of each gene, shape (g,); 0 for a gene that is an index.
+        steps: of each decision, shape (g,); 0 for a decision that is an index.
         lower: smallest multiple within the bounds, shape (g,).
         upper: largest multiple within the bounds, shape (g,).
         decimals: digits behind the point that a multiple has at most, shape (g,).
@@ -75,12 +75,12 @@ class Grid:
         """Whether no value can be set, shape (g,)."""
         return (self.steps > 0.0) & (self.lower > self.upper)
 
-    def nearest(self, genes: FloatArray) -> FloatArray:
-        """The nearest values that can be set, of genes (..., g)."""
+    def nearest(self, decisions: FloatArray) -> FloatArray:
+        """The nearest values that can be set, of decisions (..., g)."""
         stepped = self.steps > 0.0
         safe = np.where(stepped, self.steps, 1.0)
-        rounded = self._decimal(np.rint(genes / safe) * safe)
-        return np.where(stepped, np.clip(rounded, self.lower, self.upper), genes)
+        rounded = self._decimal(np.rint(decisions / safe) * safe)
+        return np.where(stepped, np.clip(rounded, self.lower, self.upper), decisions)
 
     def _decimal(self, values: FloatArray) -> FloatArray:
         """The doubles nearest to decimal numbers, so that 0.02 is not written as 0.019999999999999997."""
@@ -91,7 +91,7 @@ class Grid:
         return result + 0.0
 
     def inward(
-        self, genes: FloatArray, wanted: FloatArray, moved: BoolArray, excess: Callable[[FloatArray], FloatArray]
+        self, decisions: FloatArray, wanted: FloatArray, moved: BoolArray, excess: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
         """Genes (r, g) that can be set and are within limits, each the nearest to what was `wanted` (r, g).
 
@@ -99,19 +99,19 @@ class Grid:
         none is within the limits, the nearest multiple stays.
 
         Args:
-            genes: rounded, beyond the limits.
+            decisions: rounded, beyond the limits.
             wanted: within the limits, not rounded.
-            moved: the genes that limits depend on, shape (g,).
-            excess: over the limits, of genes (..., g); at most 0 within.
+            moved: the decisions that limits depend on, shape (g,).
+            excess: over the limits, of decisions (..., g); at most 0 within.
         """
         free = np.flatnonzero(moved & (self.steps > 0.0))
         if not free.size:
-            return genes
+            return decisions
         generator = np.random.default_rng(0)
         further = generator.integers(-_REACH, _REACH + 1, size=(_FURTHER, len(free))).astype(float)
         corners = np.array(list(product((0.0, 1.0), repeat=len(free)))) if len(free) <= _DIMENSIONS else further
-        result = genes.copy()
-        for row, (start, aim) in enumerate(zip(genes, wanted, strict=True)):
+        result = decisions.copy()
+        for row, (start, aim) in enumerate(zip(decisions, wanted, strict=True)):
             cell = np.floor(aim[free] / self.steps[free])
             for offsets in (corners, further):
                 tried = np.repeat(start[None], len(offsets), axis=0)

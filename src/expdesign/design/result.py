@@ -8,7 +8,7 @@ from expdesign.design.front import Front
 from expdesign.design.measuring_time import plan_minutes
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
-from expdesign.design.validation_rows import validation_genes
+from expdesign.design.validation_rows import validation_decisions
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.instrument.reference_pose import ReferencedNoise
@@ -29,18 +29,18 @@ def pareto_frame(front: Front, minutes: FloatArray | None = None) -> pd.DataFram
 
 def plan_of(problem: DesignProblem, front: Front, design: int) -> pd.DataFrame:
     """The plan of one design of the front (index from 0) in recordings form."""
-    return plan_of_genes(problem, front.genes[design])
+    return plan_of_decisions(problem, front.decisions[design])
 
 
-def plan_of_genes(problem: DesignProblem, genes: FloatArray) -> pd.DataFrame:
-    """The plan that genes (m, g) stand for, in recordings form without the measured columns."""
-    configurations, loads = problem.space.decode(_with_validation(problem, genes))
+def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
+    """The plan that decisions (m, g) stand for, in recordings form without the measured columns."""
+    configurations, loads = problem.space.decode(_with_validation(problem, decisions))
     # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
     computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
     plan = Plan(configurations, np.where(computed, np.round(loads, 12), loads), series_by_pose(configurations))
     frame = plan_frame(plan, problem.loaded, problem.space.tilts)
     if problem.validation:
-        frame["split"] = np.where(np.arange(len(plan)) < len(genes), "train", "test")
+        frame["split"] = np.where(np.arange(len(plan)) < len(decisions), "train", "test")
     return frame
 
 
@@ -50,16 +50,16 @@ def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
         return None
     referenced = isinstance(problem.loaded.regressor, Elastostatic)
     minutes = np.empty(len(front))
-    for design, genes in enumerate(front.genes):
-        configurations, loads = problem.space.decode(_with_validation(problem, genes))
+    for design, decisions in enumerate(front.decisions):
+        configurations, loads = problem.space.decode(_with_validation(problem, decisions))
         plan = Plan(configurations, loads, series_by_pose(configurations))
         shared = problem.noise.shared_reference
         minutes[design] = plan_minutes(plan, problem.costs, referenced=referenced, shared=shared)
     return minutes
 
 
-def _with_validation(problem: DesignProblem, genes: FloatArray) -> FloatArray:
-    return np.concatenate([genes, validation_genes(problem, genes)]) if problem.validation else genes
+def _with_validation(problem: DesignProblem, decisions: FloatArray) -> FloatArray:
+    return np.concatenate([decisions, validation_decisions(problem, decisions)]) if problem.validation else decisions
 
 
 def plans_frame(problem: DesignProblem, front: Front) -> pd.DataFrame:

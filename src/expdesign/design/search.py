@@ -69,18 +69,18 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Fr
     settings, space = problem.optimiser, problem.space
     generator = np.random.default_rng(settings.seed)
     population = DesignPopulation(problem)
-    if space.genes == 0:
+    if space.decisions == 0:
         only = np.zeros((1, space.measurements, 0))
         starting_designs(problem, 1, generator)
         require_identifiable(problem, only)
         values, violations = population.objectives(only)
         return _front(problem, only, values, violations, reference_point(values), 1, 0.0)
     start = starting_designs(problem, settings.population, generator)
-    require_identifiable(problem, population.genes(start))
+    require_identifiable(problem, population.decisions(start))
     # Exact gradients are of estimators without redundant parameters.
     polished = settings.polish and not problem.loaded.regressor.redundant
     known = _Known(settings.generations, report)
-    first = population.genes(start)
+    first = population.decisions(start)
     working = problem.working(first)
     population = DesignPopulation(working)
     _require_finite(problem, first)
@@ -92,10 +92,10 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Fr
             if known.ended:
                 break
         population.design_problem = polishing.problem
-    genes = _genetic(population, start, polishing, known)
+    decisions = _genetic(population, start, polishing, known)
     if polished:
         for _ in range(0 if known.ended else _REFINEMENTS):
-            for note in _fine(polishing, genes):
+            for note in _fine(polishing, decisions):
                 known.add_front(polishing.front, note)
                 if known.ended:
                     break
@@ -104,14 +104,14 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Fr
             polishing.review()
         # What the refinement left out as rough, the others would bring back.
         whole = len(polishing.pool) > 0 and not known.ended
-        genes = polishing.pool if whole else np.concatenate([genes, polishing.pool])
+        decisions = polishing.pool if whole else np.concatenate([decisions, polishing.pool])
     if known.ended and known.point is None:
         what = "the search was ended before any plan was known"
         raise InputError(what, where=problem.source, remedy="Give it more time.")
-    genes = problem.settable(genes)
-    values, violations = DesignPopulation(problem).objectives(genes)
+    decisions = problem.settable(decisions)
+    values, violations = DesignPopulation(problem).objectives(decisions)
     missing = polishing.missing() if polished and len(polishing.pool) else None
-    return _front(problem, genes, values, violations, known.point, population.evaluations, missing)
+    return _front(problem, decisions, values, violations, known.point, population.evaluations, missing)
 
 
 def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
@@ -134,11 +134,11 @@ def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
     polishing.review()
 
 
-def _fine(polishing: Polishing, genes: FloatArray) -> Iterator[str]:
+def _fine(polishing: Polishing, decisions: FloatArray) -> Iterator[str]:
     """The front followed to the end, with what the genetic search found."""
     if polishing.complete:
         return
-    if polishing.descend(genes) > GAIN:
+    if polishing.descend(decisions) > GAIN:
         yield "gradients from the genetic search's designs"
         for number, _ in enumerate(polishing.exchanges(), start=1):
             yield f"further exchanges, round {number}: {len(polishing.pool)} designs"
@@ -182,16 +182,16 @@ def _genetic(population: DesignPopulation, start: FloatArray, polishing: Polishi
             volume = max(volume, known.volume)
             if stale == _PATIENCE:
                 break
-    return problem.settable(population.genes(algorithm.pop.get("X").astype(float)))
+    return problem.settable(population.decisions(algorithm.pop.get("X").astype(float)))
 
 
 def _review(population: DesignPopulation, designs: Population) -> None:
     """Go on with objectives that are right at these designs, which are evaluated again where they change."""
-    genes = population.genes(designs.get("X").astype(float))
-    working = population.design_problem.working(genes)
+    decisions = population.decisions(designs.get("X").astype(float))
+    working = population.design_problem.working(decisions)
     if working is not population.design_problem:
         population.design_problem = working
-        values, violations = population.objectives(genes)
+        values, violations = population.objectives(decisions)
         designs.set("F", values, "G", violations)
 
 
@@ -256,7 +256,7 @@ class _Known:
 
 def _front(
     problem: DesignProblem,
-    genes: FloatArray,
+    decisions: FloatArray,
     values: FloatArray,
     violations: FloatArray,
     point: FloatArray | None,
@@ -272,18 +272,18 @@ def _front(
         )
     best = feasible[non_dominated(values[feasible])]
     order = best[np.lexsort(values[best].T[::-1])]
-    total = criterion_values(known_criteria()["total"], problem.assess(*problem.space.decode(genes[order])))
+    total = criterion_values(known_criteria()["total"], problem.assess(*problem.space.decode(decisions[order])))
     marked = [int(np.argmin(total)), knee(values[order])]
     count = problem.optimiser.population
     order = order[spread(values[order], marked, count if missing is None else drawn_with(values[order], count))]
-    criteria = all_criteria(problem, genes[order])
+    criteria = all_criteria(problem, decisions[order])
     return Front(
-        genes=genes[order],
+        decisions=decisions[order],
         criteria=criteria,
         objectives=tuple(criterion.name for criterion in problem.objectives),
         recommended=int(np.argmin(criteria["total"])),
         knee=knee(values[order]),
-        kktpm=kktpm(problem, genes[order]),
+        kktpm=kktpm(problem, decisions[order]),
         hypervolume=hypervolume(values[order], point),
         reference_point=point,
         evaluations=evaluations,
@@ -291,8 +291,8 @@ def _front(
     )
 
 
-def all_criteria(problem: DesignProblem, genes: FloatArray) -> dict[str, FloatArray]:
+def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, FloatArray]:
     """Every known criterion, and further ones of the problem, of designs (b, m, g), shape (b,) each."""
-    assessment = problem.assess(*problem.space.decode(genes))
+    assessment = problem.assess(*problem.space.decode(decisions))
     known = {**known_criteria(), **{criterion.name: criterion for criterion in problem.further}}
     return {name: criterion_values(criterion, assessment) for name, criterion in known.items()}

@@ -60,9 +60,9 @@ class Knowledge:
         return Knowledge(self.root[index], self.shared[index], self.own[index])
 
 
-def knowledge_of(problem: DesignProblem, genes: FloatArray) -> Knowledge:
+def knowledge_of(problem: DesignProblem, decisions: FloatArray) -> Knowledge:
     """What each of the measurements (c, g) of the design space would say by itself, batch shape (c,)."""
-    rows, errors = problem.whitened(*problem.space.decode(genes))
+    rows, errors = problem.whitened(*problem.space.decode(decisions))
     return _with_errors(rows * problem.loaded.scale, errors, problem.shared_errors)
 
 
@@ -114,12 +114,12 @@ class NextMeasurements:
     """Measurements to add, and what they promise.
 
     Attributes:
-        genes: of the design space, shape (k, g).
+        decisions: of the design space, shape (k, g).
         before: expected total error of the recordings alone, in tolerances (infinite where undetermined).
         after: of the recordings with the first 1, 2, ... k of the measurements, shape (k,).
     """
 
-    genes: FloatArray
+    decisions: FloatArray
     before: float
     after: FloatArray
 
@@ -163,16 +163,16 @@ def next_measurements(
         base = base.plus(candidates.part(best))
         if accuracy is not None and float(expected_total(base, targets, scale)) <= accuracy:
             break
-    genes = _exchanged(problem, known, np.array(chosen), pool, candidates, generator)
-    genes = _ordered(problem, known, genes)
+    decisions = _exchanged(problem, known, np.array(chosen), pool, candidates, generator)
+    decisions = _ordered(problem, known, decisions)
     after, base = [], known
-    for row in genes:
+    for row in decisions:
         base = base.plus(knowledge_of(problem, row[None]).part(0))
         after.append(float(expected_total(base, targets, scale)))
         if accuracy is not None and after[-1] <= accuracy:
             # Exchange and refinement may reach with fewer what the first choice needed more for.
             break
-    return NextMeasurements(genes[: len(after)], before, np.array(after))
+    return NextMeasurements(decisions[: len(after)], before, np.array(after))
 
 
 def _fewer(problem: DesignProblem) -> float:
@@ -191,7 +191,7 @@ def _information(knowledge: Knowledge) -> FloatArray:
 def _exchanged(
     problem: DesignProblem,
     known: Knowledge,
-    genes: FloatArray,
+    decisions: FloatArray,
     pool: FloatArray,
     candidates: Knowledge,
     generator: np.random.Generator,
@@ -199,53 +199,53 @@ def _exchanged(
     """Measurements (k, g) after exchange with the pool and refinement of the continuous variables."""
     scale, targets, space = problem.loaded.scale, problem.targets, problem.space
     robot = problem.loaded.robot
-    genes = genes.copy()
+    decisions = decisions.copy()
 
     def others(place: int) -> Knowledge:
-        rest = np.delete(genes, place, axis=0)
+        rest = np.delete(decisions, place, axis=0)
         if len(rest) == 0:
             return known
         each = knowledge_of(problem, rest)
         return together([known, *(each.part(i) for i in range(len(rest)))])
 
     def score(base: Knowledge, place: int) -> float:
-        return float(expected_total(base.plus(knowledge_of(problem, genes[place][None]).part(0)), targets, scale))
+        return float(expected_total(base.plus(knowledge_of(problem, decisions[place][None]).part(0)), targets, scale))
 
-    for _ in range(_ROUNDS if len(genes) > 1 else 1):
+    for _ in range(_ROUNDS if len(decisions) > 1 else 1):
         improved = False
-        for place in range(len(genes)):
+        for place in range(len(decisions)):
             base = others(place)
             now = score(base, place)
             scores = expected_total(base.plus(candidates), targets, scale)
             best = int(np.argmin(scores))
             if scores[best] < now * (1.0 - 1e-9):
-                genes[place], improved = pool[best], True
+                decisions[place], improved = pool[best], True
         if not improved:
             break
     span = (space.upper - space.lower) * ~space.discrete
     brood_size = round(_BROOD * _fewer(problem))
-    for place in range(len(genes)):
+    for place in range(len(decisions)):
         base, size = others(place), 0.1
         now = score(base, place)
         for _ in range(_STEPS if span.any() else 0):
-            moves = generator.standard_normal((brood_size, space.genes)) * size * span
-            brood = np.clip(genes[place] + moves, space.lower, space.upper)
+            moves = generator.standard_normal((brood_size, space.decisions)) * size * span
+            brood = np.clip(decisions[place] + moves, space.lower, space.upper)
             brood = brood[robot.usable(space.decode(brood)[0])]
             scores = expected_total(base.plus(knowledge_of(problem, brood)), targets, scale)
             size *= 1.2 if len(brood) and (scores < now).mean() > 0.1 else 0.7
             if len(brood) and scores.min() < now:
-                genes[place], now = brood[int(np.argmin(scores))], float(scores.min())
-    return genes
+                decisions[place], now = brood[int(np.argmin(scores))], float(scores.min())
+    return decisions
 
 
-def _ordered(problem: DesignProblem, known: Knowledge, genes: FloatArray) -> FloatArray:
+def _ordered(problem: DesignProblem, known: Knowledge, decisions: FloatArray) -> FloatArray:
     """The same measurements, the most useful first."""
     scale, targets = problem.loaded.scale, problem.targets
-    left, ordered, base = list(range(len(genes))), [], known
-    each = knowledge_of(problem, genes)
+    left, ordered, base = list(range(len(decisions))), [], known
+    each = knowledge_of(problem, decisions)
     while left:
         scores = [float(expected_total(base.plus(each.part(i)), targets, scale)) for i in left]
         best = left.pop(int(np.argmin(scores)))
         ordered.append(best)
         base = base.plus(each.part(best))
-    return genes[ordered]
+    return decisions[ordered]

@@ -1,8 +1,8 @@
 """The best design by one criterion alone, as each criterion's own author would have chosen it.
 
-A genetic search is followed by a local one in the continuous genes: perturbed copies of the best design are evaluated
-all at once, and their size follows their success (Rechenberg's one-fifth rule). Both work on any criterion, with or
-without derivatives, minimised or maximised.
+A genetic search is followed by a local one in the continuous decision variables: perturbed copies of the best design
+are evaluated all at once, and their size follows their success (Rechenberg's one-fifth rule). Both work on any
+criterion, with or without derivatives, minimised or maximised.
 """
 
 from dataclasses import dataclass, replace
@@ -28,12 +28,12 @@ class BestDesign:
     """The best design found.
 
     Attributes:
-        genes: shape (m, g).
+        decisions: shape (m, g).
         value: of the criterion.
         evaluations: designs evaluated.
     """
 
-    genes: FloatArray
+    decisions: FloatArray
     value: float
     evaluations: int
 
@@ -67,9 +67,9 @@ def search_single(
     designs = DesignPopulation(replace(problem, objectives=(criterion,)))
     size = population or settings.population
     start = starting_designs(problem, size, generator)
-    require_identifiable(problem, designs.genes(start))
-    best = designs.genes(start)[:1]
-    if space.genes:
+    require_identifiable(problem, designs.decisions(start))
+    best = designs.decisions(start)[:1]
+    if space.decisions:
         algorithm = GA(
             pop_size=size,
             sampling=Population.new(X=np.unique(start, axis=0)),
@@ -80,7 +80,7 @@ def search_single(
         algorithm.setup(designs, termination=("n_gen", generations or settings.generations), seed=seed)
         while algorithm.has_next():
             algorithm.next()
-        best = _best_of(designs, designs.genes(algorithm.pop.get("X").astype(float)))
+        best = _best_of(designs, designs.decisions(algorithm.pop.get("X").astype(float)))
         best = _refined(designs, best, generator, refinements)
     best = problem.settable(best)
     values, violations = designs.objectives(best)
@@ -92,19 +92,19 @@ def search_single(
     return BestDesign(best[0], sign * float(values[0, 0]), designs.evaluations)
 
 
-def _scores(designs: DesignPopulation, genes: FloatArray) -> FloatArray:
+def _scores(designs: DesignPopulation, decisions: FloatArray) -> FloatArray:
     """The objective, infinite where a constraint is violated, shape (b,)."""
-    designs.evaluations += len(genes)
-    values, violations = designs.objectives(genes)
+    designs.evaluations += len(decisions)
+    values, violations = designs.objectives(decisions)
     return np.where((violations <= 0.0).all(axis=1), values[:, 0], np.inf)
 
 
-def _best_of(designs: DesignPopulation, genes: FloatArray) -> FloatArray:
-    return genes[int(np.argmin(_scores(designs, genes)))][None]
+def _best_of(designs: DesignPopulation, decisions: FloatArray) -> FloatArray:
+    return decisions[int(np.argmin(_scores(designs, decisions)))][None]
 
 
 def _refined(designs: DesignPopulation, best: FloatArray, generator: np.random.Generator, steps: int) -> FloatArray:
-    """The best design (1, m, g) after a local search in its continuous genes."""
+    """The best design (1, m, g) after a local search in its continuous decisions."""
     space = designs.design_problem.space
     continuous = ~space.discrete
     if not continuous.any():

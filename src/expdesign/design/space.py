@@ -1,8 +1,8 @@
 """The design space: m measurements, each with a pose and a load out of the same sets.
 
-A design is coded as genes, m rows of one number per variable: the value itself for a continuous variable and an index
-for a discrete one. The quantities that the genes set are, in order, the configuration of the robot, the load's own
-parameters without gravity, and the tilt of the base.
+A design is coded by its decision variables (`decisions`), m rows of one number per variable: the value itself for a
+continuous variable and an index for a discrete one. The quantities that they set are, in order, the configuration of
+the robot, the load's own parameters without gravity, and the tilt of the base.
 """
 
 import copy
@@ -40,7 +40,7 @@ def tilted_gravity(gravity: ca.SX, tilt: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 class Required:
-    """Poses and masses that have to occur: genes (g,) of a measurement, NaN where they do not matter."""
+    """Poses and masses that have to occur: decisions (g,) of a measurement, NaN where they do not matter."""
 
     poses: tuple[FloatArray, ...] = ()
     masses: tuple[FloatArray, ...] = ()
@@ -102,8 +102,8 @@ class DesignSpace:
         self.most_poses: int | None = None
 
     @property
-    def genes(self) -> int:
-        """Number of genes of one measurement."""
+    def decisions(self) -> int:
+        """Number of decisions of one measurement."""
         return len(self.variables)
 
     @property
@@ -119,15 +119,15 @@ class DesignSpace:
             other.required = Required()
         return other
 
-    def quantities(self, genes: FloatArray) -> FloatArray:
-        """Quantities (..., n_q) that genes (..., g) stand for; indices are rounded and clipped to their tables."""
-        values = np.broadcast_to(self._fixed, (*genes.shape[:-1], len(self._fixed))).copy()
-        for gene, variable in enumerate(self.variables):
+    def quantities(self, decisions: FloatArray) -> FloatArray:
+        """Quantities (..., n_q) that decisions (..., g) stand for; indices are rounded and clipped to their tables."""
+        values = np.broadcast_to(self._fixed, (*decisions.shape[:-1], len(self._fixed))).copy()
+        for decision, variable in enumerate(self.variables):
             if isinstance(variable.domain, Rows):
-                index = np.clip(np.rint(genes[..., gene]), 0, len(variable.domain.table) - 1).astype(np.int64)
+                index = np.clip(np.rint(decisions[..., decision]), 0, len(variable.domain.table) - 1).astype(np.int64)
                 values[..., list(variable.columns)] = variable.domain.table[index]
             else:
-                values[..., variable.columns[0]] = genes[..., gene]
+                values[..., variable.columns[0]] = decisions[..., decision]
         return values
 
     @cached_property
@@ -135,9 +135,9 @@ class DesignSpace:
         tilt = ca.SX.sym("tilt", len(self._tilt))
         return BatchFunction("tilt", [tilt], [tilted_gravity(ca.SX(np.asarray(self.gravity)), tilt)])
 
-    def decode(self, genes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Configurations (..., n) and load parameters with gravity (..., k) that genes (..., g) stand for."""
-        return self.split(self.quantities(genes))
+    def decode(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Configurations (..., n) and load parameters with gravity (..., k) that decisions (..., g) stand for."""
+        return self.split(self.quantities(decisions))
 
     def split(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Configurations (..., n) and load parameters with gravity (..., k) of quantities (..., n_q)."""
@@ -152,29 +152,29 @@ class DesignSpace:
 
     def sample(self, count: int, generator: np.random.Generator) -> FloatArray:
         """Uniformly drawn measurements, shape (count, g)."""
-        uniform = generator.random((count, self.genes))
+        uniform = generator.random((count, self.decisions))
         continuous = self.lower + uniform * (self.upper - self.lower)
         indices = np.minimum(np.floor(uniform * (self.upper + 1.0)), self.upper)
         return np.where(self.discrete, indices, continuous)
 
-    def canonical(self, genes: FloatArray) -> FloatArray:
+    def canonical(self, decisions: FloatArray) -> FloatArray:
         """The same designs (b, m, g) as they can be set: indices and steps rounded, and measurements sorted.
 
         The order of the measurements carries no information; the pose comes first, so that equal poses stand together.
         """
-        return self._sorted(self._rounded(genes))
+        return self._sorted(self._rounded(decisions))
 
-    def settable(self, genes: FloatArray, excess: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    def settable(self, decisions: FloatArray, excess: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """`canonical` designs (b, m, g) which rounding does not take beyond limits.
 
         Args:
-            genes: shape (b, m, g).
+            decisions: shape (b, m, g).
             excess: over the robot's limits, of configurations (..., n_q); at most 0 within.
         """
-        rounded = self._rounded(genes)
+        rounded = self._rounded(decisions)
         beyond = excess(self.decode(rounded)[0]) > 0.0
         if beyond.any():
-            wanted = np.clip(genes[beyond], self.lower, self.upper)
+            wanted = np.clip(decisions[beyond], self.lower, self.upper)
             within = excess(self.decode(wanted)[0]) <= 0.0
             rows = np.argwhere(beyond)[within]
             moved = self.grid.inward(
@@ -184,22 +184,22 @@ class DesignSpace:
             rounded = self._grouped(rounded)
         return self._sorted(rounded)
 
-    def _rounded(self, genes: FloatArray) -> FloatArray:
-        rounded = np.where(self.discrete, np.rint(genes), genes)
+    def _rounded(self, decisions: FloatArray) -> FloatArray:
+        rounded = np.where(self.discrete, np.rint(decisions), decisions)
         rounded = self.grid.nearest(np.clip(rounded, self.lower, self.upper))
-        whole = genes.shape[-2] == self.measurements  # a part of a design need not meet what the whole has to
+        whole = decisions.shape[-2] == self.measurements  # a part of a design need not meet what the whole has to
         for demanded in (self.required.poses, self.required.masses) if whole else ():
             rounded = self._with(demanded, rounded)
         return self._grouped(rounded)
 
-    def _grouped(self, genes: FloatArray) -> FloatArray:
+    def _grouped(self, decisions: FloatArray) -> FloatArray:
         """Designs (..., m, g) with no more than `most_poses` distinct poses: the two nearest become one until it holds.
 
         The pose of the larger group stays, and one that has to occur always does.
         """
-        if self.most_poses is None or genes.shape[-2] != self.measurements or self.measurements <= self.most_poses:
-            return genes
-        designs = genes.reshape(-1, *genes.shape[-2:]).copy()
+        if self.most_poses is None or decisions.shape[-2] != self.measurements or self.measurements <= self.most_poses:
+            return decisions
+        designs = decisions.reshape(-1, *decisions.shape[-2:]).copy()
         span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)[self.of_pose]
         wanted = [pose[self.of_pose] for pose in self.required.poses]
         for design in designs:
@@ -217,14 +217,14 @@ class DesignSpace:
                 size[kept] += size[given_up]
                 distance[given_up] = distance[:, given_up] = np.inf
             design[:, self.of_pose] = poses[group]
-        return designs.reshape(genes.shape)
+        return designs.reshape(decisions.shape)
 
-    def _with(self, demanded: tuple[FloatArray, ...], genes: FloatArray) -> FloatArray:
+    def _with(self, demanded: tuple[FloatArray, ...], decisions: FloatArray) -> FloatArray:
         """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""
-        if not demanded or not self.genes:
-            return genes
+        if not demanded or not self.decisions:
+            return decisions
         span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
-        flat = genes.reshape(-1, *genes.shape[-2:])
+        flat = decisions.reshape(-1, *decisions.shape[-2:])
         free = np.ones(flat.shape[:2], dtype=bool)
         designs = np.arange(len(flat))
         for wanted in demanded:
@@ -233,28 +233,28 @@ class DesignSpace:
             nearest = np.argmin(np.where(free, distance, np.inf), axis=1)
             flat[designs, nearest] = np.where(matters, wanted, flat[designs, nearest])
             free[designs, nearest] = False
-        return flat.reshape(genes.shape)
+        return flat.reshape(decisions.shape)
 
-    def genes_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
+    def decisions_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
         """Genes (g,) at which quantities from index `first` on are as wanted, NaN for the others; None without any."""
-        genes = np.full(self.genes, np.nan)
+        decisions = np.full(self.decisions, np.nan)
         reached = self._fixed[first : first + len(wanted)].copy()
-        for gene, variable in enumerate(self.variables):
+        for decision, variable in enumerate(self.variables):
             columns = [column for column in variable.columns if first <= column < first + len(wanted)]
             if not columns:
                 continue
             values = wanted[[column - first for column in columns]]
             if isinstance(variable.domain, Rows):
                 row = int(np.argmin(np.abs(variable.domain.table[:, : len(columns)] - values).max(axis=1)))
-                genes[gene] = row
+                decisions[decision] = row
                 reached[[column - first for column in columns]] = variable.domain.table[row, : len(columns)]
             else:
-                genes[gene] = np.clip(values[0], self.lower[gene], self.upper[gene])
-                reached[columns[0] - first] = genes[gene]
-        return genes if np.abs(reached - wanted).max() <= 1e-12 else None
+                decisions[decision] = np.clip(values[0], self.lower[decision], self.upper[decision])
+                reached[columns[0] - first] = decisions[decision]
+        return decisions if np.abs(reached - wanted).max() <= 1e-12 else None
 
     def _sorted(self, rounded: FloatArray) -> FloatArray:
-        for gene in reversed(range(self.genes)):
-            order = np.argsort(rounded[..., gene], axis=-1, kind="stable")
+        for decision in reversed(range(self.decisions)):
+            order = np.argsort(rounded[..., decision], axis=-1, kind="stable")
             rounded = np.take_along_axis(rounded, order[..., None], axis=-2)
         return rounded

@@ -23,12 +23,12 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     found: list[FloatArray] = []
     total = 0
     for _ in range(_BATCHES):
-        genes = space.sample(_BATCH, generator)
-        poses, loads = space.decode(genes)
+        decisions = space.sample(_BATCH, generator)
+        poses, loads = space.decode(decisions)
         usable = robot.usable(poses)
         if problem.constraints is not None:
             usable &= problem.constraints.allowed(problem.loaded, poses, loads)
-        kept = genes[usable]
+        kept = decisions[usable]
         found.append(kept)
         total += len(kept)
         if total >= count:
@@ -48,19 +48,19 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
     """Gene vectors (count, m·g) of designs whose every measurement can be reached."""
     space = problem.space
-    genes = reachable_measurements(problem, count * space.measurements, generator)
-    designs = space.canonical(genes.reshape(count, space.measurements, space.genes))
+    decisions = reachable_measurements(problem, count * space.measurements, generator)
+    designs = space.canonical(decisions.reshape(count, space.measurements, space.decisions))
     return designs.reshape(count, -1)
 
 
-def require_identifiable(problem: DesignProblem, genes: FloatArray) -> float:
+def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float:
     """Share of random designs (b, m, g) that identify what the targets need.
 
     Raises:
         NotIdentifiableError: none does, and either all their measurements together do not, or the variables are
             continuous, so that random designs are as good as any in this respect.
     """
-    configurations, loads = problem.space.decode(genes)
+    configurations, loads = problem.space.decode(decisions)
     assessment = problem.assess(configurations, loads)
     share = float(assessment.identifies_targets.mean())
     if share > 0.0:
@@ -80,8 +80,8 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
     """One reachable measurement (1, g), sought by minimising the excess over the limits."""
     space, robot = problem.space, problem.loaded.robot
 
-    def excess(genes: FloatArray) -> float:
-        poses = space.decode(genes)[0]
+    def excess(decisions: FloatArray) -> float:
+        poses = space.decode(decisions)[0]
         condition = float(robot.jacobians(poses).condition)
         beyond = max(0.0, np.log10(min(condition, 1e300) / CONDITION_LIMIT))
         return max(float(robot.limit_excess(poses)), 0.0) + beyond
@@ -91,12 +91,12 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
     best = samples[np.argsort(scores, kind="stable")[:5]]
     bounds = list(zip(space.lower, space.upper, strict=True))
     for start in best:
-        if not space.discrete.any() and space.genes:
+        if not space.discrete.any() and space.decisions:
             result = minimize(excess, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 2000})
             start[:] = result.x
         if bool(robot.usable(space.decode(start)[0])):
             return start[None, :]
-    pose = space.decode(best[int(np.argmin([excess(genes) for genes in best]))])[0]
+    pose = space.decode(best[int(np.argmin([excess(decisions) for decisions in best]))])[0]
     if float(robot.limit_excess(pose)) > 0.0:
         nearest = robot.limit_message(pose)
         what = f"no pose in `experiment.poses` is within the robot's limits; at the nearest one found {nearest}"

@@ -14,11 +14,15 @@ from expdesign.design.start import reachable_measurements
 _POOL = 400
 
 
-def validation_genes(problem: DesignProblem, genes: FloatArray) -> FloatArray:
+def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> FloatArray:
     """Genes (v, g) of the rows for validation of a design (m, g); the same design and seed give the same rows."""
     space = problem.space.with_structure(1, None)
-    if problem.validation == 0 or space.genes == 0:
-        return np.zeros((0, space.genes)) if problem.validation == 0 else np.repeat(genes[:1], problem.validation, 0)
+    if problem.validation == 0 or space.decisions == 0:
+        return (
+            np.zeros((0, space.decisions))
+            if problem.validation == 0
+            else np.repeat(decisions[:1], problem.validation, 0)
+        )
     generator = np.random.default_rng([problem.optimiser.seed, 2])
     pool = reachable_measurements(problem, _POOL, generator)
     robot = problem.loaded.robot
@@ -29,7 +33,7 @@ def validation_genes(problem: DesignProblem, genes: FloatArray) -> FloatArray:
         allowed &= problem.constraints.allowed(problem.loaded, poses, loads)
     pool = pool[allowed]
     span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-    distance = np.linalg.norm((pool[:, None] - genes[None]) / span, axis=-1).min(axis=1)
+    distance = np.linalg.norm((pool[:, None] - decisions[None]) / span, axis=-1).min(axis=1)
     chosen: list[int] = []
     for _ in range(problem.validation):
         chosen.append(int(np.argmax(distance)))

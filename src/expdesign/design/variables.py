@@ -42,11 +42,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Variable:
-    """One gene of a measurement.
+    """One decision of a measurement.
 
     Attributes:
         columns: indices of the quantities that it sets.
-        domain: an interval (the gene is the quantity) or rows to choose from (the gene is the row's index).
+        domain: an interval (the decision is the quantity) or rows to choose from (the decision is the row's index).
     """
 
     columns: tuple[int, ...]
@@ -54,12 +54,12 @@ class Variable:
 
     @property
     def discrete(self) -> bool:
-        """Whether the gene is an index."""
+        """Whether the decision is an index."""
         return isinstance(self.domain, Rows)
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Smallest and largest gene."""
+        """Smallest and largest decision."""
         if isinstance(self.domain, Rows):
             return 0.0, float(len(self.domain.table) - 1)
         return self.domain.low, self.domain.high

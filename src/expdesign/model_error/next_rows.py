@@ -63,7 +63,7 @@ class Expected:
 class NextRows:
     """Measurements to add (k, g), and what is expected before and after each of them."""
 
-    genes: FloatArray
+    decisions: FloatArray
     before: Expected
     after: tuple[Expected, ...]
 
@@ -122,10 +122,10 @@ class _Hidden:
         base, directions = recorded_sensitivities(problem.loaded.robot, train, self.impact.physics, whitening, every)
         return _Rows(base, directions * self.impact.deviations).reduced()
 
-    def planned(self, genes: FloatArray) -> _Rows:
+    def planned(self, decisions: FloatArray) -> _Rows:
         """Rows of single measurements (c, g) of the design space, (c, k, …)."""
         problem = self.impact.problem
-        configurations, loads = problem.space.decode(genes)
+        configurations, loads = problem.space.decode(decisions)
         base, directions = self.impact.whitened(problem.assess(configurations[:, None], loads[:, None]))
         return _Rows(base, directions * self.impact.deviations)
 
@@ -167,13 +167,13 @@ def next_rows(
         best = _best(problem, hidden, rows, known, planned, knowledge, objective)
         if best is None:
             # Nothing that a single row could add determines the stiffness yet.
-            gene = next_measurements(problem, known, count=1, accuracy=None, seed=seed).genes[0]
+            decision = next_measurements(problem, known, count=1, accuracy=None, seed=seed).decisions[0]
         else:
-            gene = pool[best]
-        added = hidden.planned(gene[None])
+            decision = pool[best]
+        added = hidden.planned(decision[None])
         rows = _Rows(*(part[0] for part in vars(rows.with_each(added, slice(None))).values())).reduced()
-        known = known.plus(knowledge_of(problem, gene[None]).part(0))
-        chosen.append(gene)
+        known = known.plus(knowledge_of(problem, decision[None]).part(0))
+        chosen.append(decision)
         after.append(_expected(problem, hidden, rows, known))
         value = float(objective.of(np.array(after[-1].total), np.array(after[-1].meir)))
         if accuracy is not None and value <= accuracy:

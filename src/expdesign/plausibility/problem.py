@@ -40,8 +40,8 @@ def problem_findings(problem: DesignProblem) -> list[Finding]:
 
 def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
     """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
-    genes = problem.space.sample(_SAMPLES, np.random.default_rng(0))
-    poses, loads = problem.space.decode(genes)
+    decisions = problem.space.sample(_SAMPLES, np.random.default_rng(0))
+    poses, loads = problem.space.decode(decisions)
     usable = problem.loaded.robot.usable(poses)
     return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
 

@@ -35,7 +35,7 @@ def problem_summary(problem: DesignProblem, found: Feasibility) -> str:
     continuous = int((~space.discrete).sum())
     return (
         f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {space.measurements} measurements with "
-        f"{continuous} continuous and {space.genes - continuous} discrete variables each, "
+        f"{continuous} continuous and {space.decisions - continuous} discrete variables each, "
         f"{_counted(len(problem.targets.weights), 'target')}; {found.reachable:.0%} of the poses can be reached, "
         f"{found.identifying:.0%} of random designs identify what the targets need."
     )

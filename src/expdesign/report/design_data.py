@@ -140,7 +140,7 @@ def _sigma(budget: ErrorBudget, design: int) -> list[list[float]]:
 def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, FloatArray]:
     """The picture's data for every measurement of every design and then every target; forces (N) of the former."""
     loaded, targets = problem.loaded, problem.targets
-    configurations, loads = problem.space.decode(front.genes)
+    configurations, loads = problem.space.decode(front.decisions)
     flat, parameters = configurations.reshape(-1, configurations.shape[-1]), loads.reshape(-1, loads.shape[-1])
     wrenches, _ = loaded.wrenches(loaded.robot.jacobians(flat).rotation, parameters)
     translations = loaded.robot.coordinates.translations

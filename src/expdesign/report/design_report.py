@@ -58,7 +58,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         front: what was found.
         run: the content of `run.json` (file-formats.md, run.json).
     """
-    assessment = problem.assess(*problem.space.decode(front.genes))
+    assessment = problem.assess(*problem.space.decode(front.decisions))
     budget = error_budget(problem, assessment)
     deviations = PlanDeviations(problem, front)
     maps = accuracy_maps(problem)

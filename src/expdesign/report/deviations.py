@@ -30,7 +30,7 @@ class PlanDeviations:
         count = len(front)
         chosen = range(count) if count <= MOST_DESIGNS else sorted({front.recommended, front.knee})
         self._place = {design: place for place, design in enumerate(chosen)}
-        self._found: Deviations = plan_deviations(problem, front.genes[list(chosen)])
+        self._found: Deviations = plan_deviations(problem, front.decisions[list(chosen)])
         self._n_pose = len(problem.loaded.robot.configuration)
 
     def headings(self) -> list[str]:

@@ -25,7 +25,7 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     meir = meir_of_problem(problem)
     if meir is None:
         return None
-    assessment = problem.assess(*problem.space.decode(front.genes[[front.recommended]]))
+    assessment = problem.assess(*problem.space.decode(front.decisions[[front.recommended]]))
     physics, freedom = hidden_by_plan(meir, assessment)
     if not physics:
         return None

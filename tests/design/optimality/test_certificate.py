@@ -50,8 +50,8 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 def random_designs(here: DesignProblem, count: int, seed: int) -> Array:
     space = here.space
-    genes = starting_designs(here, count, np.random.default_rng(seed))
-    designs = genes.reshape(count, space.measurements, space.genes)
+    decisions = starting_designs(here, count, np.random.default_rng(seed))
+    designs = decisions.reshape(count, space.measurements, space.decisions)
     # A third of them with extreme loads, some with measurements repeated at the same pose: where the best designs are.
     loads = [i for i, v in enumerate(space.variables) if v.columns[0] >= space.n_pose and not v.discrete]
     third = count // 3
@@ -62,8 +62,8 @@ def random_designs(here: DesignProblem, count: int, seed: int) -> Array:
     return designs
 
 
-def values(here: DesignProblem, genes: Array, name: str) -> Array:
-    found = known_criteria()[name].values(here.assess(*here.space.decode(genes)))
+def values(here: DesignProblem, decisions: Array, name: str) -> Array:
+    found = known_criteria()[name].values(here.assess(*here.space.decode(decisions)))
     return np.where(np.isfinite(found), found, np.inf)
 
 
@@ -116,8 +116,8 @@ def test_closed_form(measurements: int) -> None:
 
 def relaxation_of(here: DesignProblem, factor: float, count: int) -> tuple[Relaxation, Array]:
     information = MeasurementInformation(here, factor)
-    genes = random_designs(here, count, 5)[:, 0]
-    return information.relaxation(), information.rows(genes)
+    decisions = random_designs(here, count, 5)[:, 0]
+    return information.relaxation(), information.rows(decisions)
 
 
 @pytest.mark.parametrize("name", ["bipod-mean", "bipod-max", "hexapod", "hexapod-max"])
@@ -188,31 +188,33 @@ def test_gradients_of_the_sensitivity() -> None:
     for name in ("hexapod", "hexapod-own-errors", "bipod-shared-reference"):
         here = problem(*CASES[name])
         information = MeasurementInformation(here, 1.3)
-        genes = random_designs(here, 30, 8)[:, 0]
-        rows = information.rows(genes)
+        decisions = random_designs(here, 30, 8)[:, 0]
+        rows = information.rows(decisions)
         dual = dual_of(information.relaxation(), rows, np.full(30, 1.0 / 30.0), np.ones(1))
-        found, gradient = information.sensitivity(dual, genes[:5])
+        found, gradient = information.sensitivity(dual, decisions[:5])
         np.testing.assert_allclose(found, dual.sensitivities(rows[:5]), rtol=1e-12)
         span = here.space.upper - here.space.lower
-        for gene in np.flatnonzero(~here.space.discrete):
-            step = 1e-5 * span[gene]
-            moved = np.stack([genes[:5], genes[:5]])
-            moved[:, :, gene] += np.array([[-step], [step]])
+        for decision in np.flatnonzero(~here.space.discrete):
+            step = 1e-5 * span[decision]
+            moved = np.stack([decisions[:5], decisions[:5]])
+            moved[:, :, decision] += np.array([[-step], [step]])
             low, high = dual.sensitivities(information.rows(moved.reshape(10, -1))).reshape(2, 5)
-            assert np.abs((high - low) / (2.0 * step) - gradient[:, gene]).max() * span[gene] < 1e-6 * found.max()
+            assert (
+                np.abs((high - low) / (2.0 * step) - gradient[:, decision]).max() * span[decision] < 1e-6 * found.max()
+            )
 
 
 def test_extreme_loads_are_where_the_sensitivity_is_largest() -> None:
     here = problem(*CASES["hexapod"])
     information = MeasurementInformation(here, 1.0)
     assert information.convex_in_load
-    genes = random_designs(here, 60, 4)[:, 0]
-    dual = dual_of(information.relaxation(), information.rows(genes), np.full(60, 1.0 / 60.0), np.ones(1))
+    decisions = random_designs(here, 60, 4)[:, 0]
+    dual = dual_of(information.relaxation(), information.rows(decisions), np.full(60, 1.0 / 60.0), np.ones(1))
     loads = information.load_variables()
-    corners = np.repeat(genes[:, None], len(loads.vertices), axis=1)
+    corners = np.repeat(decisions[:, None], len(loads.vertices), axis=1)
     corners[..., loads.index] = loads.vertices
-    at_corners = dual.sensitivities(information.rows(corners.reshape(-1, genes.shape[1]))).reshape(60, -1)
-    assert (dual.sensitivities(information.rows(genes)) <= at_corners.max(axis=1) * (1.0 + 1e-9)).all()
+    at_corners = dual.sensitivities(information.rows(corners.reshape(-1, decisions.shape[1]))).reshape(60, -1)
+    assert (dual.sensitivities(information.rows(decisions)) <= at_corners.max(axis=1) * (1.0 + 1e-9)).all()
 
 
 def test_where_nothing_matters_there_is_no_bound() -> None:

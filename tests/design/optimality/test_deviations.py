@@ -39,15 +39,15 @@ def polished(request: pytest.FixtureRequest) -> Any:
     case = problem(CASES[request.param])
     generator = np.random.default_rng(8)
     start = np.stack([case.space.sample(case.space.measurements, generator) for _ in range(30)])
-    genes = polish(case, start)
-    values = total(case, case.space.quantities(genes))
-    return case, genes[int(np.nanargmin(values))][None]
+    decisions = polish(case, start)
+    values = total(case, case.space.quantities(decisions))
+    return case, decisions[int(np.nanargmin(values))][None]
 
 
 def test_an_allowed_deviation_costs_what_it_says(polished: Any) -> None:
-    case, genes = polished
-    found = plan_deviations(case, genes)
-    quantities = case.space.quantities(genes)
+    case, decisions = polished
+    found = plan_deviations(case, decisions)
+    quantities = case.space.quantities(decisions)
     before = float(total(case, quantities)[0])
     np.testing.assert_allclose(found.total[0], before, rtol=1e-9)
     growth = 0.002
@@ -66,9 +66,9 @@ def test_an_allowed_deviation_costs_what_it_says(polished: Any) -> None:
 
 
 def test_the_gradient_and_the_curvature_are_those_of_the_criterion(polished: Any) -> None:
-    case, genes = polished
-    found = plan_deviations(case, genes)
-    quantities = case.space.quantities(genes)
+    case, decisions = polished
+    found = plan_deviations(case, decisions)
+    quantities = case.space.quantities(decisions)
     for quantity in range(len(found.names)):
         step = 2e-4 * found.scale[quantity]
         moved = np.repeat(quantities, 3, axis=0)
@@ -83,12 +83,12 @@ def test_the_gradient_and_the_curvature_are_those_of_the_criterion(polished: Any
 
 def test_random_deviations_change_total_as_predicted() -> None:
     case = problem(HEXAPOD)
-    genes = case.space.sample(3, np.random.default_rng(4))[None]
-    found = plan_deviations(case, genes)
+    decisions = case.space.sample(3, np.random.default_rng(4))[None]
+    found = plan_deviations(case, decisions)
     mean, spread = (float(part[0]) for part in found.growth(found.stated))
     generator = np.random.default_rng(6)
     count = 20_000
-    quantities = np.repeat(case.space.quantities(genes), count, axis=0)
+    quantities = np.repeat(case.space.quantities(decisions), count, axis=0)
     kept = len(found.names)
     quantities[..., :kept] += found.stated * generator.standard_normal((count, 3, kept))
     growth = total(case, quantities) / found.total[0] - 1.0

@@ -18,7 +18,7 @@ from expdesign.errors import InfeasibleError
 def candidates(here: DesignProblem, count: int, seed: int = 3) -> Array:
     space = here.space
     designs = starting_designs(here, count, np.random.default_rng(seed))
-    return designs.reshape(-1, space.genes)[:count]
+    return designs.reshape(-1, space.decisions)[:count]
 
 
 def criterion(here: DesignProblem, designs: Array, name: str) -> Array:
@@ -29,11 +29,11 @@ def criterion(here: DesignProblem, designs: Array, name: str) -> Array:
 @pytest.mark.parametrize("factor", [0.0, 1.0])
 def test_sums_give_the_criterion(aggregate: str, factor: float) -> None:
     here = problem(HEXAPOD, {"aggregate": aggregate})
-    genes = candidates(here, 30)
+    decisions = candidates(here, 30)
     plans = np.random.default_rng(1).integers(30, size=(12, 3))
-    exchange = Exchange(here, genes, factor)
+    exchange = Exchange(here, decisions, factor)
     found = exchange.values(exchange.sums(plans))
-    expected = criterion(here, genes[plans], "total" if factor else "duir") ** 2
+    expected = criterion(here, decisions[plans], "total" if factor else "duir") ** 2
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
@@ -41,11 +41,11 @@ def test_sums_give_the_criterion(aggregate: str, factor: float) -> None:
 @pytest.mark.parametrize("measurements", [2, 3])
 def test_among_few_candidates_the_best_plan_is_found(measurements: int, with_load_errors: bool) -> None:
     here = problem(BIPOD, {"experiment.measurements": measurements})
-    genes = candidates(here, 14)
+    decisions = candidates(here, 14)
     name = "total" if with_load_errors else "duir"
-    plans = np.array(list(combinations_with_replacement(range(len(genes)), measurements)))
-    best = criterion(here, genes[plans], name).min()
-    selection = choose_measurements(here, genes, with_load_errors=with_load_errors)
+    plans = np.array(list(combinations_with_replacement(range(len(decisions)), measurements)))
+    best = criterion(here, decisions[plans], name).min()
+    selection = choose_measurements(here, decisions, with_load_errors=with_load_errors)
     assert selection.bound.value is not None
     assert selection.bound.value <= best * (1.0 + 1e-9)
     assert selection.value == pytest.approx(best, rel=1e-9)
@@ -62,8 +62,8 @@ def test_many_measurements_come_close_to_the_bound() -> None:
 
 def test_exchanges_only_help() -> None:
     here = problem(HEXAPOD)
-    genes = candidates(here, 200)
-    exchange = Exchange(here, genes, 1.0)
+    decisions = candidates(here, 200)
+    exchange = Exchange(here, decisions, 1.0)
     plans = np.random.default_rng(4).integers(200, size=(5, 3))
     before, after = (exchange.values(exchange.sums(p)) for p in (plans, exchange.improve(plans)))
     assert (after < before).all()

@@ -93,7 +93,9 @@ def a_problem(name: str) -> DesignProblem:
 
 def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
     space = here.space
-    return starting_designs(here, count, np.random.default_rng(seed)).reshape(count, space.measurements, space.genes)
+    return starting_designs(here, count, np.random.default_rng(seed)).reshape(
+        count, space.measurements, space.decisions
+    )
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -130,20 +132,20 @@ def test_the_table_shows_truncation_and_rounding() -> None:
 
 def test_what_has_no_value_is_not_evaluated() -> None:
     here = problem(HEXAPOD, {"experiment.load": {"kind": "payload", "mass_kg": [0.0, 5.0]}})
-    genes = designs(here, 1)
+    decisions = designs(here, 1)
     mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
-    genes[..., mass] = 0.0
-    assert gradient_table(here, genes, ["duir"])["verdict"].tolist() == ["not evaluated"]
+    decisions[..., mass] = 0.0
+    assert gradient_table(here, decisions, ["duir"])["verdict"].tolist() == ["not evaluated"]
 
 
 def test_a_design_without_gradient_is_said_so() -> None:
     """Without load nothing is identified, and no criterion has a derivative."""
     here = problem(HEXAPOD, {"experiment.load": {"kind": "payload", "mass_kg": [0.0, 5.0]}})
-    genes = designs(here, 1)
+    decisions = designs(here, 1)
     mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
-    genes[..., mass] = 0.0
+    decisions[..., mass] = 0.0
     with pytest.raises(NotIdentifiableError, match="`duir` has no gradient at this design"):
-        gradient_check(here, genes[0], ["duir"])
+        gradient_check(here, decisions[0], ["duir"])
 
 
 @pytest.mark.parametrize("name", ["bipod", "hexapod"])
@@ -152,24 +154,24 @@ def test_shared_references_are_differentiated_as_they_are(name: str) -> None:
     here = problem(
         base, {**changes, "experiment.deflection_noise.shared_reference": True, "experiment.measurements": 3}
     )
-    genes = designs(here, 1)[0]
+    decisions = designs(here, 1)[0]
     poses = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] < here.space.n_pose]
-    genes[1, poses] = genes[0, poses]
-    assert gradient_check(here, genes)["relative_error"].max() < 2e-8
+    decisions[1, poses] = decisions[0, poses]
+    assert gradient_check(here, decisions)["relative_error"].max() < 2e-8
     alone = problem(base, {**changes, "experiment.measurements": 3})
-    shared, separate = (criterion_gradients(p, genes[None], ["duir"])["duir"][0][0] for p in (here, alone))
+    shared, separate = (criterion_gradients(p, decisions[None], ["duir"])["duir"][0][0] for p in (here, alone))
     assert abs(shared / separate - 1.0) > 1e-3
 
 
 def test_values_are_those_of_the_criteria() -> None:
     here = a_problem("largest-target")
-    genes = designs(here, 6)
-    assessment = here.assess(*here.space.decode(genes))
-    for name, (values, _) in criterion_gradients(here, genes, list(known_criteria())).items():
+    decisions = designs(here, 6)
+    assessment = here.assess(*here.space.decode(decisions))
+    for name, (values, _) in criterion_gradients(here, decisions, list(known_criteria())).items():
         np.testing.assert_allclose(values, known_criteria()[name].values(assessment), rtol=1e-10)
 
 
-def test_discrete_genes_have_no_gradient() -> None:
+def test_discrete_decisions_have_no_gradient() -> None:
     here = a_problem("hexapod")
     gradient = criterion_gradients(here, designs(here, 5), ["total"])["total"][1]
     assert here.space.discrete.any()
@@ -179,10 +181,10 @@ def test_discrete_genes_have_no_gradient() -> None:
 
 def test_a_design_that_identifies_too_little_has_no_value_and_no_gradient() -> None:
     here = problem(HEXAPOD, {"experiment.load": {"kind": "payload", "mass_kg": [0.0, 5.0]}})
-    genes = designs(here, 2)
+    decisions = designs(here, 2)
     mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
-    genes[0][:, mass] = 0.0
-    values, gradient = criterion_gradients(here, genes, ["duir"])["duir"]
+    decisions[0][:, mass] = 0.0
+    values, gradient = criterion_gradients(here, decisions, ["duir"])["duir"]
     assert np.isnan(values[0])
     assert np.isfinite(values[1])
     assert (gradient[0] == 0.0).all()
@@ -206,13 +208,13 @@ def test_a_criterion_of_ones_own_is_differentiated_through_its_code() -> None:
     here = a_problem("hexapod")
     free = ~here.space.discrete
     span = (here.space.upper - here.space.lower) * free
-    genes = designs(here, 3)
-    piece = Differentiated.of_designs(here, genes).pieces(_Unknown())[0]
+    decisions = designs(here, 3)
+    piece = Differentiated.of_designs(here, decisions).pieces(_Unknown())[0]
     gradient = piece.gradient()
-    np.testing.assert_allclose(piece.value, _Unknown().values(here.assess(*here.space.decode(genes))), rtol=1e-12)
-    direction = np.random.default_rng(1).standard_normal(genes.shape) * span
+    np.testing.assert_allclose(piece.value, _Unknown().values(here.assess(*here.space.decode(decisions))), rtol=1e-12)
+    direction = np.random.default_rng(1).standard_normal(decisions.shape) * span
     step = 1e-6
-    high, low = (_Unknown().values(here.assess(*here.space.decode(genes + s * step * direction))) for s in (1, -1))
+    high, low = (_Unknown().values(here.assess(*here.space.decode(decisions + s * step * direction))) for s in (1, -1))
     np.testing.assert_allclose((high - low) / (2.0 * step), (gradient * direction).sum(axis=(1, 2)), rtol=1e-6)
 
 
@@ -229,19 +231,19 @@ class _Looped(Criterion):
 
 def test_a_criterion_that_cannot_be_differentiated_is_named_with_a_remedy() -> None:
     here = a_problem("bipod")
-    genes = designs(here, 2)
-    assert np.isfinite(_Looped().values(here.assess(*here.space.decode(genes)))).all()
+    decisions = designs(here, 2)
+    assert np.isfinite(_Looped().values(here.assess(*here.space.decode(decisions)))).all()
     with pytest.raises(InputError) as raised:
-        Differentiated.of_designs(here, genes).pieces(_Looped())
+        Differentiated.of_designs(here, decisions).pieces(_Looped())
     assert "looped" in str(raised.value)
     assert "objectives" in str(raised.value)
 
 
 def test_a_tied_maximum_has_the_gradient_of_each_of_its_pieces() -> None:
     here = a_problem("largest-target")
-    genes = designs(here, 4)
-    found = Differentiated.of_designs(here, genes).pieces(known_criteria()["duir"])
-    assessment = here.assess(*here.space.decode(genes))
+    decisions = designs(here, 4)
+    found = Differentiated.of_designs(here, decisions).pieces(known_criteria()["duir"])
+    assessment = here.assess(*here.space.decode(decisions))
     squares = np.sort(assessment.weighted(assessment.noise_variance), axis=1)[:, ::-1]
     assert len(found) == squares.shape[1]
     for place, piece in enumerate(found):

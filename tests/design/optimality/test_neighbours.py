@@ -25,19 +25,19 @@ GRID = {
 
 
 def designs(here: DesignProblem, count: int) -> Array:
-    genes = starting_designs(here, count, np.random.default_rng(5))
-    return genes.reshape(count, here.space.measurements, here.space.genes)
+    decisions = starting_designs(here, count, np.random.default_rng(5))
+    return decisions.reshape(count, here.space.measurements, here.space.decisions)
 
 
 def test_sums_over_measurements_are_the_criteria() -> None:
     for base, changes in ((BIPOD, {}), (HEXAPOD, {}), (HEXAPOD, {"aggregate": "max"})):
         here = problem(base, changes)
-        genes = designs(here, 6)
+        decisions = designs(here, 6)
         sums = Additive(here, 1.0)
         noise, force = sums.variances(
-            sums.parts(genes.reshape(-1, genes.shape[-1])).reshape(6, genes.shape[1], -1).sum(1)
+            sums.parts(decisions.reshape(-1, decisions.shape[-1])).reshape(6, decisions.shape[1], -1).sum(1)
         )
-        assessment = here.assess(*here.space.decode(genes))
+        assessment = here.assess(*here.space.decode(decisions))
         for name, squares in (("duir", noise), ("feir", force), ("total", noise + force)):
             expected = known_criteria()[name].values(assessment)
             np.testing.assert_allclose(np.sqrt(squares.max(axis=-1)), expected, rtol=1e-6)

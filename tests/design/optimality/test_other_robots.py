@@ -45,8 +45,8 @@ def both() -> tuple[DesignProblem, DesignProblem]:
 def test_gradients_are_the_same(both: tuple[DesignProblem, DesignProblem]) -> None:
     plain = both[0]
     space = plain.space
-    genes = starting_designs(plain, 4, np.random.default_rng(0)).reshape(4, space.measurements, space.genes)
-    expected, found = (criterion_gradients(here, genes, NAMES) for here in both)
+    decisions = starting_designs(plain, 4, np.random.default_rng(0)).reshape(4, space.measurements, space.decisions)
+    expected, found = (criterion_gradients(here, decisions, NAMES) for here in both)
     for name in NAMES:
         np.testing.assert_allclose(found[name][0], expected[name][0], rtol=1e-9)
         scale = np.abs(expected[name][1]).max()
@@ -56,8 +56,8 @@ def test_gradients_are_the_same(both: tuple[DesignProblem, DesignProblem]) -> No
 def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
     plain, disguised = both
     space = plain.space
-    genes = starting_designs(plain, 8, np.random.default_rng(1)).reshape(8, space.measurements, space.genes)
-    found = polish(disguised, genes)
+    decisions = starting_designs(plain, 8, np.random.default_rng(1)).reshape(8, space.measurements, space.decisions)
+    found = polish(disguised, decisions)
     assert disguised.loaded.robot.usable(space.decode(found)[0]).all()
     best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
     bounds = [duir_lower_bound(here).value for here in both]

@@ -31,12 +31,12 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 def start(here: DesignProblem, count: int = 12) -> Array:
     space = here.space
-    genes = starting_designs(here, count, np.random.default_rng(7))
-    return genes.reshape(count, space.measurements, space.genes)
+    decisions = starting_designs(here, count, np.random.default_rng(7))
+    return decisions.reshape(count, space.measurements, space.decisions)
 
 
-def objectives(here: DesignProblem, genes: Array) -> Array:
-    assessment = here.assess(*here.space.decode(genes))
+def objectives(here: DesignProblem, decisions: Array) -> Array:
+    assessment = here.assess(*here.space.decode(decisions))
     signs = [-1.0 if criterion.maximise else 1.0 for criterion in here.objectives]
     columns = [sign * criterion.values(assessment) for sign, criterion in zip(signs, here.objectives, strict=True)]
     return np.stack(columns, axis=1)
@@ -137,22 +137,22 @@ def test_kkt_proximity_knows_bounds() -> None:
         "experiment.load": {"kind": "wrench", "fx_N": 0.0, "fy_N": [-1000.0, -500.0]},
     }
     here = problem(BIPOD, one)
-    genes = np.array([[[-1000.0]], [[-700.0]]])
-    measure = kktpm(here, genes)
+    decisions = np.array([[[-1000.0]], [[-700.0]]])
+    measure = kktpm(here, decisions)
     assert measure[0] < 1e-20
     assert measure[1] > 0.05
 
 
 def test_limits_have_their_gradients_and_agree_with_the_robot() -> None:
     here = problem(HEXAPOD)
-    genes = start(here)[0]
+    decisions = start(here)[0]
     limits = Limits(here)
-    values, gradient = limits.rows(genes)
-    excess = here.loaded.robot.limit_excess(here.space.decode(genes)[0])
+    values, gradient = limits.rows(decisions)
+    excess = here.loaded.robot.limit_excess(here.space.decode(decisions)[0])
     np.testing.assert_allclose(values[:, :-1].max(axis=1) * 0.12, excess, atol=1e-8)
-    for gene in np.flatnonzero(~here.space.discrete):
-        step = 1e-6 * (here.space.upper - here.space.lower)[gene]
-        moved = np.stack([genes, genes])
-        moved[:, :, gene] += np.array([[-step], [step]])
+    for decision in np.flatnonzero(~here.space.discrete):
+        step = 1e-6 * (here.space.upper - here.space.lower)[decision]
+        moved = np.stack([decisions, decisions])
+        moved[:, :, decision] += np.array([[-step], [step]])
         low, high = limits.rows(moved)[0]
-        np.testing.assert_allclose(gradient[:, :-1, gene], ((high - low) / (2 * step))[:, :-1], atol=1e-6)
+        np.testing.assert_allclose(gradient[:, :-1, decision], ((high - low) / (2 * step))[:, :-1], atol=1e-6)

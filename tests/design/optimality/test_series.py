@@ -57,10 +57,10 @@ def test_sensitivity_of_a_series_and_its_gradient(name: str, factor: float) -> N
     values, gradient = pool.sensitivity(dual, three)
     np.testing.assert_allclose(values, dual.sensitivities(pool.rows(three)), rtol=1e-10)
     step = 1e-6
-    for gene in np.flatnonzero(here.space.of_pose):
-        moved = np.where(here.space.of_pose & (np.arange(here.space.genes) == gene), step, 0.0)
+    for decision in np.flatnonzero(here.space.of_pose):
+        moved = np.where(here.space.of_pose & (np.arange(here.space.decisions) == decision), step, 0.0)
         high, low = (dual.sensitivities(pool.rows(three + sign * moved)) for sign in (1.0, -1.0))
-        assert np.abs((high - low) / (2.0 * step) - gradient[:, gene]).max() < 1e-6 * np.abs(gradient).max()
+        assert np.abs((high - low) / (2.0 * step) - gradient[:, decision]).max() < 1e-6 * np.abs(gradient).max()
 
 
 @pytest.mark.parametrize("factor", [0.0, 1.0])

@@ -54,7 +54,7 @@ def values(here: DesignProblem, designs: Array, name: str) -> Array:
 def all_plans(here: DesignProblem) -> Array:
     space = here.space
     axes = np.meshgrid(*(np.arange(high + 1.0) for high in space.upper), indexing="ij")
-    rows = np.array(axes).reshape(space.genes, -1).T
+    rows = np.array(axes).reshape(space.decisions, -1).T
     members = np.array(list(combinations_with_replacement(range(len(rows)), space.measurements)))
     return space.canonical(rows[members])
 
@@ -91,7 +91,7 @@ def test_no_load_between_the_extreme_ones_beats_the_bound(shared: bool, measurem
     assert whole.bound is not None
     assert whole.bound >= relaxed
     space = here.space
-    chance = starting_designs(here, 2000, np.random.default_rng(3)).reshape(-1, measurements, space.genes)
+    chance = starting_designs(here, 2000, np.random.default_rng(3)).reshape(-1, measurements, space.decisions)
     found = np.concatenate([chance, polish(here, chance[:20], points=4)])
     assert values(here, found, "duir").min() >= whole.bound * (1.0 - 1e-9)
     # A bound a tenth higher would be beaten.

@@ -29,7 +29,7 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
     measurements = measurements[problem.loaded.robot.usable(space.decode(measurements)[0])]
     plans = np.array(list(combinations_with_replacement(range(len(measurements)), m)), dtype=np.int64)
     objectives = Objectives(problem)
-    best = np.zeros((0, m, space.genes))
+    best = np.zeros((0, m, space.decisions))
     for start in range(0, len(plans), _TOGETHER):
         designs = np.concatenate([best, measurements[plans[start : start + _TOGETHER]]])
         values = objectives.values(designs)

@@ -27,8 +27,8 @@ class Limits:
         self._robot = problem.loaded.robot
         space = problem.space
         columns = np.array([variable.columns[0] for variable in space.variables], dtype=np.int64)
-        self._genes = np.flatnonzero(~space.discrete & (columns < space.n_pose))
-        self._coordinates = columns[self._genes]
+        self._decisions = np.flatnonzero(~space.discrete & (columns < space.n_pose))
+        self._coordinates = columns[self._decisions]
 
     @cached_property
     def _lengths(self) -> BatchFunction:
@@ -52,7 +52,7 @@ class Limits:
         values = np.concatenate([values, condition[..., None]], axis=-1) + MARGIN
         by_pose = np.concatenate([by_pose, by_condition[..., None, :]], axis=-2)
         gradient = np.zeros((*values.shape, variables.shape[-1]))
-        gradient[..., self._genes] = by_pose[..., self._coordinates]
+        gradient[..., self._decisions] = by_pose[..., self._coordinates]
         return values, gradient
 
     def _reach(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -85,12 +85,12 @@ def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:
     space = problem.space
     if np.setdiff1d(np.flatnonzero(~space.discrete & (space.upper > space.lower)), fixed).size:
         return None
-    others = np.setdiff1d(np.arange(space.genes), fixed)
+    others = np.setdiff1d(np.arange(space.decisions), fixed)
     axes = [np.arange(space.upper[i] + 1.0) if space.discrete[i] else space.lower[[i]] for i in others]
     if float(np.prod([len(axis) for axis in axes])) > ENUMERABLE:
         return None
     grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
-    variables = np.zeros((len(grid), space.genes))
+    variables = np.zeros((len(grid), space.decisions))
     variables[:, others] = grid
     # Whether a measurement can be taken does not depend on its load.
     return usable(problem, variables)
@@ -153,7 +153,7 @@ class MeasurementPool:
         if self._information.convex_in_load and self._loads.index.size:
             drawn = self._generator.integers(len(self._loads.vertices), size=len(sampled))
             sampled[:, self._loads.index] = self._loads.vertices[drawn]
-        parts = [sampled] if front is None else [sampled, front.reshape(-1, space.genes)]
+        parts = [sampled] if front is None else [sampled, front.reshape(-1, space.decisions)]
         return usable(self._problem, np.concatenate(parts))
 
     def distinct(self, candidates: FloatArray) -> FloatArray:

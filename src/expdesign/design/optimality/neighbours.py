@@ -45,12 +45,12 @@ class Neighbours:
         self._draws = problem.noise.shared_reference or problem.constraints is not None or self._additive is None
         # On a grid, what gradients do elsewhere is done by steps to neighbours.
         self._gridded = bool((self._space.discrete & (self._space.upper > 1.0)).sum() > 1)
-        self._library = np.zeros((0, self._space.genes))
+        self._library = np.zeros((0, self._space.decisions))
 
     def learn(self, designs: FloatArray) -> None:
         """Keep the measurements of good designs (d, m, g); of similar ones the latest."""
         space = self._space
-        seen = np.concatenate([designs.reshape(-1, space.genes), self._library])
+        seen = np.concatenate([designs.reshape(-1, space.decisions), self._library])
         span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
         coarse = np.where(space.discrete, seen, np.round(20.0 * (seen - space.lower) / span))
         first = np.unique(coarse, axis=0, return_index=True)[1]
@@ -159,18 +159,18 @@ class Neighbours:
     def _variants(self, parents: FloatArray) -> FloatArray:
         """The measurements of designs (b, m, g), each with one variable changed, shape (b, m, v, g)."""
         space, found = self._space, []
-        for gene in range(space.genes):
-            low, high = space.lower[gene], space.upper[gene]
-            if not space.discrete[gene]:
+        for decision in range(space.decisions):
+            low, high = space.lower[decision], space.upper[decision]
+            if not space.discrete[decision]:
                 values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
             elif high < _LEVELS:
                 values = [np.full(parents.shape[:2], level) for level in np.arange(high + 1.0)]
             else:
-                values = [np.clip(parents[..., gene] + step, low, high) for step in (-1.0, 1.0)]
+                values = [np.clip(parents[..., decision] + step, low, high) for step in (-1.0, 1.0)]
                 values += [np.full(parents.shape[:2], end) for end in (low, high)]
             for value in values:
                 changed = parents.copy()
-                changed[..., gene] = value
+                changed[..., decision] = value
                 found.append(changed)
         if self._problem.noise.shared_reference:
             found += [np.where(space.of_pose, np.roll(parents, k, axis=1), parents) for k in range(1, parents.shape[1])]

@@ -79,7 +79,7 @@ class Polishing:
         self._restarts = min(_RESTARTS, max(1, affordable // 20))
         self._part = min(1.0, 0.25 * _CAPACITY / max(1, self._free) ** 3)
         self._generator = np.random.default_rng([problem.optimiser.seed, 1])
-        self.pool: FloatArray = np.zeros((0, space.measurements, space.genes))
+        self.pool: FloatArray = np.zeros((0, space.measurements, space.decisions))
         self._set(problem)
         self.gains: list[float] = []
         self.complete = False

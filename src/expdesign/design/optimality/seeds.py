@@ -37,4 +37,4 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
         plans = np.concatenate([plans, np.unique(np.sort(exchange.improve(plans), axis=1), axis=0)])
         # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
         found.append(problem.settable(last.shortlist[plans]))
-    return np.concatenate(found) if found else np.zeros((0, space.measurements, space.genes))
+    return np.concatenate(found) if found else np.zeros((0, space.measurements, space.decisions))

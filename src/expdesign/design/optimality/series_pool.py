@@ -26,7 +26,7 @@ def takes_series(information: MeasurementInformation) -> bool:
     return (
         problem.noise.shared_reference
         and information.convex_in_load
-        and bool((space.of_pose | np.isin(np.arange(space.genes), index)).all())
+        and bool((space.of_pose | np.isin(np.arange(space.decisions), index)).all())
     )
 
 
@@ -69,7 +69,7 @@ class SeriesPool:
         """Random series, of one to m measurements, and those of the front."""
         poses = self._poses if self._poses is not None else self._sampled()
         if len(poses) == 0:
-            return np.zeros((0, self.multisets.longest, self._problem.space.genes))
+            return np.zeros((0, self.multisets.longest, self._problem.space.decisions))
         taken = poses[np.linspace(0, len(poses) - 1, min(len(poses), _LEAST_POSES)).round().astype(int)]
         parts = []
         for members in self.multisets.members:
