@@ -137,7 +137,7 @@ def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: p
     assert record["rank"] == 42
     assert record["identifies_targets"]
     assert call("montecarlo", tmp_path / "config.yaml", out / "plan.csv", "--out", tmp_path / "repeated") == 2
-    assert "elastostatic calibration only" in capsys.readouterr().err
+    assert "Take `frames: unknown` out" in capsys.readouterr().err
 
 
 def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:

@@ -82,6 +82,8 @@ def written(model: Model, folder: Path, **changes: object) -> Path:
         content = yaml.safe_load(text)
         for entry in content["effects"]:
             entry.update(changes)
+        if None in [entry["identifier"] for entry in content["effects"]]:
+            content["schema_version"] = 1  # which did without
         content["effects"] = [{key: v for key, v in entry.items() if v is not None} for entry in content["effects"]]
         text = yaml.safe_dump(content, sort_keys=False)
     path.write_text(text, encoding="utf-8")

@@ -203,7 +203,7 @@ def diagnose(
         caveats=(*named.remarks, *caveats(sample, model, spread, errors)),
         stability=stable,
     )
-    contested = verdict == "explained" and sample.reading.linear and noise.known
+    contested = verdict == "explained" and kind.contested and noise.known
     return _with_laws(result, judged, report) if verdict == "unexplained" or contested else result
 
 

@@ -75,7 +75,7 @@ class Neighbours:
         designs, aim = np.concatenate(found), np.concatenate(aims)
         changed = (designs != parents[aim]).any(axis=(1, 2))
         designs, aim = designs[changed], aim[changed]
-        both = np.concatenate([designs.reshape(len(designs), -1), aim[:, None]], axis=1)
+        both = np.concatenate([designs.reshape(len(designs), np.prod(designs.shape[1:])), aim[:, None]], axis=1)
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         return designs[first], aim[first]
 

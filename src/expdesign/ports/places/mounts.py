@@ -30,7 +30,9 @@ _LIMITS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 def _along_platform(row: Row, extra: ca.SX) -> ca.SX:
     """A twist along the axes of O, from one along the platform's."""
     d = row.gravity.shape[0]
-    return ca.vertcat(row.rotation @ extra[:d], *([row.rotation @ extra[d:]] if extra.shape[0] == 2 * d else []))
+    turn = extra[d:]
+    # In the plane the only turn is about its normal, which turns with nothing.
+    return ca.vertcat(row.rotation @ extra[:d], row.rotation @ turn if turn.shape[0] == d else turn)
 
 
 class Mount(Port):
@@ -155,6 +157,8 @@ class Ground(Mount):
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         n = self.robot.coordinates.n
         carry = ca.SX.eye(n)
-        if n > 2:
+        if n == 6:
             carry[:3, 3:] = -ca.skew(row.position)
+        elif n == 3:
+            carry[:2, 2] = ca.vertcat(-row.position[1], row.position[0])
         return deflection + row.rates @ carry @ extra
