@@ -87,8 +87,9 @@ def _effort(row: Row) -> ca.SX:
 def _carried(row: Row) -> ca.SX:
     """The wrench at the platform along the platform's axes."""
     wrench, d = row.wrench + row.weight, row.gravity.shape[0]
-    turn = row.rotation.T
-    return ca.vertcat(turn @ wrench[:d], *([turn @ wrench[d:]] if wrench.shape[0] == 2 * d else []))
+    turn, moment = row.rotation.T, wrench[d:]
+    # In the plane the only moment is about its normal, along every axis of the platform's alike.
+    return ca.vertcat(turn @ wrench[:d], turn @ moment if moment.shape[0] == d else moment)
 
 
 def _own_deflection(row: Row, robot: Robot) -> ca.SX:
@@ -116,7 +117,8 @@ def _ground(row: Row) -> ca.SX:
     """The wrench at the platform referred to the origin of O."""
     wrench = row.wrench + row.weight
     if wrench.shape[0] < 6:
-        return wrench
+        moment = row.position[0] * wrench[1] - row.position[1] * wrench[0]
+        return ca.vertcat(wrench[:2], wrench[2:] + moment) if wrench.shape[0] == 3 else wrench
     return ca.vertcat(wrench[:3], wrench[3:] + ca.cross(row.position, wrench[:3]))
 
 

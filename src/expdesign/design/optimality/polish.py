@@ -170,6 +170,8 @@ class Polishing:
         centres, weights = self._aims(self._values, min(self._points, _ALONG), float(self._generator.random()))
         parents = self.pool[self._starts(self._values, centres, weights)]
         designs, aims = self._neighbours.exchanged(parents, centres, weights, _DRAWN)
+        if not len(designs):
+            return 0.0
         if not self._free:
             return self.take(designs)
         gain = self.take(designs)
