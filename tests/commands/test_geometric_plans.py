@@ -91,6 +91,7 @@ def test_deflections_do_not_continue_a_geometric_calibration(tmp_path: Path) -> 
         xd.plan_next(CONFIG, tmp_path / "deflections.csv")
 
 
+@pytest.mark.slow
 def test_designs_of_geometric_calibrations_are_compared(tmp_path: Path) -> None:
     config = changed(tmp_path, {"measurements": 10})
     result = xd.compare(config, samples=400, generations=2, random=2)
