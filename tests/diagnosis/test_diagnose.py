@@ -150,6 +150,7 @@ def test_what_lies_outside_the_library_is_modelled_and_not_named() -> None:
     assert result.errors.test_after < 0.5 * result.errors.test_before
 
 
+@pytest.mark.slow
 def test_single_mistakes_are_named_with_their_rows() -> None:
     frame = recordings_of(HEXAPOD, {"physics": "outlier", "rows": [5, 22], "size": 30})
     result = found(HEXAPOD, frame)
