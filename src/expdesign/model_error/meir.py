@@ -29,6 +29,7 @@ class Meir(AskedCriterion):
     title = "MEIR (what the model leaves out)"
     unit = "tolerances"
     root_mean_square = True
+    costly = True
 
     def __init__(self, impact: ModelErrorImpact, form: Form = "max", entries: IntArray | None = None) -> None:
         self.impact, self.form, self.entries = impact, form, entries
