@@ -1,8 +1,8 @@
 """How left-out physics moves the readings and the targets, to first order, as functions of pose and load.
 
 The effects of one class are put on one measurement chain, which at their neutral parameters is the base model: one
-Jacobian of its reading then holds the directions of all of them. They are derived as functions of what the chain may use
-of a row, so that kinematics and load are put in once, for the effects that are wanted; and as functions of the
+Jacobian of its reading then holds the directions of all of them. They are derived as functions of what the chain may
+use of a row, so that kinematics and load are put in once, for the effects that are wanted; and as functions of the
 configuration and of the load's own parameters they have exact derivatives with respect to what a plan chooses.
 
 Each row is taken to be a series of its own: what depends on history starts relaxed.
@@ -57,7 +57,7 @@ class RowDirections:
         return self._function(instrument=False)
 
     def row(self, load: Load) -> ca.Function:
-        """The row, as `Row.flat` has it, of a configuration (n_q,), a load's parameters (k,), and J and J̌ row by row."""
+        """A row (`Row.flat`) of a configuration (n_q,), a load's parameters (k,), and J and J̌ row by row."""
         if load.kind not in self._rows:
             n, count = self.robot.coordinates.n, len(self.robot.stiffness)
             configuration = ca.SX.sym("q", len(self.robot.configuration))
@@ -84,7 +84,7 @@ class RowDirections:
         for (kind, geometry), chosen in classes.items():
             entries = [self.physics[i] for i in chosen]
             # Where nothing acts on the reading it is the motion of the platform.
-            reads = any(type(e).reading is not Effect.reading for e in (*self._effects, entries[0].effect))
+            reads = any(effect.changes_reading for effect in (*self._effects, entries[0].effect))
             key = (kind, geometry, instrument and reads)
             if key not in self._blocks:
                 self._blocks[key] = self._block(entries, instrument=key[2])

@@ -115,13 +115,14 @@ class ModelErrorImpact:
         A search asks for all entries again and again at the designs that it keeps.
         """
         assert assessment.states is not None
-        parts = [plain(part) for part in (*assessment.states, assessment.series) if part is not None]
+        configurations, loads = (plain(part) for part in assessment.states)
+        series = assessment.series
+        parts = [configurations, loads, *([] if series is None else [series])]
         keys = [b"".join(part[design].tobytes() for part in parts) for design in range(assessment.batch)]
         new = np.array([design for design, key in enumerate(keys) if key not in self._designs], dtype=np.int64)
         if new.size:
-            series = None if assessment.series is None else assessment.series[new]
-            states = (plain(part)[new] for part in assessment.states)
-            squares = self._hidden(*self.whitened(self.problem.assess(*states, series)), share=CLOSE).squares
+            own = self.problem.assess(configurations[new], loads[new], None if series is None else series[new])
+            squares = self._hidden(*self.whitened(own), share=CLOSE).squares
             self._designs.update(zip([keys[design] for design in new], squares, strict=True))
         return np.stack([self._designs[key] for key in keys])
 

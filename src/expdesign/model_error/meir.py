@@ -16,6 +16,7 @@ from expdesign.files.yaml_reader import YamlDocument
 from expdesign.model_error.impact import Form, ModelErrorImpact
 from expdesign.model_error.settings import Assumptions
 
+
 class Meir(AskedCriterion):
     """The largest MEIR_e over the effects that are considered, or their root mean square.
 

@@ -172,7 +172,7 @@ class Neighbours:
         # Where nothing else has weight there is no bound; what has no value is not usable.
         unusable = np.isnan(bounds[..., ~costly]).any(axis=-1) | same
         score[unusable] = np.inf
-        asked = (weights[:, costly] > 0.0).any(axis=1)
+        asked: BoolArray = np.logical_or.reduce(weights[:, costly] > 0.0, axis=1)
         if not asked.any():
             return score
         order = np.argsort(score, axis=1, kind="stable")
