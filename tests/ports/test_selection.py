@@ -60,7 +60,7 @@ def test_combinations_of_weights_that_no_reading_shows_cost_nothing() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_law_that_took_a_share_of_two_gives_way_to_the_one_elsewhere_that_is_left(seed: int) -> None:
-    """A wide law of the platform imitates two narrow ones, of which one is the base's, to a tenth or a fifth of their size.
+    """A wide law of the platform imitates two narrow ones, one of them the base's, to a tenth or a fifth of their size.
 
     What it leaves of the base's law is too little beside all that is explained for a further component to be added.
     """
