@@ -11,6 +11,7 @@ from tests.commands.calls import call
 import expdesign as xd
 from expdesign.api.inputs import problem_of
 from expdesign.comparison.contenders import distinct_criteria
+from expdesign.design.optimality.certificate import total_lower_bound
 from expdesign.errors import InputError
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
@@ -94,17 +95,28 @@ def test_deflections_do_not_continue_a_geometric_calibration(tmp_path: Path) -> 
         xd.plan_next(CONFIG, tmp_path / "deflections.csv")
 
 
-def test_designs_of_a_bipods_geometry_are_compared(tmp_path: Path) -> None:
-    """Six parameters from four poses; DUIR, which is `total` here, is searched once, FEIR, which is 0, not at all."""
+def bipod(folder: Path, measurements: int, targets: list[list[float]]) -> Path:
+    """The geometric calibration of the bipod."""
     document = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))
     document["robot"] = str(CONFIG.parent / "robots" / "bipod.yaml")
-    document["experiment"] |= {"calibration": "geometric", "measurements": 4}
+    document["experiment"] |= {"calibration": "geometric", "measurements": measurements}
     del document["experiment"]["load"], document["experiment"]["load_error"], document["targets"][0]["wrench"]
-    own = document["targets"][0]
-    document["targets"] = [own | {"pose": pose} for pose in ([0.1, -0.05], [-0.2, 0.1], [0.0, 0.25], [0.2, 0.2])]
+    document["targets"] = [document["targets"][0] | {"pose": pose} for pose in targets]
     document["objectives"] = ["duir", "o1"]
-    file = tmp_path / "bipod.yaml"
+    file = folder / "bipod.yaml"
     file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    return file
+
+
+def test_the_bound_where_the_best_plan_identifies_nothing_but_the_target(tmp_path: Path) -> None:
+    """Six measurements at the one target: two axes of one tolerance each with a sixth of the variance, √(2/6)."""
+    bound = total_lower_bound(problem_of(bipod(tmp_path, 6, [[0.1, -0.05]])))
+    assert bound.value == pytest.approx(np.sqrt(1.0 / 3.0), rel=1e-4)
+
+
+def test_designs_of_a_bipods_geometry_are_compared(tmp_path: Path) -> None:
+    """Six parameters from four poses; DUIR, which is `total` here, is searched once, FEIR, which is 0, not at all."""
+    file = bipod(tmp_path, 4, [[0.1, -0.05], [-0.2, 0.1], [0.0, 0.25], [0.2, 0.2]])
     searched = distinct_criteria(problem_of(file), seed=1)
     assert "duir" in searched
     assert not {"feir", "total"} & set(searched)

@@ -240,7 +240,7 @@ def _posterior(gram: FloatArray, right: FloatArray, precision: FloatArray) -> tu
     live = _live(gram, precision)
     lower = np.linalg.cholesky(_regular(gram[np.ix_(live, live)], precision[live]))
     root, _ = dtrtri(lower, lower=1)
-    step, variances = np.zeros_like(right), 1.0 / np.where(live, 1.0, precision)
+    step, variances = np.zeros_like(right), 1.0 / np.where(live, 1.0, np.maximum(precision, 1e-300))
     step[live], variances[live] = root.T @ (root @ right[live]), (root**2).sum(axis=0)
     return step, variances
 
