@@ -126,6 +126,8 @@ def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
         return
     if len(polishing.pool) == 0:
         return
+    polishing.valleys()
+    yield f"descents from random designs: {len(polishing.pool)} designs"
     polishing.along()
     polishing.review()
     yield "gradients along the front"
