@@ -41,6 +41,28 @@ def lever_map(arm: ca.SX) -> ca.SX:
     return ca.vertcat(-arm[1], arm[0])
 
 
+def frame_turn(rotation: ca.SX, n: int) -> ca.SX:
+    """diag(R, R) in space, n×n: twists and wrenches along the axes of O from those along the axes of a frame in it.
+
+    In the plane the only rotation is about the normal, which R does not change; n is the number of coordinates of
+    a pose, and a point (n = d) has no rotation.
+    """
+    d = rotation.shape[0]
+    turns = n - d
+    return ca.diagcat(rotation, rotation if turns == d else ca.SX.eye(turns))
+
+
+def twist_transfer(arm: ca.SX, n: int) -> ca.SX:
+    """T, n×n, with t_P = T·t_O, the twist at a point at `arm` (m) of what moves about O by t_O, and F_O = Tᵀ·F_P.
+
+    n is the number of coordinates of a pose; where a point has no rotation, T is the identity.
+    """
+    transfer, d = ca.SX.eye(n), arm.shape[0]
+    if n > d:
+        transfer[:d, d:] = lever_map(arm)
+    return transfer
+
+
 def in_space(position: ca.SX, rotation: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Position (3,) and orientation (3, 3) of a frame that may be known in the x-y plane only."""
     if position.shape[0] == 3:

@@ -146,6 +146,7 @@ def diagnosed(
     return diagnose(BODY, replace(points, deflections=exact + noise, deviations=deviations, test=test))
 
 
+@pytest.mark.slow
 def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
     effects = (SupportCompliance.from_text(BODY, "base", "axes"), SupportPlay.from_text(BODY, "base", "about y"))
     result = diagnosed(effects, [2e-6, 3e-6, 1e-6, 2e-4, 0.0, 5.0], (3, 4), count=150)
@@ -159,6 +160,7 @@ def test_play_on_a_compliant_support_is_found_with_unmeasured_axes() -> None:
     assert compliance.parameters["compliance_rz_rz_rad_per_Nm"][2] > 1e299, "what was not measured is not known"
 
 
+@pytest.mark.slow
 def test_play_of_a_foot_is_found_as_rocking_about_a_line_on_the_ground() -> None:
     """The line is 0.25 m to the side of the body's origin and below it, so that forces change the play over too."""
     effects = (

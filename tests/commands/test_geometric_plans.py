@@ -70,6 +70,7 @@ def test_unknown_frames_and_other_plants_are_refused(tmp_path: Path) -> None:
         xd.montecarlo(CONFIG, poses(14), samples=100, plant="equilibrium")
 
 
+@pytest.mark.slow
 def test_the_next_poses_promise_what_the_longer_plan_has(tmp_path: Path) -> None:
     """DUIR of the recorded plan and of both together, as `evaluate` has them."""
     plan = poses(12)

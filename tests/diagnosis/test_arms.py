@@ -103,7 +103,10 @@ def test_a_load_across_it_tells_the_stiffness_of_joint_1() -> None:
     assert not result.suspicions
 
 
-@pytest.mark.parametrize("case", ["tilting bearing", "bending link", "play"])
+@pytest.mark.parametrize(
+    "case",
+    ["tilting bearing", *(pytest.param(case, marks=pytest.mark.slow) for case in ("bending link", "play"))],
+)
 def test_the_part_that_yields_is_located_before_it_is_named(case: str) -> None:
     found, _, component = _diagnosed(case)
     assert component in {probe.name for probe in found.location.components[:3]}

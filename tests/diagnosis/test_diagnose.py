@@ -123,7 +123,7 @@ def restless(frame: pd.DataFrame) -> None:
         frame[name] += 2.0 * size * generator.standard_normal(len(frame))
 
 
-@pytest.mark.parametrize("spoil", [checkered, restless])
+@pytest.mark.parametrize("spoil", [pytest.param(checkered, marks=pytest.mark.slow), restless])
 def test_what_is_no_physics_is_not_explained(spoil: Callable[[pd.DataFrame], None]) -> None:
     frame = noisy(HEXAPOD, 3)
     spoil(frame)

@@ -85,6 +85,7 @@ def test_neither_time_nor_temperature_is_needed() -> None:
     require_found(PLAY, diagnosed(PLAY.machine, recorded(PLAY).drop(columns=["time_s", "temperature_degC"])))
 
 
+@pytest.mark.slow
 def test_play_that_shows_together_with_another_effect() -> None:
     """Two effects of one leg each, as two lines of a simulation."""
     machine = hexapod()

@@ -8,10 +8,9 @@ import typer
 import expdesign as xd
 from expdesign.api.compare import RANDOM, SAMPLES
 from expdesign.commands.console import note, stages
-from expdesign.commands.engines import CLUSTER, WORKERS, engine_of
+from expdesign.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
 from expdesign.errors import InputError
 from expdesign.files.output import new_folder, require_writable
-from expdesign.sweeps.engine import Serial
 
 
 def command(
@@ -48,7 +47,7 @@ def command(
             random=random,
             generations=generations,
             seed=seed,
-            engine=None if isinstance(engine, Serial) else engine,
+            engine=elsewhere(engine),
             report=report,
         )
     page = result.save(folder)

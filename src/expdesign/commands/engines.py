@@ -31,3 +31,8 @@ def engine_of(workers: int | None, cluster: str | None, default: int | None = No
         raise InputError(f"{workers} is not a number of processes", where="--workers", remedy="Use at least 1.")
     count = workers or default or os.cpu_count() or 1
     return Serial() if count == 1 else Processes(count)
+
+
+def elsewhere(engine: Engine) -> Engine | None:
+    """The engine where it is another process or machine: work that stays in this one needs nothing to be sent."""
+    return None if isinstance(engine, Serial) else engine

@@ -7,9 +7,8 @@ import typer
 
 import expdesign as xd
 from expdesign.commands.console import note, stages
-from expdesign.commands.engines import CLUSTER, WORKERS, engine_of
+from expdesign.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
 from expdesign.files.output import require_writable
-from expdesign.sweeps.engine import Serial
 
 
 def command(
@@ -42,7 +41,7 @@ def command(
             plant=plant,
             distribution=distribution,
             truth=truth,
-            engine=None if isinstance(engine, Serial) else engine,
+            engine=elsewhere(engine),
             report=report,
         )
     for remark in done.remarks:

@@ -19,7 +19,7 @@ from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
-_LOAD_STREAM, NOISE_STREAM = 1, 2
+_LOAD_STREAM, _NOISE_STREAM = 1, 2
 
 
 def simulated_deflections(
@@ -55,10 +55,14 @@ def simulated_deflections(
     else:
         deflections = _of_model(model, problem, points, added)
     if noise:
-        pose_map = loaded.robot.jacobians(plan.configurations).pose
-        drawn = drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, NOISE_STREAM]), pose_map)[0]
-        deflections[:, problem.noise.axes] += drawn
+        deflections[:, problem.noise.axes] += plan_noise(problem, plan, seed)
     return deflections
+
+
+def plan_noise(problem: DesignProblem, plan: Plan, seed: int) -> FloatArray:
+    """Noise of the measured axes (m, rad) of every row of a plan, shape (N, a)."""
+    pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
+    return drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
 
 
 def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:

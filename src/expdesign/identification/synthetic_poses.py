@@ -9,8 +9,7 @@ from expdesign.chain.row import row_data
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
-from expdesign.identification.synthetic import NOISE_STREAM, load_errors, require_same_kind, with_errors
-from expdesign.instrument.drawn_errors import drawn_noise
+from expdesign.identification.synthetic import load_errors, plan_noise, require_same_kind, with_errors
 from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 
@@ -42,9 +41,7 @@ def simulated_poses(
     order = np.argsort(points.lines, kind="stable")
     poses = chain.predict(row_data(with_errors(points, added), chain.robot), values)[order]
     if noise:
-        pose_map = loaded.robot.jacobians(plan.configurations).pose
-        generator = np.random.default_rng([seed, NOISE_STREAM])
-        poses[:, problem.noise.axes] += drawn_noise(problem.noise, plan.series, 1, generator, pose_map)[0]
+        poses[:, problem.noise.axes] += plan_noise(problem, plan, seed)
     return poses
 
 

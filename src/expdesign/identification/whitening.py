@@ -3,7 +3,6 @@
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.recordings.recordings import Recordings
 
 
 class Whitening:
@@ -42,10 +41,3 @@ class Whitening:
     def rows(self, chosen: BoolArray | IntArray, series: IntArray) -> "Whitening":
         """The whitening of some rows, whose series are given."""
         return Whitening(self.deviations[chosen], series, shared_reference=self.shared_reference)
-
-
-def known_whitening(recordings: Recordings, *, shared_reference: bool = False) -> Whitening | None:
-    """The whitening that the recordings' own standard deviations give, or None where they have none."""
-    if recordings.deviations is None:
-        return None
-    return Whitening(recordings.deviations, recordings.series, shared_reference=shared_reference)

@@ -9,6 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.arm import links_of, moment_at, with_links_beyond
 from expdesign.chain.row import Row, RowData
+from expdesign.moments import frame_turn, twist_transfer
 from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
@@ -86,10 +87,8 @@ def _effort(row: Row) -> ca.SX:
 
 def _carried(row: Row) -> ca.SX:
     """The wrench at the platform along the platform's axes."""
-    wrench, d = row.wrench + row.weight, row.gravity.shape[0]
-    turn, moment = row.rotation.T, wrench[d:]
-    # In the plane the only moment is about its normal, along every axis of the platform's alike.
-    return ca.vertcat(turn @ wrench[:d], turn @ moment if moment.shape[0] == d else moment)
+    wrench = row.wrench + row.weight
+    return frame_turn(row.rotation, wrench.shape[0]).T @ wrench
 
 
 def _own_deflection(row: Row, robot: Robot) -> ca.SX:
@@ -116,10 +115,7 @@ def _turned_gravity(row: Row) -> ca.SX:
 def _ground(row: Row) -> ca.SX:
     """The wrench at the platform referred to the origin of O."""
     wrench = row.wrench + row.weight
-    if wrench.shape[0] < 6:
-        moment = row.position[0] * wrench[1] - row.position[1] * wrench[0]
-        return ca.vertcat(wrench[:2], wrench[2:] + moment) if wrench.shape[0] == 3 else wrench
-    return ca.vertcat(wrench[:3], wrench[3:] + ca.cross(row.position, wrench[:3]))
+    return twist_transfer(row.position, wrench.shape[0]).T @ wrench
 
 
 _VALUES = {

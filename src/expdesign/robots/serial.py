@@ -149,11 +149,6 @@ class SerialRobot(Robot):
         return np.array([limits.get(coordinate.joint, np.inf) for coordinate in self.tree.coordinates])
 
     @property
-    def revolute(self) -> tuple[bool, ...]:
-        """Whether each coordinate is an angle."""
-        return tuple(coordinate.unit == "rad" for coordinate in self.tree.coordinates)
-
-    @property
     def units(self) -> tuple[str, ...]:
         return tuple(coordinate.unit for coordinate in self.tree.coordinates)
 

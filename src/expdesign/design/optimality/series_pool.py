@@ -6,7 +6,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.differentiated import to_variables
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.measurement_pool import Effort, Found, ascent_words, enumerated, promising, usable
-from expdesign.design.optimality.series import Multisets, SeriesInformation, sizes
+from expdesign.design.optimality.series import Multisets, SeriesInformation
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.optimality.weights import Dual
 from expdesign.differentiation import gradient, independent, plain, sum_of_squares
@@ -199,8 +199,3 @@ class SeriesPool:
                     padded[: len(members)] = members
                     found.append(padded)
         return self.distinct(np.array(found)) if found else np.zeros((0, self.multisets.longest, designs.shape[-1]))
-
-
-def members_of(series: FloatArray) -> list[FloatArray]:
-    """The measurements (n, g) of every series."""
-    return [one[:n] for one, n in zip(series, sizes(series), strict=True)]

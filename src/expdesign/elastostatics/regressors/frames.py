@@ -12,6 +12,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.elastostatics.regressors.geometric import TYPICAL_ERROR
 from expdesign.elastostatics.regressors.regressor import PoseMaps, Regressor
+from expdesign.moments import frame_turn, twist_transfer
 from expdesign.robots.robot import Robot
 
 
@@ -40,9 +41,7 @@ class Frames(Regressor):
     def expressions(self, robot: Robot, configuration: ca.SX) -> dict[str, ca.SX]:
         state = robot.commanded_state(configuration, ca.SX(robot.gravity))
         _, rotation = robot.frame(configuration, ca.SX.zeros(6))
-        instrument = ca.SX.eye(6)
-        instrument[:3, 3:] = -ca.skew(state.position)
-        return {"frames": state.rates @ ca.horzcat(instrument, ca.diagcat(rotation, rotation))}
+        return {"frames": state.rates @ ca.horzcat(twist_transfer(state.position, 6), frame_turn(rotation, 6))}
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         return maps.further["frames"]

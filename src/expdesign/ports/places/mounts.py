@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.chain.component import BASE, PLATFORM, Component
 from expdesign.chain.row import Row
+from expdesign.moments import frame_turn, twist_transfer
 from expdesign.ports.families import (
     Prior,
     kinks_over,
@@ -25,14 +26,6 @@ from expdesign.ports.sight import Sight
 
 _LIMITS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Quantiles of the load at which a mount may give way."""
-
-
-def _along_platform(row: Row, extra: ca.SX) -> ca.SX:
-    """A twist along the axes of O, from one along the platform's."""
-    d = row.gravity.shape[0]
-    turn = extra[d:]
-    # In the plane the only turn is about its normal, which turns with nothing.
-    return ca.vertcat(row.rotation @ extra[:d], row.rotation @ turn if turn.shape[0] == d else turn)
 
 
 class Mount(Port):
@@ -119,7 +112,7 @@ class PlatformMount(Mount):
     name, component, effort = "platform", PLATFORM, "carried"
 
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        return deflection + row.rates @ _along_platform(row, extra)
+        return deflection + row.rates @ frame_turn(row.rotation, self.robot.coordinates.n) @ extra
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
         yield from super().entries(sight)
@@ -155,10 +148,4 @@ class Ground(Mount):
     name, component, effort = "base", BASE, "ground"
 
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        n = self.robot.coordinates.n
-        carry = ca.SX.eye(n)
-        if n == 6:
-            carry[:3, 3:] = -ca.skew(row.position)
-        elif n == 3:
-            carry[:2, 2] = ca.vertcat(-row.position[1], row.position[0])
-        return deflection + row.rates @ carry @ extra
+        return deflection + row.rates @ twist_transfer(row.position, self.robot.coordinates.n) @ extra

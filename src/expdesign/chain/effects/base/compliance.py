@@ -11,7 +11,7 @@ from expdesign.chain.effects.platform.compliance import Shape, compliance_parame
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
 from expdesign.chain.variant import Variant
-from expdesign.moments import lever_map
+from expdesign.moments import twist_transfer
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
@@ -40,10 +40,8 @@ class BaseCompliance(Effect):
         return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        n, translations = self.robot.coordinates.n, self.robot.coordinates.translations
-        carry = ca.SX.eye(n)
-        if n > translations:
-            carry[:translations, translations:] = lever_map(row.position)
+        n = self.robot.coordinates.n
+        carry = twist_transfer(row.position, n)
         return deflection + row.rates @ carry @ symmetric(theta, n) @ carry.T @ (wrench + row.weight)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:

@@ -9,6 +9,7 @@ from expdesign.chain.components import symmetric
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.coordinates import Coordinates
+from expdesign.moments import frame_turn
 from expdesign.robots.robot import Robot
 
 
@@ -55,8 +56,7 @@ class PlatformCompliance(Effect):
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         n = self.robot.coordinates.n
-        rotations = self.robot.coordinates.rotations
-        turn = ca.diagcat(row.rotation, row.rotation if rotations == 3 else ca.SX.eye(rotations))
+        turn = frame_turn(row.rotation, n)
         return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
