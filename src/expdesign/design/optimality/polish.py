@@ -35,7 +35,7 @@ RELAXED = ("duir", "total")
 _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
 _STARTS, _STAGES, _GOALS, _CHILDREN = 48, (6, 8), 8, 32
-_PASSES, _MOST, _CORRECTED, _IN_HOLES = 3, 300, 80, 8
+_PASSES, _MOST, _CORRECTED, _HOLES = 3, 300, 80, 4
 _GENERATIONS, _PATIENCE = 20, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
 _QUIET = 2
@@ -266,11 +266,24 @@ class Polishing:
             weights = np.zeros_like(centres)
             weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
             self.take(self._minimise(found.designs[rough], centres, weights, _BRIEF))
-            holes = np.repeat(np.flatnonzero(~found.smooth[rough]), _IN_HOLES)
-            if holes.size:
-                children = self._breeding.children(centres, weights, holes)
-                self.take(self._minimise(children, centres[holes], weights[holes], 2 * _BRIEF))
+            self._bridge()
         return len(found)
+
+    def _bridge(self) -> None:
+        """Let the largest gaps that are left have children of the best designs for their middle."""
+        front = self.front[non_dominated(self.front)]
+        front = front[np.argsort(front[:, 0], kind="stable")]
+        shares = gap_shares(front)
+        gaps = np.argsort(-shares, kind="stable")[:_HOLES]
+        gaps = gaps[shares[gaps] > 0.1 * GAPS]
+        centres = np.zeros((len(gaps), self._values.shape[1]))
+        centres[:, :2] = 0.5 * (front[gaps] + front[gaps + 1])
+        weights = np.zeros_like(centres)
+        weights[:, :2] = 1.0 / Objectives.spans(self._values)[:2]
+        aims = np.repeat(np.arange(len(gaps)), _HOLES)
+        if aims.size:
+            children = self._breeding.children(centres, weights, aims)
+            self.take(self._minimise(children, centres[aims], weights[aims], _FIRST))
 
     def _finished(self) -> None:
         """Finish what is still rough or, where the front can do without it, leave it out."""
