@@ -293,6 +293,15 @@ def _front(
     )
 
 
+def joined(problem: DesignProblem, front: Front, designs: FloatArray) -> Front:
+    """A front with further designs (d, m, g), as far as none of the others dominates them."""
+    decisions = np.concatenate([front.decisions, designs])
+    population = DesignPopulation(problem)
+    values, violations = population.objectives(decisions)
+    evaluations = front.evaluations + len(designs)
+    return _front(problem, decisions, values, violations, front.reference_point, evaluations, front.missing)
+
+
 def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, FloatArray]:
     """Every known criterion, and further ones of the problem, of designs (b, m, g), shape (b,) each."""
     assessment = problem.assess(*problem.space.decode(decisions))
