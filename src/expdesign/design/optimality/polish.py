@@ -302,7 +302,8 @@ class Polishing:
         known = {design.tobytes(): value for design, value in zip(earlier, measure, strict=True)}
         new = np.array([design.tobytes() not in known for design in self.pool])
         smooth = np.array([known.get(design.tobytes(), np.inf) <= TARGET for design in self.pool])
-        smooth[new] = kktpm(self.problem, self.pool[new]) <= TARGET
+        spans = Objectives.spans(self._values)[: self._count]
+        smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 
