@@ -37,7 +37,7 @@ class ArmBench:
         self.model = pin.buildModelFromXML(with_inertia(Path(robot.tree.urdf.source)))
         self.model.gravity.linear = robot.gravity
         self.data = self.model.createData()
-        self.tip = self.model.getFrameId(robot.tree.tip, pin.FrameType.BODY)
+        self.tip = self.model.getFrameId(robot.tree.tips[0], pin.FrameType.BODY)
 
     def tip_pose(self, q: FloatArray) -> "pin.SE3":
         pin.framesForwardKinematics(self.model, self.data, q)

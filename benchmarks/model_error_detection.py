@@ -33,8 +33,8 @@ def main() -> None:
         lines += [f"| {name} | {100 * rate:.1f} % | {far:.2f} |" for name, rate, far in found]
     opening = (
         f"# Detection at the size that MEIR calls just noticed\n\n`python -m benchmarks.model_error_detection --out "
-        f"{options.out}`; {EXPERIMENTS:,} experiments per effect (standard error of a share of 80 %: 0.9 %), six random "
-        "measurements, the worst effects that are linear to 1 % at that size.\n"
+        f"{options.out}`; {EXPERIMENTS:,} experiments per effect (standard error of a share of 80 %: 0.9 %), six "
+        "random measurements, the worst effects that are linear to 1 % at that size.\n"
     )
     options.out.write_text(opening + "\n".join(lines) + "\n", encoding="utf-8")
 

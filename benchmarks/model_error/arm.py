@@ -142,7 +142,7 @@ class ArmMachine:
         self.model = pin.buildModelFromXML(with_inertia(Path(robot.tree.urdf.source)))
         self.model.gravity.linear = robot.gravity
         self.data = self.model.createData()
-        self.tip = self.model.getFrameId(robot.tree.tip, pin.FrameType.BODY)
+        self.tip = self.model.getFrameId(robot.tree.tips[0], pin.FrameType.BODY)
         self.placements = [placement.copy() for placement in self.model.jointPlacements]
         self.axes = [np.asarray(joint.axis, dtype=float) for joint in robot.tree.joints]
 

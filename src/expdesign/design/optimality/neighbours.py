@@ -17,7 +17,7 @@ from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
-_LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS = 100, 24, 60, 6, 8
+_LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS, _DRAWS = 100, 24, 60, 6, 8, 6
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
 _ADDITIVE = ("duir", "feir", "total")
@@ -84,6 +84,11 @@ class Neighbours:
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         return designs[first], aim[first]
 
+    @property
+    def discrete(self) -> bool:
+        """Whether anything has to be chosen that gradients cannot."""
+        return bool(self._space.discrete.any()) or self._problem.noise.shared_reference
+
     def _by_sums(
         self, sums: Additive, parents: FloatArray, centres: FloatArray, weights: FloatArray, drawn: int
     ) -> FloatArray:
@@ -106,7 +111,7 @@ class Neighbours:
                     remaining = np.delete(there[part], place, axis=1).sum(axis=1)[:, None]
                     new, summands = self._library[None], shared[None]
                     if self._gridded:
-                        varied = self._variants(designs[part, place][:, None])[:, 0]
+                        varied = self.variants(designs[part, place][:, None])[:, 0]
                         own = sums.parts(varied.reshape(-1, g)).reshape(*varied.shape[:2], -1)
                         everywhere = (len(part), count)
                         new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), varied], axis=1)
@@ -138,11 +143,28 @@ class Neighbours:
         return usable
 
     def _by_draws(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-        """The best (b, m, g) of some exchanges of one measurement, half of them of one variable, drawn at random."""
-        batch, m, _ = parents.shape
-        draw = self._generator.integers
+        """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
+        some drawn at random. The first exchange may also be for the worse.
+        """
         random = reachable_measurements(self._problem, _RANDOM, self._generator)
-        common, own = np.concatenate([self._library, random]), self._variants(parents)
+        common = np.concatenate([self._library, random])
+        found, score = self._best_drawn(parents, common, centres, weights)
+        moving = np.arange(len(parents))
+        for _ in range(_DRAWS if self._gridded else 0):
+            tried, reached = self._best_drawn(found[moving], common, centres[moving], weights[moving])
+            better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
+            moving, tried = moving[better], tried[better]
+            found[moving], score[moving] = tried, reached[better]
+            if moving.size == 0:
+                break
+        return found
+
+    def _best_drawn(
+        self, parents: FloatArray, common: FloatArray, centres: FloatArray, weights: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
+        batch, m, _ = parents.shape
+        draw, own = self._generator.integers, self.variants(parents)
         trials = np.repeat(parents[:, None], _DRAWN, axis=1)
         first, second = np.indices((batch, _DRAWN))
         place = draw(m, size=(batch, _DRAWN))
@@ -155,9 +177,8 @@ class Neighbours:
         trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
         trials = self._space.canonical(trials)
         same = (trials == parents[:, None]).all(axis=(2, 3))
-        best = np.where(same, np.inf, self._scores(trials, centres, weights, same)).argmin(axis=1)
-        found: FloatArray = trials[np.arange(batch), best]
-        return found
+        score = self._scores(trials, centres, weights, same)
+        return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
 
     def _scores(self, trials: FloatArray, centres: FloatArray, weights: FloatArray, same: BoolArray) -> FloatArray:
         """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are not the best of theirs.
@@ -189,7 +210,7 @@ class Neighbours:
                 score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
         return score
 
-    def _variants(self, parents: FloatArray) -> FloatArray:
+    def variants(self, parents: FloatArray) -> FloatArray:
         """The measurements of designs (b, m, g), each with one variable changed, shape (b, m, v, g)."""
         space, found = self._space, []
         for decision in range(space.decisions):
