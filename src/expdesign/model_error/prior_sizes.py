@@ -64,7 +64,7 @@ SIZES: tuple[Size, ...] = (
          "assumed: flexures or preloaded universal joints that turn by 1° under 1 N·m"),
     Size("leg_coupling", "coupling_m_per_N", 0.05, "actuator compliance", "assumed: mounts that two legs share"),
     Size("link_compliance", "*_rad_per_Nm", 0.1, "actuator compliance", _TEN_PERCENT),
-    Size("joint_compliance", "lateral*_rad_per_Nm", 0.2, "actuator compliance",
+    Size("joint_compliance", "*lateral*_rad_per_Nm", 0.2, "actuator compliance",
          "assumed: a bearing is five times as stiff off the axis as the gear is about it"),
     Size("geometric_stiffness", "fraction", 1.0, "", "mechanics itself: the whole of the conservative term", False),
     # Actuators.
