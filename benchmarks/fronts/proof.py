@@ -1,9 +1,10 @@
-"""What the front of a run lacks against long searches: `python -m benchmarks.fronts.proof [--first 1 --last 50]`.
+"""What the front of a run lacks against long searches: `python -m benchmarks.fronts.proof [NUMBER ...]`.
 
 Every configuration (`configurations.py`) is searched with the default settings, and then by long searches with other
 seeds, a larger population and many times the generations. Hypervolumes are of (DUIR, FEIR), in parts of that of all
 these fronts together, with a reference point a tenth of their common extent beyond their worst values. Seconds are
 processor seconds of one thread. Results are kept one by one, so that an interrupted proof goes on where it stopped.
+`--earlier` names a folder of results that another version kept: their fronts count among those that are known.
 """
 
 import os
@@ -29,7 +30,7 @@ from expdesign.design.search import search
 from .configurations import problem
 
 FOLDER = Path("results/fronts")
-SEEDS, EFFORT, POPULATION = (1001, 1002), 6, 200
+SEEDS, EFFORT, POPULATION = (1001,), 6, 200
 """Seeds of the long searches, their generations in those of the settings, and their population."""
 
 
@@ -61,9 +62,10 @@ def measured(number: int, kept: Path) -> dict[str, Any]:
     return result
 
 
-def row(number: int, result: dict[str, Any]) -> dict[str, Any]:
+def row(number: int, result: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:
     """What the table says of one configuration."""
-    fronts = [np.array(each["front"]) for each in (result["default"], *result["long"])]
+    others = [earlier["default"], *earlier["long"]] if earlier else []
+    fronts = [np.array(each["front"]) for each in (result["default"], *result["long"], *others)]
     everything = np.concatenate(fronts)
     best = everything[non_dominated(everything)]
     point = reference_point(best)
@@ -73,7 +75,9 @@ def row(number: int, result: dict[str, Any]) -> dict[str, Any]:
     return {
         "number": number,
         "default": parts[0],
-        "long": parts[1:],
+        "long": parts[1 : 1 + len(result["long"])],
+        "earlier": parts[1 + len(result["long"]) :],
+        "feir": float((fronts[0][:, 1].min() - everything[:, 1].min()) / np.ptp(best[:, 1])),
         "duir": float(fronts[0][:, 0].min()) / least - 1.0,
         "missing": result["default"]["missing"],
         "kktpm": result["default"]["kktpm"],
@@ -101,22 +105,23 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
         f"the default searches have their numbers as seeds, the {len(SEEDS)} long ones {seeds}, {EFFORT} times the "
         f"generations and a population of {POPULATION}.",
         "",
-        f"- hypervolume of the default search in parts of that of the {len(SEEDS) + 1} fronts together: median "
+        f"- hypervolume of the default search in parts of that of all fronts of a configuration together: median "
         f"{np.median(parts):.4f}, worst {parts.min():.4f}; at least 0.998 in {many} of {len(parts)}, at least 0.99 in "
         f"{few}",
         f"- least DUIR within 1e-6 of the least of all in {equal} of {len(rows)}; furthest above it {duir.max():.1e}",
         f"- processor seconds of a default search: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the "
         f"long ones together took {ratio:.0f} times as long (median)",
         "",
-        "| number | hypervolume | of the long ones | DUIR above the least | largest KKTPM "
-        "| designs | s | long ones (s) |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| number | hypervolume | of the long ones | of earlier ones | DUIR above the least "
+        "| FEIR above the least, in parts of the front | largest KKTPM | designs | s | long ones (s) |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for each in rows:
         largest = "–" if each["kktpm"] is None else f"{each['kktpm']:.0e}"
-        long = ", ".join(f"{part:.4f}" for part in each["long"])
+        long, earlier = (", ".join(f"{part:.4f}" for part in each[key]) or "–" for key in ("long", "earlier"))
         lines.append(
-            f"| {each['number']} | {each['default']:.4f} | {long} | {each['duir']:.0e} | {largest} | "
+            f"| {each['number']} | {each['default']:.4f} | {long} | {earlier} | {each['duir']:.0e} | "
+            f"{each['feir']:.0e} | {largest} | "
             f"{each['designs']} | {each['seconds']:.1f} | {each['longer']:.0f} |"
         )
     return "\n".join([*lines, ""])
@@ -124,20 +129,22 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--first", type=int, default=1)
-    parser.add_argument("--last", type=int, default=50)
+    parser.add_argument("numbers", nargs="*", type=int, default=list(range(1, 51)), help="configurations")
     parser.add_argument("--kept", type=Path, default=Path("results/fronts/kept"), help="searches already done")
+    parser.add_argument("--earlier", type=Path, help="searches that another version kept")
     parser.add_argument("--page", action="store_true", help="the table of the searches already done alone")
     arguments = parser.parse_args()
     rows = []
-    for number in range(arguments.first, arguments.last + 1):
-        path = arguments.kept / f"random-{number:02d}.json"
-        if arguments.page and not path.exists():
+    for number in arguments.numbers:
+        name = f"random-{number:02d}.json"
+        if arguments.page and not (arguments.kept / name).exists():
             continue
-        rows.append(row(number, measured(number, path)))
+        path = arguments.earlier / name if arguments.earlier else None
+        earlier = json.loads(path.read_text(encoding="utf-8")) if path and path.exists() else None
+        rows.append(row(number, measured(number, arguments.kept / name), earlier))
         print(rows[-1], flush=True)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    command = f"python -m benchmarks.fronts.proof --first {arguments.first} --last {arguments.last}"
+    command = "python -m benchmarks.fronts.proof" + (" --earlier FOLDER" if arguments.earlier else "")
     (FOLDER / "hypervolume.md").write_text(page(rows, command), encoding="utf-8")
 
 

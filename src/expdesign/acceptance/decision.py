@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtr, stdtr
 
 from expdesign.acceptance.budget import UncertaintyBudget
 from expdesign.arrays import BoolArray, FloatArray
@@ -46,7 +46,7 @@ class Decision:
         with np.errstate(divide="ignore", invalid="ignore"):
             score = budget.tolerance / budget.standard
         known = ~np.isfinite(budget.degrees)
-        risk: FloatArray = 2.0 * np.where(known, norm.sf(score), t.sf(score, np.where(known, 1.0, budget.degrees)))
+        risk: FloatArray = 2.0 * np.where(known, ndtr(-score), stdtr(np.where(known, 1.0, budget.degrees), -score))
         return risk
 
     @property

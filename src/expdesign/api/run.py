@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from expdesign.acceptance.decision import acceptance_record
@@ -19,7 +20,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import design_minutes, pareto_frame, plan_of, plans_frame
-from expdesign.design.search import Follow, Progress
+from expdesign.design.search import Follow, Progress, joined
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
@@ -148,7 +149,10 @@ def run(
         return bool(ended)
 
     problem, front = search_within_budget(problem, searching)
-    record = run_record(problem, front, *_bounds(problem, front, report))
+    duir, total = _bounds(problem, front, report)
+    better = [bounds.whole.plan for bounds in (duir, total) if bounds.whole.plan is not None]
+    front = joined(problem, front, np.stack(better)) if better else front
+    record = run_record(problem, front, duir, total)
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
     accuracy = recommended_accuracy(problem, front)
     if accuracy is not None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtr, ndtri, stdtrit
 
 from expdesign.arrays import FloatArray
 
@@ -22,17 +22,17 @@ class Coverage:
     @classmethod
     def of_factor(cls, k: float) -> Self:
         """The coverage of a normal distribution within ±k standard deviations (95.45 % for k = 2)."""
-        return cls(float(1.0 - 2.0 * norm.sf(k)))
+        return cls(float(1.0 - 2.0 * ndtr(-k)))
 
     @property
     def factor(self) -> float:
         """K where the standard uncertainty itself is known."""
-        return float(norm.isf((1.0 - self.level) / 2.0))
+        return float(-ndtri((1.0 - self.level) / 2.0))
 
     def factors(self, degrees: FloatArray) -> FloatArray:
         """k_p = t_p(ν_eff) where the standard uncertainty was estimated with ν_eff degrees of freedom (G.3)."""
         tail = (1.0 - self.level) / 2.0
-        factors: FloatArray = np.where(np.isfinite(degrees), t.isf(tail, np.maximum(degrees, 1.0)), norm.isf(tail))
+        factors: FloatArray = -np.where(np.isfinite(degrees), stdtrit(np.maximum(degrees, 1.0), tail), ndtri(tail))
         return factors
 
 

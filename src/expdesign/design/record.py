@@ -28,7 +28,7 @@ def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, tota
         "duir_lower_bound_certified_on": duir.lower.certified_on,
         "total_lower_bound": total.lower.value,
         "total_lower_bound_certified_on": total.lower.certified_on,
-        "whole_plans": {"duir": duir.whole.record, "total": total.whole.record},
+        "whole_plans": {"duir": duir.record, "total": total.record},
         "objectives": list(front.objectives),
         "hypervolume": front.hypervolume,
         "missing_hypervolume": front.missing,

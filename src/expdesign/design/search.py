@@ -126,6 +126,8 @@ def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
         return
     if len(polishing.pool) == 0:
         return
+    polishing.valleys()
+    yield f"descents from random designs: {len(polishing.pool)} designs"
     polishing.along()
     polishing.review()
     yield "gradients along the front"
@@ -289,6 +291,15 @@ def _front(
         evaluations=evaluations,
         missing=missing,
     )
+
+
+def joined(problem: DesignProblem, front: Front, designs: FloatArray) -> Front:
+    """A front with further designs (d, m, g), as far as none of the others dominates them."""
+    decisions = np.concatenate([front.decisions, designs])
+    population = DesignPopulation(problem)
+    values, violations = population.objectives(decisions)
+    evaluations = front.evaluations + len(designs)
+    return _front(problem, decisions, values, violations, front.reference_point, evaluations, front.missing)
 
 
 def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, FloatArray]:

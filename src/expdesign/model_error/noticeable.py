@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2
+from scipy.special import chdtri, chndtr
 
 from expdesign.errors import InputError
 
@@ -28,8 +28,8 @@ def noncentrality(dof: int, level: float = LEVEL, power: float = POWER) -> float
         raise InputError(what, where="model_error", remedy="Choose 0 < level < power < 1, such as 0.01 and 0.8.")
     if dof < 1:
         raise ValueError("a test needs at least one degree of freedom")
-    critical = chi2.ppf(1.0 - level, dof)
+    critical = chdtri(dof, level)
     high = 1.0
-    while ncx2.sf(critical, dof, high) < power:
+    while 1.0 - chndtr(critical, dof, high) < power:
         high *= 2.0
-    return float(brentq(lambda value: ncx2.sf(critical, dof, value) - power, 0.0, high, xtol=1e-12, rtol=1e-12))
+    return float(brentq(lambda value: 1.0 - chndtr(critical, dof, value) - power, 0.0, high, xtol=1e-12, rtol=1e-12))

@@ -112,6 +112,11 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     best = f", the best design on the front within {words.number(least, 2)}\u00a0%" if least < recommended else ""
     whole = run.get("whole_plans", {}).get("duir", {})
     proved = ""
+    if whole.get("open") is not None and not whole["finished"]:
+        proved = (
+            f" Whether any plan of whole measurements has a DUIR between the bound and {words.number(duir.min())} is "
+            "open."
+        )
     if whole.get("finished") and whole["poses"] is None and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
         within = words.number(100.0 * max(whole["gap"], 0.001), 2)
         proved = f" The design with the least DUIR is the best plan there is, to {within}\u00a0%."

@@ -13,6 +13,7 @@ from expdesign.design.optimality.certificate import Certificate
 from expdesign.design.optimality.polish import polish
 from expdesign.design.optimality.whole_plans import GAP, BranchAndBound, WholePlans, criterion_bounds
 from expdesign.design.problem import DesignProblem
+from expdesign.design.search import joined, search
 from expdesign.design.start import starting_designs
 
 POSES = [[-0.25, 0.45], [0.05, 0.5], [0.2, 0.7], [0.3, 0.9]]
@@ -113,12 +114,31 @@ def test_a_list_for_a_hexapod_is_proved_best_to_a_thousandth() -> None:
     assert again.whole.record == bounds.whole.record
 
 
+def test_plans_that_branch_and_bound_finds_are_in_the_front_or_dominated_by_it() -> None:
+    changes = {**LIST, **CASES["rows-errors"], "optimiser.polish": False, "optimiser.bound_seconds": 3.0}
+    here = problem(BIPOD, {**changes, "optimiser.population": 4, "optimiser.generations": 1})
+    front = search(here)
+    found = criterion_bounds(here, 0.0, front.decisions).whole
+    assert found.plan is not None
+    assert found.best < front.criteria["duir"].min()
+    both = joined(here, front, found.plan[None])
+    assert both.criteria["duir"].min() == pytest.approx(found.best, rel=1e-12)
+    assert both.hypervolume > front.hypervolume
+    assert criterion_bounds(here, 0.0, both.decisions).whole.plan is None
+
+
 def test_without_time_or_with_continuous_poses_the_bound_is_that_of_the_relaxation() -> None:
     here = problem(BIPOD, {"experiment.measurements": 1})
     bounds = criterion_bounds(here, 0.0, None, 5.0)
     assert bounds.whole.bound is None
-    assert "not attempted" in bounds.whole.record["how"]
+    assert "not attempted" in bounds.record["how"]
     assert bounds.lower.value is not None
+    assert bounds.open is None
+    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 1, here.space.decisions)
+    bounds = criterion_bounds(here, 0.0, known, 0.0)
+    assert bounds.lower.value is not None
+    least = values(here, known, "duir").min()
+    assert bounds.record["open"] == pytest.approx(least / bounds.lower.value - 1.0)
     listed = problem(BIPOD, LIST)
     none, some = (criterion_bounds(listed, 0.0, None, seconds) for seconds in (0.0, 5.0))
     assert none.lower.value is not None

@@ -7,15 +7,19 @@ sums over measurements (`additive.py`), every exchange is judged, one after the 
 else some of them, drawn at random.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.design.optimality.additive import Additive
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
-_LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS = 100, 24, 60, 6, 8
+_LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS, _DRAWS = 100, 24, 60, 6, 8, 6
+_ASKED = (0, 4, 12, 28, _DRAWN)
+"""How many draws are asked for costly criteria, the most promising first."""
 _ADDITIVE = ("duir", "feir", "total")
 _TOGETHER = 10_000_000
 """Largest number of entries of the sums that are formed at once."""
@@ -23,7 +27,8 @@ _TOGETHER = 10_000_000
 
 def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
     """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
-    found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
+    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
+        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
     return found
 
 
@@ -79,6 +84,11 @@ class Neighbours:
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         return designs[first], aim[first]
 
+    @property
+    def discrete(self) -> bool:
+        """Whether anything has to be chosen that gradients cannot."""
+        return bool(self._space.discrete.any()) or self._problem.noise.shared_reference
+
     def _by_sums(
         self, sums: Additive, parents: FloatArray, centres: FloatArray, weights: FloatArray, drawn: int
     ) -> FloatArray:
@@ -101,7 +111,7 @@ class Neighbours:
                     remaining = np.delete(there[part], place, axis=1).sum(axis=1)[:, None]
                     new, summands = self._library[None], shared[None]
                     if self._gridded:
-                        varied = self._variants(designs[part, place][:, None])[:, 0]
+                        varied = self.variants(designs[part, place][:, None])[:, 0]
                         own = sums.parts(varied.reshape(-1, g)).reshape(*varied.shape[:2], -1)
                         everywhere = (len(part), count)
                         new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), varied], axis=1)
@@ -133,11 +143,28 @@ class Neighbours:
         return usable
 
     def _by_draws(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-        """The best (b, m, g) of some exchanges of one measurement, half of them of one variable, drawn at random."""
-        batch, m, _ = parents.shape
-        draw = self._generator.integers
+        """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
+        some drawn at random. The first exchange may also be for the worse.
+        """
         random = reachable_measurements(self._problem, _RANDOM, self._generator)
-        common, own = np.concatenate([self._library, random]), self._variants(parents)
+        common = np.concatenate([self._library, random])
+        found, score = self._best_drawn(parents, common, centres, weights)
+        moving = np.arange(len(parents))
+        for _ in range(_DRAWS if self._gridded else 0):
+            tried, reached = self._best_drawn(found[moving], common, centres[moving], weights[moving])
+            better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
+            moving, tried = moving[better], tried[better]
+            found[moving], score[moving] = tried, reached[better]
+            if moving.size == 0:
+                break
+        return found
+
+    def _best_drawn(
+        self, parents: FloatArray, common: FloatArray, centres: FloatArray, weights: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
+        batch, m, _ = parents.shape
+        draw, own = self._generator.integers, self.variants(parents)
         trials = np.repeat(parents[:, None], _DRAWN, axis=1)
         first, second = np.indices((batch, _DRAWN))
         place = draw(m, size=(batch, _DRAWN))
@@ -149,14 +176,41 @@ class Neighbours:
             listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
         trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
         trials = self._space.canonical(trials)
-        values = self._objectives.values(trials.reshape(-1, *parents.shape[1:])).reshape(batch, _DRAWN, -1)
         same = (trials == parents[:, None]).all(axis=(2, 3))
-        score = achieved(values, centres[:, None], weights[:, None])
-        best = np.where(same | ~np.isfinite(score), np.inf, score).argmin(axis=1)
-        found: FloatArray = trials[np.arange(batch), best]
-        return found
+        score = self._scores(trials, centres, weights, same)
+        return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
 
-    def _variants(self, parents: FloatArray) -> FloatArray:
+    def _scores(self, trials: FloatArray, centres: FloatArray, weights: FloatArray, same: BoolArray) -> FloatArray:
+        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are not the best of theirs.
+
+        Criteria that cost little bound the score from below; the others are asked for in the order of these bounds, as
+        long as there is a chance (branch and bound). The same trials are chosen as if all were asked for everywhere.
+        """
+        values = self._objectives.values
+        costly = self._objectives.costly
+        bounds = values(trials.reshape(-1, *trials.shape[2:]), ~costly).reshape(*trials.shape[:2], -1)
+        score = achieved(bounds, centres[:, None], weights[:, None])
+        # Where nothing else has weight there is no bound; what has no value is not usable.
+        unusable = np.isnan(bounds[..., ~costly]).any(axis=-1) | same
+        score[unusable] = np.inf
+        asked: BoolArray = np.logical_or.reduce(weights[:, costly] > 0.0, axis=1)
+        if not asked.any():
+            return score
+        order = np.argsort(score, axis=1, kind="stable")
+        lower = score.copy()
+        score[asked] = np.inf
+        for start, end in pairwise(_ASKED):
+            places = order[:, start:end]
+            chance = np.take_along_axis(lower, places, axis=1) < score.min(axis=1, keepdims=True)
+            row, column = np.nonzero(chance & asked[:, None])
+            column = places[row, column]
+            if len(row):
+                found = np.maximum(bounds[row, column], values(trials[row, column], costly))
+                reached = achieved(found, centres[row], weights[row])
+                score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
+        return score
+
+    def variants(self, parents: FloatArray) -> FloatArray:
         """The measurements of designs (b, m, g), each with one variable changed, shape (b, m, v, g)."""
         space, found = self._space, []
         for decision in range(space.decisions):

@@ -3,8 +3,9 @@
 The designs given are joined by roundings of the convex relaxation (`seeds.py`). Points are laid out evenly along the
 front, its ends among them. Each point is pursued along a fixed direction in the space of the objectives,
 min max_k (f_k − z_k)/span_k (Pascoletti & Serafini 1984), which reaches convex and concave parts alike, from the best
-design known for it; then from designs with one measurement replaced (`neighbours.py`), round by round, until a round
-brings next to nothing. The front is then followed from design to design (`continuation.py`).
+design known for it and from designs at random; then from designs with measurements replaced (`neighbours.py`,
+`breeding.py`), round by round, until a round brings next to nothing. The front is then followed from design to design
+(`continuation.py`).
 """
 
 from collections.abc import Callable, Iterator
@@ -14,6 +15,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.design.front import GAPS, drawn_through, gap_shares, non_dominated, reference_point
+from expdesign.design.optimality.breeding import Breeding
 from expdesign.design.optimality.continuation import predictions
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.neighbours import Neighbours, achieved
@@ -21,15 +23,19 @@ from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
+from expdesign.design.start import starting_designs
 
 Report = Callable[[str], None]
 TARGET = 1e-4
 """KKT proximity at which a design counts as finished."""
 GAIN = 5e-4
 """Share of the hypervolume below which a round of exchanges has brought next to nothing."""
-_ALONG, _RESTARTS, _DRAWN, _DESCENDED, _CAPACITY = 14, 4, 1, 24, 400_000_000
-_FIRST, _BRIEF, _LONG = 8, 5, 30
-_PASSES, _MOST, _CORRECTED = 3, 300, 80
+RELAXED = ("duir", "total")
+"""Criteria whose ends designs of the convex relaxation are near."""
+_ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
+_FIRST, _BRIEF, _LONG = 8, 6, 30
+_STARTS, _STAGES, _GOALS, _CHILDREN = 48, (6, 8), 8, 32
+_PASSES, _MOST, _CORRECTED, _HOLES = 3, 300, 80, 4
 _GENERATIONS, _PATIENCE = 20, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
 _QUIET = 2
@@ -74,9 +80,9 @@ class Polishing:
         # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued, and
         # not to the end.
         self._free = space.measurements * int((~space.discrete).sum())
-        affordable = max(1, _CAPACITY // max(1, self._free) ** 3)
-        self._points = min(points or problem.optimiser.population, affordable)
-        self._restarts = min(_RESTARTS, max(1, affordable // 20))
+        self._affordable = max(1, _CAPACITY // max(1, self._free) ** 3)
+        self._points = min(points or problem.optimiser.population, self._affordable)
+        self._restarts = min(_RESTARTS, max(1, self._affordable // 20))
         self._part = min(1.0, 0.25 * _CAPACITY / max(1, self._free) ** 3)
         self._generator = np.random.default_rng([problem.optimiser.seed, 1])
         self.pool: FloatArray = np.zeros((0, space.measurements, space.decisions))
@@ -92,6 +98,8 @@ class Polishing:
         self._count = self._objectives.count
         self._values: FloatArray = np.zeros((0, len(self._objectives.criteria)))
         self._neighbours = Neighbours(problem, self._objectives, self._generator)
+        shape = (problem.space.measurements, problem.space.decisions, len(self._objectives.criteria))
+        self._breeding = Breeding(self._neighbours, self._generator, shape)
         if len(self.pool):
             self.take(self.pool)
 
@@ -113,6 +121,7 @@ class Polishing:
             return 0.0
         found, values = self._usable(designs)
         self._neighbours.learn(found)
+        self._breeding.learn(found, values)
         before = self.front
         pool, values = np.concatenate([self.pool, found]), np.concatenate([self._values, values])
         kept = self._kept(values)
@@ -142,6 +151,42 @@ class Polishing:
         yield from self.exchanges()
         yield from self.finish()
 
+    def valleys(self) -> float:
+        """Descents from designs drawn at random towards all aims, of which the better half goes on; what they bring."""
+        if not self._free:
+            return 0.0
+        centres, weights, shares = self._goals()
+        aims = self._shared(shares, _STARTS)
+        space = self.problem.space
+        drawn = starting_designs(self.problem, 2 * len(aims), self._generator)
+        designs = self._usable(drawn.reshape(-1, space.measurements, space.decisions))[0][: len(aims)]
+        aims = self._generator.permutation(aims)[: len(designs)]
+        gain = 0.0
+        for iterations in _STAGES:
+            designs = self._minimise(designs, centres[aims], weights[aims], iterations)
+            gain += self.take(designs)
+            score = self._achieved(designs, centres[aims], weights[aims])
+            better = [own[np.argsort(score[own], kind="stable")[: -(-len(own) // 2)]] for own in _each(aims)]
+            kept = np.concatenate(better) if better else np.zeros(0, dtype=np.int64)
+            designs, aims = designs[kept], aims[kept]
+        return gain
+
+    def _shared(self, shares: FloatArray, number: int) -> IntArray:
+        """Aims of about so many designs, at least one for each aim; fewer where a design is costly."""
+        counts = np.ceil(min(number, self._affordable) * shares).astype(np.int64)
+        return np.repeat(np.arange(len(shares)), counts)
+
+    def _goals(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Aims: each criterion alone, then along the front; and the share of the effort that each is worth."""
+        centres, weights = self._aims(self._values, _GOALS, float(self._generator.random()))
+        total = self._values.shape[1]
+        singles = self._restarts * total
+        keep = np.concatenate([np.arange(0, singles, self._restarts), np.arange(singles, len(centres))])
+        shares = np.ones(len(keep))
+        for index, criterion in enumerate(self._objectives.criteria):
+            shares[index] = 1.0 if criterion.name in RELAXED else float(_GOALS)
+        return centres[keep], weights[keep], shares / shares.sum()
+
     def along(self, iterations: int = _FIRST, points: int | None = None) -> float:
         """Pursue the ends, then points along the front from the best designs known for them; what it brings."""
         centres, weights = self._aims(self._values, 0)
@@ -167,19 +212,16 @@ class Polishing:
 
     def _exchange(self) -> float:
         # Other points in every round, so that nothing falls between them for good.
-        centres, weights = self._aims(self._values, min(self._points, _ALONG), float(self._generator.random()))
-        parents = self.pool[self._starts(self._values, centres, weights)]
-        designs, aims = self._neighbours.exchanged(parents, centres, weights, _DRAWN)
-        if not len(designs):
-            return 0.0
-        if not self._free:
-            return self.take(designs)
+        centres, weights, shares = self._goals()
+        aims = self._shared(shares, _CHILDREN)
+        designs = self._breeding.children(centres, weights, aims)
+        parents = self._breeding.best(centres, weights)
+        exchanged, of = self._neighbours.exchanged(parents, centres, weights, _DRAWN)
+        designs, aims = np.concatenate([designs, exchanged]), np.concatenate([aims, of])
         gain = self.take(designs)
-        # Those that lag their parents least are worth the descent.
-        behind = self._achieved(designs, centres[aims], weights[aims])
-        behind -= self._achieved(parents, centres, weights)[aims]
-        best = np.argsort(behind, kind="stable")[:_DESCENDED]
-        return gain + self.take(self._minimise(designs[best], centres[aims[best]], weights[aims[best]], _BRIEF))
+        if self._free:
+            gain += self.take(self._minimise(designs, centres[aims], weights[aims], _BRIEF))
+        return gain
 
     def finish(self) -> Iterator[None]:
         """Pursue the points along the front to the end, and follow the front from one to the next."""
@@ -224,11 +266,28 @@ class Polishing:
             weights = np.zeros_like(centres)
             weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
             self.take(self._minimise(found.designs[rough], centres, weights, _BRIEF))
+            self._bridge()
         return len(found)
+
+    def _bridge(self) -> None:
+        """Let the largest gaps that are left have children of the best designs for their middle."""
+        front = self.front[non_dominated(self.front)]
+        front = front[np.argsort(front[:, 0], kind="stable")]
+        shares = gap_shares(front)
+        gaps = np.argsort(-shares, kind="stable")[:_HOLES]
+        gaps = gaps[shares[gaps] > 0.1 * GAPS]
+        centres = np.zeros((len(gaps), self._values.shape[1]))
+        centres[:, :2] = 0.5 * (front[gaps] + front[gaps + 1])
+        weights = np.zeros_like(centres)
+        weights[:, :2] = 1.0 / Objectives.spans(self._values)[:2]
+        aims = np.repeat(np.arange(len(gaps)), _HOLES)
+        if aims.size:
+            children = self._breeding.children(centres, weights, aims)
+            self.take(self._minimise(children, centres[aims], weights[aims], _FIRST))
 
     def _finished(self) -> None:
         """Finish what is still rough or, where the front can do without it, leave it out."""
-        measure = kktpm(self.problem, self.pool)
+        earlier, measure = self.pool, kktpm(self.problem, self.pool)
         rough = np.flatnonzero(~(measure <= TARGET))
         space = self.problem.space
         # In steps as coarse as that, the optimum that can be set does not satisfy the conditions of the continuous one.
@@ -240,7 +299,11 @@ class Polishing:
         weights = np.zeros_like(centres)
         weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
         self.take(self._minimise(self.pool[rough], centres, weights, _LONG))
-        smooth = kktpm(self.problem, self.pool) <= TARGET
+        known = {design.tobytes(): value for design, value in zip(earlier, measure, strict=True)}
+        new = np.array([design.tobytes() not in known for design in self.pool])
+        smooth = np.array([known.get(design.tobytes(), np.inf) <= TARGET for design in self.pool])
+        spans = Objectives.spans(self._values)[: self._count]
+        smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 
@@ -314,3 +377,8 @@ def _spread(front: FloatArray, count: int, shift: float) -> FloatArray:
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     at = length[-1] * (np.arange(count) + shift) / count
     return np.stack([np.interp(at, length, line[:, k]) for k in (0, 1)], axis=1)
+
+
+def _each(aims: IntArray) -> list[IntArray]:
+    """The indices of every aim's designs."""
+    return [np.flatnonzero(aims == aim) for aim in np.unique(aims)]

@@ -137,6 +137,11 @@ class MinimaxSearch:
             small = predicted < tolerance * np.maximum(1.0, np.abs(here.merit))
             quiet[alive] = np.where(small, quiet[alive] + 1, 0)
             alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
+        # Steps that came to their number may be a little beyond curved limits.
+        beyond = np.flatnonzero((points.limits > 0.0).any(axis=(1, 2)))
+        for _ in range(_CORRECTIONS if beyond.size else 0):
+            there = points.take(beyond)
+            points.variables[beyond] = self._moved(there, np.zeros((len(beyond), n)), index[beyond])
         return points.variables
 
     def _moved(self, here: _Points, step: FloatArray, index: IntArray) -> FloatArray:

@@ -223,6 +223,17 @@ class CriterionBounds:
     lower: LowerBound
     whole: WholePlans
 
+    @property
+    def record(self) -> dict[str, Any]:
+        """For `run.json` (file-formats.md, run.json)."""
+        return {**self.whole.record, "open": self.open}
+
+    @property
+    def open(self) -> float | None:
+        """By how much of the bound the best plan known is above it: no plan that is better is so by more; or None."""
+        value, best = self.lower.value, self.whole.best
+        return max(best / value - 1.0, 0.0) if value and np.isfinite(best) else None
+
 
 def criterion_bounds(
     problem: DesignProblem, load_errors: float, known: FloatArray | None, seconds: float | None = None
