@@ -22,6 +22,7 @@ from expdesign.errors import InputError
 from expdesign.model_error.meir import Meir
 from expdesign.model_error.record import hidden_by_plan, meir_of_problem
 from expdesign.model_error.words import sentence
+from expdesign.report.blocks import DataTable, Figure
 
 SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "generations": 6, "seed": 1}}
 
@@ -191,6 +192,17 @@ def test_the_report_of_a_run_shows_what_is_hidden(tmp_path: Path) -> None:
     assert result.record["meir"] == pytest.approx(float(result.front.criteria["meir"][result.front.recommended]))
     section = next(each for each in result.page().sections if each.id == "hidden")
     assert len(section.blocks) == 3
+    figure, table = section.blocks[1], section.blocks[2]
+    assert isinstance(figure, Figure)
+    assert isinstance(table, DataTable)
+    bars, diamonds = figure.plot["data"]
+    # Detection limits an error where its bar ends.
+    assert set(diamonds["y"]) <= set(bars["y"])
+    # Every effect is noticed in time by this plan, or by another, or by none; one that is not needs another.
+    column = table.columns.index("Noticed in time by")
+    below = [row[column] == "this plan" for row in table.rows]
+    assert below == sorted(below)
+    assert 0 < sum(below) < len(below)
 
 
 def test_asking_for_it_only_where_it_matters_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

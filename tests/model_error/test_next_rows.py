@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.commands.calls import call
 from tests.model_error.problems import CONFIGS, assessed, impact, plans, problem
 
 from expdesign.api.plan_next import plan_next
@@ -86,3 +87,13 @@ def test_too_little_is_known_for_meir() -> None:
     added = next_rows(impact(NAME), few, known, Objective.MEIR, count=2, accuracy=None, seed=1)
     assert np.isinf(added.before.meir)
     assert np.isfinite(added.after[-1].meir)
+
+
+def test_geometric_calibration_has_no_meir_to_lower(capsys: pytest.CaptureFixture[str]) -> None:
+    """Said before the recordings are read, with what may be asked for instead."""
+    config = str(CONFIGS / "hexapod-geometric.yaml")
+    for objective in ("meir", "both"):
+        assert call("next", config, "recordings.csv", "--objective", objective, "--out", "next.csv") == 2
+        said = capsys.readouterr().err
+        assert f"hexapod-geometric.yaml, experiment.calibration: `--objective {objective}` is" in said
+        assert "elastostatic calibration only. `--objective total` knows every calibration" in said

@@ -98,6 +98,8 @@ def plan_next(
     _require_sensible(count, accuracy, seed)
     aim = _objective(objective)
     problem = problem_of(config)
+    if aim is not Objective.TOTAL:
+        problem.require_elastostatic(f"`--objective {aim}` is", "`--objective total` knows every calibration")
     table = table_of(recordings, "recordings")
     measured = recordings_from_table(table, problem.loaded.robot)
     require_measured(measured, problem.loaded.robot)

@@ -122,11 +122,11 @@ class DesignProblem:
         robot = self.loaded.robot
         return self.space.settable(decisions, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
 
-    def require_elastostatic(self, what: str) -> None:
-        """Raise an `InputError` where something other than the stiffness alone is calibrated."""
+    def require_elastostatic(self, what: str, instead: str = "`run` and `evaluate` know every calibration") -> None:
+        """Raise an `InputError` where something other than the stiffness alone is calibrated; `instead` may be used."""
         if not isinstance(self.loaded.regressor, Elastostatic):
             said = f"{what} for elastostatic calibration only"
-            remedy = "`run` and `evaluate` know every calibration; take `experiment.calibration` out for this."
+            remedy = f"{instead}; take `experiment.calibration` out for this."
             raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
 
     def unidentified(self, assessment: Assessment) -> ExpdesignError | None:

@@ -94,14 +94,13 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Fr
         population.design_problem = polishing.problem
     decisions = _genetic(population, start, polishing, known)
     if polished:
-        for _ in range(0 if known.ended else _REFINEMENTS):
-            for note in _fine(polishing, decisions):
+        for again in range(0 if known.ended else _REFINEMENTS):
+            for note in _corrected(polishing) if again else _fine(polishing, decisions):
                 known.add_front(polishing.front, note)
                 if known.ended:
                     break
             if known.ended or len(polishing.pool) == 0 or _agree(problem, polishing.problem, polishing.pool):
                 break
-            polishing.review()
         # What the refinement left out as rough, the others would bring back.
         whole = len(polishing.pool) > 0 and not known.ended
         decisions = polishing.pool if whole else np.concatenate([decisions, polishing.pool])
@@ -147,6 +146,13 @@ def _fine(polishing: Polishing, decisions: FloatArray) -> Iterator[str]:
     polishing.review()
     for number, _ in enumerate(polishing.finish(), start=1):
         yield f"refinement, round {number}: {len(polishing.pool)} designs"
+
+
+def _corrected(polishing: Polishing) -> Iterator[str]:
+    """Designs at which the objectives turned out not to be right, refined by right ones."""
+    polishing.review()
+    polishing.settle()
+    yield f"checked: {len(polishing.pool)} designs"
 
 
 def _genetic(population: DesignPopulation, start: FloatArray, polishing: Polishing, known: "_Known") -> FloatArray:

@@ -17,6 +17,7 @@ class HiddenPhysics:
         physics, component, variant: the effect.
         error: MEIR_e, the error at the targets in tolerances.
         parameters: the worst combination of its parameters, by name with unit; shapes as they were assumed.
+        parameter: the one that is largest against its prior size.
         noticed: by which factor that combination has to grow until it is noticed with the required power; 1 where it
             just is, infinite where the readings do not show it at all.
         tolerable: by which factor it may grow until it uses up the tolerance, below 1 where it already does more.
@@ -28,6 +29,7 @@ class HiddenPhysics:
     variant: str
     error: float
     parameters: dict[str, float]
+    parameter: str
     noticed: float
     tolerable: float
     rank: int
@@ -56,13 +58,14 @@ def hidden_physics(
         known = worst.get(entry.key)
         if known is not None and known.error >= error:
             continue
-        values = entry.start.copy()
-        values[entry.free] += hidden.sizes[index][design] * deviations[start[index] : start[index + 1]]
+        values, size = entry.start.copy(), hidden.sizes[index][design]
+        values[entry.free] += size * deviations[start[index] : start[index + 1]]
         visible = float(hidden.visible[design, index])
         worst[entry.key] = HiddenPhysics(
             *entry.key,
             error=error,
             parameters={p.name: float(v) for p, v in zip(entry.effect.parameters, values, strict=True)},
+            parameter=entry.effect.parameters[entry.free[int(np.abs(size).argmax())]].name,
             noticed=1.0 / float(np.sqrt(visible)) if visible > 0.0 else float("inf"),
             tolerable=1.0 / error if error > 0.0 else float("inf"),
             rank=int(hidden.rank[design, index]),

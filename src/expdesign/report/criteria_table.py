@@ -1,9 +1,9 @@
 """All criteria of one design beside the best of the front: the observability indices O1 to O5 among them."""
 
-from expdesign.criteria.criterion import known_criteria
 from expdesign.design.front import Front
 from expdesign.report import words
 from expdesign.report.blocks import DataTable
+from expdesign.report.design_figures import described
 
 CAPTION = (
     "All criteria of design {design}. O1 to O5 are observability indices: how well all stiffnesses are determined, "
@@ -16,9 +16,7 @@ def cells(front: Front, design: int) -> list[list[str]]:
     """Rows of the table of one design."""
     rows = []
     for name, values in front.criteria.items():
-        if name not in known_criteria():
-            continue
-        criterion = known_criteria()[name]
+        criterion = described(name)
         value = float(values[design])
         best = float(values.max() if criterion.maximise else values.min())
         smaller, larger = sorted((value, best))

@@ -81,7 +81,9 @@ def front_figure(front: Front) -> Figure:
 
 
 def plotted(front: Front) -> tuple[str, ...]:
-    """The first two objectives; beside a single one, another criterion."""
+    """The first two objectives; beside a single one, another criterion; of three with MEIR, it and the total error."""
+    if len(front.objectives) > 2 and Meir.name in front.objectives:
+        return "total", Meir.name
     first, second, *_ = dict.fromkeys((*front.objectives, "duir", "feir"))
     return first, second
 

@@ -29,7 +29,14 @@ from expdesign.report.blocks import (
     Subheading,
 )
 from expdesign.report.design_data import design_data, design_summary
-from expdesign.report.design_figures import budget_figure, described, front_figure, parallel_figure, shown_criteria
+from expdesign.report.design_figures import (
+    budget_figure,
+    described,
+    front_figure,
+    parallel_figure,
+    plotted,
+    shown_criteria,
+)
 from expdesign.report.design_texts import next_steps, vocabulary
 from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
@@ -180,7 +187,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
     below: list[Block] = []
     if data["parallel"]:
         selectors = [
-            Selector(id, label, [Option(name, words.criterion(name), name == front.objectives[k]) for name in names])
+            Selector(id, label, [Option(name, words.criterion(name), name == plotted(front)[k]) for name in names])
             for k, (id, label) in enumerate((("horizontal", "Across"), ("vertical", "Up")))
         ]
         figures = [*selectors, *figures]

@@ -7,6 +7,7 @@ from expdesign.design.front import Front, non_dominated
 from expdesign.design.problem import DesignProblem
 from expdesign.files.csv_writer import csv_text
 from expdesign.model_error.hidden_physics import HiddenPhysics
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.record import hidden_by_plan, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings
 from expdesign.model_error.statement import AccuracyStatement
@@ -34,8 +35,28 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     cheap = cheapest_sentence(front)
     if cheap is not None:
         texts.append(cheap)
-    blocks: list[Block] = [Sentences(texts), hidden_figure(physics), hidden_table(physics)]
+    noticing = noticed_by(problem, front, meir, physics)
+    blocks: list[Block] = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
     return Section("hidden", "What the plan would not notice", blocks)
+
+
+def noticed_by(
+    problem: DesignProblem, front: Front, meir: Meir, physics: tuple[HiddenPhysics, ...]
+) -> dict[tuple[str, str, str], str]:
+    """For each effect the design of least total error that notices it before it uses up the tolerance, in words."""
+    impact, total = meir.impact, front.criteria["total"]
+    squares = impact.hidden(problem.assess(*problem.space.decode(front.decisions))).squares
+    found = {}
+    for each in physics:
+        entries = [i for i, name in enumerate(impact.names) if name == (each.physics, each.component, each.variant)]
+        noticing = np.flatnonzero(squares[:, entries].max(axis=1) <= 1.0)
+        text = "none on the front"
+        if len(noticing):
+            best = int(noticing[np.argmin(total[noticing])])
+            more = 100.0 * (total[best] / total[front.recommended] - 1.0)
+            text = f"design {best + 1}, +{words.number(more, 2)} %"
+        found[each.physics, each.component, each.variant] = "this plan" if each.error <= 1.0 else text
+    return found
 
 
 def recordings_section(found: HiddenByRecordings, stated: AccuracyStatement | None = None) -> Section:
@@ -57,11 +78,15 @@ def cheapest_sentence(front: Front) -> str | None:
             f"No design on the front hides less than that within {100.0 * _CHEAP:.0f}\u00a0% of the least total error."
         )
     more = 100.0 * (total[best] / total[front.recommended] - 1.0)
+    text = (
+        f"Design {best + 1} hides {words.number(float(meir[best]))} tolerances instead of "
+        f"{words.number(float(meir[front.recommended]))}, for {words.number(more, 2)}\u00a0% more total error"
+    )
+    if set(front.objectives) == {"total", "meir"}:
+        return f"{text}."
     kept = len(non_dominated(np.stack([total, meir], axis=1)))
     return (
-        f"Design {best + 1} hides {words.number(float(meir[best]))} tolerances instead of "
-        f"{words.number(float(meir[front.recommended]))}, for {words.number(more, 2)}\u00a0% more total error; by "
-        f"these two alone, {words.count(kept, 'design')} of the front {'is' if kept == 1 else 'are'} best."
+        f"{text}; by these two alone, {words.count(kept, 'design')} of the front {'is' if kept == 1 else 'are'} best."
     )
 
 
@@ -89,17 +114,30 @@ def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
             "marker": {"color": colours},
             "showlegend": False,
             "hovertemplate": "%{y}<br>%{x:.3g} tolerances; %{text}<extra></extra>",
-        }
+        },
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "y": [label for label, each in zip(labels, shown, strict=True) if each.noticed < np.inf],
+            "x": [each.error * each.noticed for each in shown if each.noticed < np.inf],
+            "marker": {"symbol": "diamond-open", "size": 9, "color": "var(--ink)"},
+            "showlegend": False,
+            "hovertemplate": "%{y}<br>noticed from %{x:.3g} tolerances on<extra></extra>",
+        },
     ]
+    longest = max([1.0, *(each.error for each in shown)])
     layout = {
-        "xaxis": {"title": {"text": "hidden error at the targets, in tolerances"}, "rangemode": "tozero"},
+        "xaxis": {"title": {"text": "hidden error at the targets, in tolerances"}, "range": [0.0, 1.1 * longest]},
         "yaxis": {"autorange": "reversed", "automargin": True},
         "bargap": 0.25,
-    }
+        "shapes": [{"type": "line", "x0": 1, "x1": 1, "yref": "paper", "y0": 0, "y1": 1,
+                    "line": {"color": "var(--ink)", "dash": "dash", "width": 1.5}}],
+    }  # fmt: skip
     caption = (
-        "How far off the targets each effect alone could be after compensation without showing in the residuals "
-        "(1 = the tolerance). In the colour of noise: as large as goes unnoticed; in that of loads: as large as "
-        "machines are assumed to have it."
+        "How far off the targets each effect alone could be after compensation without showing in the residuals. "
+        "Dashed: where it uses up the tolerance. Diamonds: from where on it is noticed; one without a diamond in sight "
+        "is not, before it is larger than shown. In the colour of noise: as large as goes unnoticed; in that of loads: "
+        "as large as machines are assumed to have it."
     )
     description = "Bars of the hidden error per physics and component. The table has the same numbers."
     return Figure(
@@ -113,21 +151,38 @@ def _growth(each: HiddenPhysics) -> str:
     return f"{noticed}, tolerance used up at {words.number(each.tolerable)} times it"
 
 
-def hidden_table(physics: tuple[HiddenPhysics, ...]) -> DataTable:
-    """Hidden error, the size at which an effect is noticed, and that at which it uses up the tolerance."""
+def hidden_table(
+    physics: tuple[HiddenPhysics, ...], noticing: dict[tuple[str, str, str], str] | None = None
+) -> DataTable:
+    """Hidden error, the size at which an effect is noticed, and that at which it uses up the tolerance.
+
+    Args:
+        physics: what is hidden, the worst first.
+        noticing: what `noticed_by` found, where there are plans to choose from.
+    """
     rows, data = [], []
     for each in physics:
-        name, value = max(each.parameters.items(), key=lambda item: abs(item[1]))
+        key, value = (each.physics, each.component, each.variant), each.parameters[each.parameter]
         noticed, tolerable = each.noticed * value, each.tolerable * value
-        texts = [words.number(each.error), name, words.number(value), words.number(noticed), words.number(tolerable)]
-        variant = f" ({each.variant})" if each.variant else ""
-        rows.append([phrase(each), f"{each.component}{variant}", *texts])
-        data.append([each.physics, each.component, each.variant, each.error, name, value, noticed, tolerable])
-    columns = ["physics", "component", "variant", "error", "parameter", "hidden", "noticed", "tolerance_used_up"]
+        sizes = [words.number(size) if np.isfinite(size) else "never" for size in (value, noticed, tolerable)]
+        cheapest = [] if noticing is None else [noticing[key]]
+        where = f"{each.component} ({each.variant})" if each.variant else each.component
+        rows.append([phrase(each), where, words.number(each.error), *cheapest, *sizes, each.parameter])
+        data.append([*key, each.error, *cheapest, value, noticed, tolerable, each.parameter])
+    columns, heads = ["physics", "component", "variant", "error"], ["Effect", "Component", "Hidden error"]
     caption = (
-        "Every effect considered, with the largest parameter of its worst combination: the size that is hidden, the "
-        "size from which it is noticed with the required power, and the size at which it alone uses up the tolerance."
+        "Every effect considered, with the parameter of its worst combination that is largest against its prior size: "
+        "the size that is hidden, the size from which it is noticed with the required power, and the size at which the "
+        "effect alone uses up the tolerance."
     )
-    heads = ["Effect", "Component", "Hidden error", "Parameter", "Hidden size", "Noticed from", "Tolerance used up at"]
+    if noticing is not None:
+        columns.append("noticed_by")
+        heads.append("Noticed in time by")
+        caption += (
+            " Noticed in time: the design of the front with the least total error by which the effect shows before it "
+            "uses up the tolerance, and what that adds to the total error."
+        )
+    columns += ["hidden", "noticed", "tolerance_used_up", "parameter"]
+    heads += ["Hidden size", "Noticed from", "Tolerance used up at", "Parameter"]
     download = Download("hidden.csv", csv_text(pd.DataFrame(data, columns=columns)))
     return DataTable("hidden-table", caption, heads, rows, download, tall=True)

@@ -228,13 +228,15 @@ class Polishing:
         if not self._free or len(self.pool) == 0:
             return
         self.along(_LONG, max(_ALONG, self._points // 4))
+        # What became the worst on the way counts before the front is followed from there.
+        self.review()
         yield
         if self._count == 2:
             for _ in range(_PASSES):
                 if not self._follow():
                     break
                 yield
-        self._finished()
+        self.settle()
         yield
 
     def missing(self) -> float:
@@ -285,7 +287,7 @@ class Polishing:
             children = self._breeding.children(centres, weights, aims)
             self.take(self._minimise(children, centres[aims], weights[aims], _FIRST))
 
-    def _finished(self) -> None:
+    def settle(self) -> None:
         """Finish what is still rough or, where the front can do without it, leave it out."""
         earlier, measure = self.pool, kktpm(self.problem, self.pool)
         rough = np.flatnonzero(~(measure <= TARGET))
