@@ -173,10 +173,7 @@ def run(
     attained = {name: np.full(repetitions, np.nan) for name in (*names, UNIDENTIFIED, UNCOMPENSATED)}
     predicted = {name: np.full(repetitions, np.nan) for name in names}
     for repetition in range(repetitions):
-        generator = np.random.default_rng([seed, 11, repetition])
-        robot = problem.loaded.robot
-        stiffness = robot.stiffness * np.exp(loop.scatter * generator.standard_normal(len(robot.stiffness)))
-        draw = int(generator.integers(2**31))
+        stiffness, draw = drawn_robot(loop, seed, repetition)
         here = plans | {RANDOM: plan_of_decisions(problem, decisions[repetition])}
         for name, plan in here.items():
             attained[name][repetition] = attained_with(loop, plan, stiffness, draw)
@@ -186,6 +183,14 @@ def run(
         if repetition % 20 == 19:
             print(f"{repetition + 1} of {repetitions} repetitions", file=sys.stderr, flush=True)
     return attained, predicted
+
+
+def drawn_robot(loop: Loop, seed: int, repetition: int) -> tuple[FloatArray, int]:
+    """True stiffness (n_p,) in one repetition, and the seed of its noise and load errors; the same for all plans."""
+    generator = np.random.default_rng([seed, 11, repetition])
+    nominal = loop.problem.loaded.robot.stiffness
+    stiffness = nominal * np.exp(loop.scatter * generator.standard_normal(len(nominal)))
+    return stiffness, int(generator.integers(2**31))
 
 
 def expected(problem: DesignProblem, plan: Plan) -> float:

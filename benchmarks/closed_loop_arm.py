@@ -9,7 +9,6 @@ reference of a deflection, and where the tip shall be, is the unloaded arm, whic
 
 import sys
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -20,6 +19,7 @@ from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.serial import SerialRobot
+from urdf_inertia import with_inertia
 
 _PASSES = 100
 _SETTLED = 1e-13
@@ -37,7 +37,7 @@ class ArmBench:
         self.model = pin.buildModelFromXML(with_inertia(Path(robot.tree.urdf.source)))
         self.model.gravity.linear = robot.gravity
         self.data = self.model.createData()
-        self.tip = self.model.getFrameId(robot.tree.tip, pin.FrameType.BODY)
+        self.tip = self.model.getFrameId(robot.tree.tips[0], pin.FrameType.BODY)
 
     def tip_pose(self, q: FloatArray) -> "pin.SE3":
         pin.framesForwardKinematics(self.model, self.data, q)
@@ -93,16 +93,6 @@ class ArmBench:
             loaded = self.rest(command, stiffness, weight, np.array(centre))
             found.append(self.difference(loaded, self.rest(wanted, stiffness, np.zeros(6), none)))
         return np.array(found)
-
-
-def with_inertia(path: Path) -> str:
-    """The URDF with an inertia tensor for every mass: pinocchio's reader asks for one, statics does not use it."""
-    root = ElementTree.parse(path).getroot()
-    zeros = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
-    for inertial in root.iter("inertial"):
-        if inertial.find("inertia") is None:
-            ElementTree.SubElement(inertial, "inertia", {**dict.fromkeys(("ixx", "iyy", "izz"), "1e-3"), **zeros})
-    return ElementTree.tostring(root, encoding="unicode")
 
 
 if __name__ == "__main__":

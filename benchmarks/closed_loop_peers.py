@@ -27,6 +27,7 @@ from closed_loop import (
     Loop,
     attained_with,
     cells,
+    drawn_robot,
     expected,
     loop_of,
     plan_of_decisions,
@@ -92,10 +93,7 @@ def run(loop: Loop, plans: dict[str, Plan], repetitions: int, seed: int) -> pd.D
     attained = {name: np.full(repetitions, np.nan) for name in names}
     predicted = {name: np.full(repetitions, np.nan) for name in names}
     for repetition in range(repetitions):
-        generator = np.random.default_rng([seed, 11, repetition])
-        robot = problem.loaded.robot
-        stiffness = robot.stiffness * np.exp(loop.scatter * generator.standard_normal(len(robot.stiffness)))
-        draw = int(generator.integers(2**31))
+        stiffness, draw = drawn_robot(loop, seed, repetition)
         filling = space_filling(problem, np.random.default_rng([seed, 13, repetition]))
         for name, plan in (plans | {FILLING: plan_of_decisions(problem, filling)}).items():
             attained[name][repetition] = attained_with(loop, plan, stiffness, draw)

@@ -13,6 +13,7 @@ machines; the random plans are drawn anew for each. Trials are kept as they come
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
@@ -127,6 +128,7 @@ def main() -> None:
     parser.add_argument("--scatter", type=float, default=0.1, help="relative scatter of the true stiffness (1 sigma)")
     parser.add_argument("--factor", type=float, default=1.0, help="by which effects are larger than MEIR assumes")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="after which no further machine is begun")
     options = parser.parse_args()
     setting = setting_of(options.config, options.scatter, options.factor, options.seed)
     options.out.mkdir(parents=True, exist_ok=True)
@@ -143,9 +145,12 @@ def main() -> None:
     share = options.healthy / max(options.machines, 1)
     order = sorted([(i / 1.0, *each) for i, each in enumerate(planned)]
                    + [(i / max(share, 1e-9) + 0.5, *each) for i, each in enumerate(healthy)])  # fmt: skip
+    began = time.monotonic()
     for _, number, physics in order:
         if number in known:
             continue
+        if time.monotonic() - began > options.seconds:
+            break
         rows = [
             [number, physics, " ".join(components), name, *astuple(found)]
             for name, found, components in trials(setting, number, physics)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -22,6 +21,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.serial import SerialRobot
 
+from ..urdf_inertia import with_inertia
 from .machine import Concealed
 from .prior import Prior, compliance
 
@@ -142,7 +142,7 @@ class ArmMachine:
         self.model = pin.buildModelFromXML(with_inertia(Path(robot.tree.urdf.source)))
         self.model.gravity.linear = robot.gravity
         self.data = self.model.createData()
-        self.tip = self.model.getFrameId(robot.tree.tip, pin.FrameType.BODY)
+        self.tip = self.model.getFrameId(robot.tree.tips[0], pin.FrameType.BODY)
         self.placements = [placement.copy() for placement in self.model.jointPlacements]
         self.axes = [np.asarray(joint.axis, dtype=float) for joint in robot.tree.joints]
 
@@ -244,13 +244,3 @@ class ArmMachine:
 def difference(here: pin.SE3, there: pin.SE3) -> FloatArray:
     """Translation and rotation vector (6,) from one place of the tip to another."""
     return np.concatenate([here.translation - there.translation, pin.log3(here.rotation @ there.rotation.T)])
-
-
-def with_inertia(path: Path) -> str:
-    """The URDF with an inertia tensor for every mass: pinocchio's reader asks for one, statics does not use it."""
-    root = ElementTree.parse(path).getroot()
-    zeros = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
-    for inertial in root.iter("inertial"):
-        if inertial.find("inertia") is None:
-            ElementTree.SubElement(inertial, "inertia", {**dict.fromkeys(("ixx", "iyy", "izz"), "1e-3"), **zeros})
-    return ElementTree.tostring(root, encoding="unicode")

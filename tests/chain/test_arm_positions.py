@@ -21,6 +21,9 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import require_history
+from expdesign.diagnosis.library import candidates
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Search
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.identification.fit import Data, Fit, fit
@@ -49,7 +52,11 @@ def positions(robot: SerialRobot, effects: tuple[Effect, ...], parameters: list[
 
 
 def deflections(robot: SerialRobot, effect: Effect, parameters: list[float], rows: Recordings) -> Array:
-    chain = Chain(robot, (effect,))
+    return deflections_of(robot, (effect,), parameters, rows)
+
+
+def deflections_of(robot: SerialRobot, effects: tuple[Effect, ...], parameters: list[float], rows: Recordings) -> Array:
+    chain = Chain(robot, effects)
     values = np.concatenate([np.ones(7), parameters])
     return chain.predict(row_data(replace(rows, marker=None, markers=()), robot), values)
 
@@ -129,6 +136,39 @@ def test_a_guide_that_yields_as_it_is_extended(arm: SerialRobot) -> None:
             there = reading(arm, constant, [1e-6 + 3e-6 * float(q[row, 0])], rows)
             np.testing.assert_allclose(whole[row], there[row], rtol=1e-12, atol=1e-16)
     assert [str(c) for c in ExtensionCompliance.components(arm)] == ["joint 1"]
+
+
+def test_bearings_of_all_joints_are_those_of_each(arm: SerialRobot) -> None:
+    q = configurations(6, 7)
+    rows = untimed(arm, q, np.random.default_rng(0).uniform(-50.0, 50.0, (6, 6)))
+    lateral = 1e-6 * np.arange(1.0, 8.0)
+    together = JointCompliance.from_text(arm, "all joints", "")
+    each = tuple(JointCompliance.from_text(arm, f"joint {k}", "") for k in range(1, 8))
+    for reading in (deflections_of, positions):
+        whole = reading(arm, (together,), lateral.tolist(), rows)
+        np.testing.assert_allclose(whole, reading(arm, each, lateral.tolist(), rows), rtol=1e-12, atol=1e-18)
+
+
+def test_bearings_of_which_each_shows_as_much_are_named_together(arm: SerialRobot) -> None:
+    """Eight standard deviations in all rows of every joint: one at a time, some enter in the place of the others."""
+    rows = untimed(arm, configurations(90, 3))
+    each = [JointCompliance.from_text(arm, f"joint {k}", "") for k in range(1, 8)]
+    together = JointCompliance.from_text(arm, "all joints", "")
+    neutral = positions(arm, (), [], rows)
+    shown = [np.linalg.norm(positions(arm, (one,), [1e-6], rows) - neutral) / DEVIATION for one in each]
+    read = positions(arm, (together,), (8e-6 / np.array(shown)).clip(max=1e-3).tolist(), rows)
+    noise = DEVIATION * np.random.default_rng(4).standard_normal(read.shape)
+    data = replace(rows, deflections=read + noise)
+    assert data.deviations is not None
+    whitening = Whitening(data.deviations, data.series)
+    sample = Sample.of(Data(data, row_data(data, arm), whitening, reading=reading_of(arm, data)), ~data.test)
+    base = fit(Chain(arm, reading=sample.reading), sample)
+    entries = candidates([*each, together], sample, arm, base.values)
+    model = Search(arm, sample, entries, known_noise=True).run()
+    assert model.keys == (together.key,)
+    singly = Search(arm, sample, entries[:-1], known_noise=True).run()
+    assert 1 < len(singly.keys) < 7
+    assert singly.misfit > model.misfit + 10.0
 
 
 def test_play_that_grows_with_the_extension(arm: SerialRobot) -> None:

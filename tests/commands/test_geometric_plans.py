@@ -9,6 +9,9 @@ import yaml
 from tests.commands.calls import call
 
 import expdesign as xd
+from expdesign.api.inputs import problem_of
+from expdesign.comparison.contenders import distinct_criteria
+from expdesign.design.optimality.certificate import total_lower_bound
 from expdesign.errors import InputError
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
@@ -90,6 +93,42 @@ def test_deflections_do_not_continue_a_geometric_calibration(tmp_path: Path) -> 
     plan.to_csv(tmp_path / "deflections.csv", index=False)
     with pytest.raises(InputError, match="measured poses"):
         xd.plan_next(CONFIG, tmp_path / "deflections.csv")
+
+
+def bipod(folder: Path, measurements: int, targets: list[list[float]]) -> Path:
+    """The geometric calibration of the bipod."""
+    document = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))
+    document["robot"] = str(CONFIG.parent / "robots" / "bipod.yaml")
+    document["experiment"] |= {"calibration": "geometric", "measurements": measurements}
+    del document["experiment"]["load"], document["experiment"]["load_error"], document["targets"][0]["wrench"]
+    document["targets"] = [document["targets"][0] | {"pose": pose} for pose in targets]
+    document["objectives"] = ["duir", "o1"]
+    file = folder / "bipod.yaml"
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    return file
+
+
+def test_the_bound_where_the_best_plan_identifies_nothing_but_the_target(tmp_path: Path) -> None:
+    """Six measurements at the one target: two axes of one tolerance each with a sixth of the variance, √(2/6)."""
+    bound = total_lower_bound(problem_of(bipod(tmp_path, 6, [[0.1, -0.05]])))
+    assert bound.value == pytest.approx(np.sqrt(1.0 / 3.0), rel=1e-4)
+
+
+def test_designs_of_a_bipods_geometry_are_compared(tmp_path: Path) -> None:
+    """Six parameters from four poses; DUIR, which is `total` here, is searched once, FEIR, which is 0, not at all."""
+    file = bipod(tmp_path, 4, [[0.1, -0.05], [-0.2, 0.1], [0.0, 0.25], [0.2, 0.2]])
+    searched = distinct_criteria(problem_of(file), seed=1)
+    assert "duir" in searched
+    assert not {"feir", "total"} & set(searched)
+    result = xd.compare(file, samples=400, generations=1, random=4)
+    (judgement,) = result.judgements
+    finite = np.isfinite(judgement.attained)
+    assert finite.sum() >= 8
+    off = (judgement.attained - judgement.values["total"]) / judgement.attained_standard_error
+    assert np.abs(off[finite]).max() < 4.0
+    best = {one.name: index for index, one in enumerate(judgement.contenders)}
+    assert judgement.same_plan[best["total"]] == judgement.same_plan[best["duir"]]
+    assert judgement.values["total"][best["duir"]] == pytest.approx(np.nanmin(judgement.values["total"]), rel=1e-9)
 
 
 @pytest.mark.slow

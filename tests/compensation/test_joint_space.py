@@ -71,9 +71,9 @@ def test_a_redundant_arm_moves_no_more_than_it_must() -> None:
 
 def test_an_arm_with_too_few_joints_keeps_the_position() -> None:
     """The first three joints alone: the position of the wrist is reached, its orientation is not."""
-    tree = KinematicTree(ARM.tree.urdf, "base", "wrist_1")
+    tree = KinematicTree(ARM.tree.urdf, "base", ["wrist_1"])
     short = SerialRobot(tree, np.array([2e4, 2e4, 1e4, 1e9]))
-    tree = KinematicTree(ARM.tree.urdf, "base", "forearm")
+    tree = KinematicTree(ARM.tree.urdf, "base", ["forearm"])
     short = SerialRobot(tree, np.array([2e4, 2e4, 1e4]))
     frame = arm_rows(ARM, series=4, loads=1).drop(columns=["q4_rad", "q5_rad", "q6_rad"])
     frame = frame.drop(columns=[f"leg{i}_degC" for i in range(1, 7)])

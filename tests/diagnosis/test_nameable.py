@@ -160,3 +160,11 @@ def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name(
         part = Search(search.robot, search.sample.restricted(blocks != tenth), search.library, known_noise=True)
         named.append(part.run(outliers=False).keys == model.keys)
     assert abs(float(np.mean(named)) - found.same) <= 0.1 + 1e-9
+
+
+def test_names_do_not_hang_on_whether_rows_are_marked_for_testing() -> None:
+    """Two effects of clear size, named from all series and from three quarters of them."""
+    search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
+    part = search.sample.restricted(search.sample.rows.series % 4 != 0)
+    marked = Search(search.robot, part, search.library, known_noise=True)
+    assert nameable(marked).model.keys == nameable(search).model.keys == (FRICTION.key, PLAY.key)

@@ -12,6 +12,8 @@ from tests.model_error.problems import CONFIGS
 import expdesign as xd
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.differentiated import Differentiated
+from expdesign.design.optimality.neighbours import Neighbours
+from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.search import search
@@ -189,3 +191,39 @@ def test_the_report_of_a_run_shows_what_is_hidden(tmp_path: Path) -> None:
     assert result.record["meir"] == pytest.approx(float(result.front.criteria["meir"][result.front.recommended]))
     section = next(each for each in result.page().sections if each.id == "hidden")
     assert len(section.blocks) == 3
+
+
+def test_asking_for_it_only_where_it_matters_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exchanges chosen, and pieces of the achievement functions, as if it were asked for at every design."""
+    here = problem(tmp_path, {"objectives": ["duir", "feir", "meir"]}, measurements=3)
+    designs = starting_designs(here, 9, np.random.default_rng(6)).reshape(9, 3, -1)
+    objectives = Objectives(here)
+    values = objectives.values(designs)
+    # Three aims at one objective alone, of which one is MEIR, and six at all of them.
+    weights = np.concatenate([np.eye(3), np.ones((6, 3))]) / values.mean(axis=0)
+    centres = np.tile(values.min(axis=0), (9, 1))
+
+    def found() -> list[Any]:
+        neighbours = Neighbours(here, objectives, np.random.default_rng(7))
+        neighbours.learn(designs)
+        exchanged = neighbours.exchanged(designs, centres, weights, 1)
+        values, slopes = objectives.scalarised(centres, weights)(designs, np.arange(9))
+        return [*exchanged, values, slopes]
+
+    sparing = found()
+    monkeypatch.setattr(Meir, "costly", False)
+    for mine, theirs in zip(sparing, found(), strict=True):
+        np.testing.assert_allclose(mine, theirs, rtol=1e-12, atol=1e-12)
+
+
+def test_designs_that_were_asked_for_are_remembered_as_they_were(tmp_path: Path) -> None:
+    """Also where others are asked for beside them."""
+    designs = starting_designs(problem(tmp_path, SMALL, measurements=4), 12, np.random.default_rng(8))
+    designs = designs.reshape(12, 4, -1)
+    first, second = (problem(tmp_path, SMALL, measurements=4) for _ in range(2))
+
+    def meir(here: DesignProblem, chosen: slice) -> Any:
+        return here.objectives[1].values(here.assess(*here.space.decode(designs[chosen])))
+
+    meir(first, slice(3, 8))
+    np.testing.assert_allclose(meir(first, slice(None)), meir(second, slice(None)), rtol=1e-12)

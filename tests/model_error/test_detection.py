@@ -112,8 +112,10 @@ def finite_over_first_order(
     neutral = np.concatenate([np.ones(n_p), entry.start])
     moved = chain.predict(rows, np.concatenate([np.ones(n_p), values])) - chain.predict(rows, neutral)
     index = next(i for i, other in enumerate(meir.physics) if other is entry)
-    start = n_p + sum(other.columns for other in meir.physics[:index])
-    first = meir.directions.at(configurations, loads)[..., start : start + entry.columns]
+    start = sum(other.columns for other in meir.physics[:index])
+    first = meir.directions.at(configurations, loads, loaded.robot.jacobians(configurations))[
+        ..., start : start + entry.columns
+    ]
     white = meir.problem.assess(configurations[None], loads[None]).white
     seen, expected = (white(array[None, ..., None]) for array in (moved, first @ (values - entry.start)[entry.free]))
     return float(np.linalg.norm(seen - expected) / np.linalg.norm(expected))
@@ -127,7 +129,7 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
     found = meir.hidden(assessed(meir, configurations, loads))
     results: list[tuple[str, float, float]] = []
     start = np.cumsum([0, *(entry.columns for entry in meir.physics)])
-    n_p = meir.directions.base
+    n_p = meir.n_p
     base, directions = meir.whitened(assessed(meir, configurations, loads))
 
     def just_noticed(index: int) -> tuple[FloatArray, FloatArray]:

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from tests.model_error.problems import ROBOTS, impact, plans, problem
 
+from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.differentiation import gradient, independent
-from expdesign.model_error.directions import Directions, offsets
+from expdesign.model_error.directions import Directions, RowDirections, offsets
 from expdesign.model_error.left_out import physics_of_problem, plan_points
 from expdesign.model_error.prior import with_steps
 from expdesign.model_error.settings import Assumptions
@@ -21,11 +22,13 @@ def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None
     assumptions = Assumptions(physics=few)
     physics = with_steps(problem(name), physics_of_problem(problem(name), assumptions), assumptions)
     configurations, loads = (array[0] for array in plans(name, 1))
-    found = Directions(loaded.robot, loaded.load, physics, instrument=instrument).at(configurations, loads)
+    directions = RowDirections(loaded.robot, physics)
+    at_targets = [directions.at_target(loaded.load, *states) for states in zip(configurations, loads, strict=True)]
+    measured = Directions(directions, loaded.load).at(configurations, loads, loaded.robot.jacobians(configurations))
+    found = measured if instrument else np.array(at_targets)
     rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
     n_p = len(loaded.robot.stiffness)
-    assert np.allclose(found[..., :n_p], loaded.measure(configurations, loads).observation * loaded.robot.compliance)
-    for entry, start in zip(physics, n_p + offsets(physics)[:-1], strict=True):
+    for entry, start in zip(physics, offsets(physics)[:-1], strict=True):
         chain = Chain(loaded.robot, (entry.effect,), instrument=instrument)
         values = np.concatenate([np.ones(n_p), entry.start])
         if entry.step:
@@ -40,21 +43,24 @@ def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_adjoint_against_differences(name: str) -> None:
-    directions = impact(name).directions
+    def at(configurations: FloatArray, loads: FloatArray) -> FloatArray:
+        maps = problem(name).loaded.measure(configurations, loads).jacobians
+        return impact(name).directions.at(configurations, loads, maps)
+
     configurations, loads = (array[0] for array in plans(name, 1, seed=5))
     generator = np.random.default_rng(6)
-    size = np.abs(directions.at(configurations, loads)).max(axis=(0, 1)) + 1e-30
-    seed = generator.normal(size=(*directions.at(configurations, loads).shape,)) / size
+    size = np.abs(at(configurations, loads)).max(axis=(0, 1)) + 1e-30
+    seed = generator.normal(size=(*at(configurations, loads).shape,)) / size
     arguments = [configurations, loads]
     for argument in (0, 1):
         states = independent(arguments[argument])
-        found = directions.at(*(states if place == argument else arguments[place] for place in (0, 1)))
+        found = at(*(states if place == argument else arguments[place] for place in (0, 1)))
         slopes = gradient(found, seed, arguments[argument])
         step = 1e-6 * generator.normal(size=arguments[argument].shape)
         sides = []
         for sign in (1.0, -1.0):
             moved = list(arguments)
             moved[argument] = arguments[argument] + sign * step
-            sides.append(float((seed * directions.at(*moved)).sum()))
+            sides.append(float((seed * at(*moved)).sum()))
         expected = (sides[0] - sides[1]) / 2.0
         assert float((slopes * step).sum()) == pytest.approx(expected, rel=1e-4, abs=1e-9 * np.abs(seed).sum())

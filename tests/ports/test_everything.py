@@ -32,6 +32,30 @@ def _problem(sizes: tuple[float, ...], seed: int, curvature: float = 0.0) -> tup
     return linearised, Priors(np.zeros(count), deviation, group, -bound, bound), truth
 
 
+def test_what_readings_do_not_move_changes_nothing() -> None:
+    """A parameter without any effect, and one that is held: values, noise and left-out errors of the others stay."""
+    linearised, priors, _ = _problem((1.0, 0.5), seed=1)
+    held, count = np.random.default_rng(3).normal(size=(_ROWS, 1)), len(priors.mean)
+
+    def wider(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        residuals, slopes = linearised(values[:count])
+        return residuals - held[:, 0] * values[-1], np.hstack([slopes, np.zeros((_ROWS, 1)), held])
+
+    more = Priors(
+        np.append(priors.mean, [0.5, 0.0]), np.append(priors.deviation, [1.0, 1e-8]), np.append(priors.group, [-1, -1]),
+        np.append(priors.low, [-np.inf] * 2), np.append(priors.high, [np.inf] * 2),
+    )  # fmt: skip
+    alone = everything(linearised, priors, np.zeros(count))
+    found = everything(wider, more, np.append(np.zeros(count), [0.5, 0.0]))
+    np.testing.assert_allclose(found.values[:count], alone.values, rtol=1e-8)
+    np.testing.assert_allclose(found.values[count:], [0.5, 0.0], atol=1e-8)
+    np.testing.assert_allclose(found.noise, alone.noise, rtol=1e-8)
+    deviations = np.sqrt(np.diag(found.covariance))[count:]
+    np.testing.assert_allclose(deviations, [1.0, 1e-8], rtol=1e-6)
+    blocks = np.arange(_ROWS) // 24
+    np.testing.assert_allclose(found.left_out(blocks, more), alone.left_out(blocks, priors), rtol=1e-6, atol=1e-9)
+
+
 def test_absent_groups_are_switched_off_and_noise_is_learnt() -> None:
     linearised, priors, _ = _problem((1.0, 0.0, 0.5, 0.0), seed=1)
     found = everything(linearised, priors, np.zeros(len(priors.mean)))

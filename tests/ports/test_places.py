@@ -1,5 +1,7 @@
 """Families of laws at single ports: physics of several axes at once is one entry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.cases import ROBOTS, robot
@@ -19,8 +21,12 @@ from expdesign.ports.quantities import Quantity
 NAME = "irregular"
 
 
-def _bench(port: str) -> tuple[Dictionary, Measured, FloatArray]:
+def _bench(*ports: str, unloaded: bool = False) -> tuple[Dictionary, Measured, FloatArray]:
+    """Laws of some ports, the rows and the base model; `unloaded`: every series starts with a row without a load."""
     here, recordings = robot(NAME), recordings_of(None, NAME)
+    if unloaded:
+        first = np.append(True, np.diff(recordings.series) != 0)
+        recordings = replace(recordings, wrenches=np.where(first[:, None], 0.0, recordings.wrenches))
     deviation = np.array(ROBOTS[NAME].deviation)
 
     def whiten(values: FloatArray) -> FloatArray:
@@ -31,7 +37,20 @@ def _bench(port: str) -> tuple[Dictionary, Measured, FloatArray]:
     axes = tuple(range(here.coordinates.n))
     measured = Measured(rows, axes, everything, whiten, rows.series, False, DEFLECTION, True)
     values = np.ones(Chain(here).compliances)
-    return Dictionary(here, measured, values, only=(port,)), measured, values
+    return Dictionary(here, measured, values, only=ports), measured, values
+
+
+def _maps(port: str, measured: Measured, values: FloatArray) -> FloatArray:
+    """Whitened derivatives of the readings with respect to what a port adds, shape (N, k, width)."""
+    here = robot(NAME)
+    (place,) = (p for p in ports_of(here) if p.name == port)
+    return port_map(place, here, measured, values, ())
+
+
+def _wrenches(dictionary: Dictionary) -> FloatArray:
+    """Wrenches on the platform of all rows, shape (N, n)."""
+    first = len(robot(NAME).stiffness)
+    return np.column_stack([dictionary.sight.values(Quantity("effort", first + axis)) for axis in range(6)])
 
 
 def _best(dictionary: Dictionary, measured: Measured, values: FloatArray, shown: FloatArray) -> Entry:
@@ -55,8 +74,7 @@ def test_a_mount_that_slips_along_every_axis_by_itself_is_one_law(port: str) -> 
     n, first = here.coordinates.n, len(here.stiffness) + (0 if port == "platform" else here.coordinates.n)
     limits = [0.3 * dictionary.sight.largest(Quantity("effort", first + a)) for a in range(n)]
     slipped = [dictionary.sight.values(Quantity("stop", first + a, (limits[a],))) for a in range(n)]
-    (place,) = (p for p in ports_of(here) if p.name == port)
-    maps = port_map(place, here, measured, values, ())
+    maps = _maps(port, measured, values)
     sizes = np.sqrt((maps**2).mean(axis=(0, 1)))
     twist = np.column_stack([s / limit / size for s, limit, size in zip(slipped, limits, sizes, strict=True)])
     entry = _best(dictionary, measured, values, np.einsum("nkw,nw->nk", maps, twist))
@@ -71,3 +89,56 @@ def test_a_reading_whose_scale_changes_with_the_place_is_one_law_of_all_axes() -
     way = (place - place.mean()) / place.std()
     entry = _best(dictionary, measured, values, own * (way + 0.5 * way**2)[:, None])
     assert (entry.form, entry.blocks) == ("scale", 1)
+
+
+def test_what_comes_with_the_load_pulls_as_a_force_does_and_not_at_all_without_a_load() -> None:
+    assert not _bench("attachments")[0].atoms
+    dictionary, measured, values = _bench("attachments", unloaded=True)
+    loaded = np.asarray(_wrenches(dictionary).any(axis=1))
+    always, attached = _maps("payload", measured, values), _maps("attachments", measured, values)
+    assert loaded.any()
+    assert not loaded.all()
+    assert np.array_equal(attached[loaded], always[loaded])
+    assert not attached[~loaded].any()
+    assert {atom.entry.form for atom in dictionary.atoms if atom.entry is not None} == {"field"}
+
+
+def test_a_moved_centre_of_mass_adds_the_moment_of_the_load_about_it() -> None:
+    """Δm = (R·u) × F, and the readings change as the base model's do with that moment."""
+    dictionary, measured, values = _bench("centre of mass")
+    moved = np.array([0.02, -0.01, 0.03])
+    columns = [dictionary.sight.values(Quantity("rotation", index)) for index in range(9)]
+    rotation = np.stack(columns, axis=1).reshape(-1, 3, 3).transpose(0, 2, 1)
+    moments = np.cross(rotation @ moved, _wrenches(dictionary)[:, :3])
+    added = np.concatenate([np.zeros_like(moments), moments], axis=1)
+    expected = np.einsum("nkw,nw->nk", _maps("payload", measured, values), added)
+    found = np.einsum("nkw,w->nk", _maps("centre of mass", measured, values), moved)
+    assert np.abs(expected).max() > 1.0
+    assert np.allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+    assert {str(atom.component) for atom in dictionary.atoms} == {"payload"}
+
+
+def test_an_axis_that_shows_in_another_one_is_a_single_coefficient() -> None:
+    """2 % of the rotation about x show along z, which no rotation of the instrument does."""
+    dictionary, measured, values = _bench("instrument", "cross talk")
+    own = measured.whiten(Chain(robot(NAME)).predict(measured.rows, values)[:, :, None])[:, :, 0]
+    shown = np.zeros_like(own)
+    shown[:, 2] = 0.02 * own[:, 3]
+    entry = _best(dictionary, measured, values, shown)
+    (channel,) = entry.channels
+    assert entry.port == "cross talk"
+    assert (channel.output, channel.amplitude) == (2, Quantity("deflection", 3))
+
+
+@pytest.mark.parametrize("port", ["platform", "base"])
+def test_a_joint_that_opens_at_a_skew_edge_is_a_law_of_the_moments_in_its_plane(port: str) -> None:
+    """It turns about an edge between x and y by what the moment about that exceeds 40 % of its largest, either way."""
+    dictionary, measured, values = _bench(port, f"{port} opening")
+    effort = "carried" if port == "platform" else "ground"
+    edge = np.array([0.8, 0.6])
+    moment = np.column_stack([dictionary.sight.values(Quantity(effort, 3 + axis)) for axis in (0, 1)]) @ edge
+    beyond = np.sign(moment) * np.maximum(np.abs(moment) - 0.4 * np.abs(moment).max(), 0.0)
+    entry = _best(dictionary, measured, values, _maps(port, measured, values)[:, :, 3:5] @ edge * beyond[:, None])
+    assert (entry.port, entry.kernel) == (f"{port} opening", "arc_cosine")
+    assert {3, 4} <= {channel.output for channel in entry.channels}
+    assert entry.inputs == tuple(Quantity(effort, component) for component in (2, 3, 4))

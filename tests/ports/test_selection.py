@@ -56,3 +56,19 @@ def test_combinations_of_weights_that_no_reading_shows_cost_nothing() -> None:
     (gain,) = search.propose(search.base).gains
     assert gain == pytest.approx(search.base.gain(search.atoms[0].directions)[0], rel=1e-9)
     assert search._slim[0].shape == (ROWS, 2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_law_that_took_a_share_of_two_gives_way_to_the_one_elsewhere_that_is_left(seed: int) -> None:
+    """A wide law of the platform imitates two narrow ones, one of them the base's, to a tenth or a fifth of their size.
+
+    What it leaves of the base's law is too little beside all that is explained for a further component to be added.
+    """
+    generator = np.random.default_rng(seed)
+    one, other = (generator.standard_normal((ROWS, 1)) for _ in range(2))
+    near = np.hstack([one, other]) + [0.1, 0.2] * generator.standard_normal((ROWS, 2))
+    wide = np.hstack([near, 0.3 * generator.standard_normal((ROWS, 8))])
+    readings = 6.0 * (one + other)[:, 0] + generator.standard_normal(ROWS)
+    search = _search([(PLATFORM, wide), (PLATFORM, other), (BASE, one)], readings, seed)
+    chosen = search.run()
+    assert sorted(chosen.indices) == [1, 2]

@@ -49,7 +49,7 @@ ARMS = {
 @cache
 def serial_robot(arm: Arm, stiffness: float = 2.0e4) -> SerialRobot:
     """The arm with joints of one stiffness."""
-    tree = KinematicTree(read_urdf(arm.path), arm.base, arm.tip)
+    tree = KinematicTree(read_urdf(arm.path), arm.base, [arm.tip])
     return SerialRobot(tree, np.full(len(tree.coordinates), stiffness), name=arm.file)
 
 
@@ -64,7 +64,7 @@ class Oracle:
         path = robot.tree.urdf.source
         self.model = pin.buildModelFromUrdf(path)
         self.data = self.model.createData()
-        self.tip = self.model.getFrameId(robot.tree.tip, pin.FrameType.BODY)
+        self.tip = self.model.getFrameId(robot.tree.tips[0], pin.FrameType.BODY)
         self.base = self.model.getFrameId(robot.tree.base, pin.FrameType.BODY)
 
     def full(self, q: FloatArray) -> FloatArray:

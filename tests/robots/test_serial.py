@@ -41,7 +41,7 @@ def written(folder: Path, text: str = ROBOT) -> Path:
 
 
 def robot_of(folder: Path, text: str = ROBOT, base: str = "base", tip: str = "tip") -> SerialRobot:
-    tree = KinematicTree(read_urdf(written(folder, text)), base, tip)
+    tree = KinematicTree(read_urdf(written(folder, text)), base, [tip])
     return SerialRobot(tree, np.full(len(tree.coordinates), 1e4))
 
 

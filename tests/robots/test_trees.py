@@ -20,12 +20,14 @@ from expdesign.robots.robot_file import read_robot
 from expdesign.robots.serial import SerialRobot
 
 
-def _link(name: str, mass: float, centre: str = "0.1 0 0.02") -> str:
+def link_text(name: str, mass: float, centre: str = "0.1 0 0.02") -> str:
     inertia = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
     return f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>{inertia}</inertial></link>'
 
 
-def _joint(name: str, parent: str, child: str, xyz: str, axis: str, *, rule: str = "", kind: str = "revolute") -> str:
+def joint_text(
+    name: str, parent: str, child: str, xyz: str, axis: str, *, rule: str = "", kind: str = "revolute"
+) -> str:
     return (
         f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/><child link="{child}"/>'
         f'<axis xyz="{axis}"/><limit lower="-3" upper="3" effort="1" velocity="1"/>{rule}</joint>'
@@ -34,28 +36,28 @@ def _joint(name: str, parent: str, child: str, xyz: str, axis: str, *, rule: str
 
 TORSO = (
     '<robot name="torso"><link name="ground"/>'
-    + _link("trunk", 20.0)
-    + _joint("waist", "ground", "trunk", "0 0 0.5", "0 1 0")
+    + link_text("trunk", 20.0)
+    + joint_text("waist", "ground", "trunk", "0 0 0.5", "0 1 0")
     + "".join(
-        _link(f"{side}_upper", 3.0)
-        + _link(f"{side}_fore", 2.0)
-        + _joint(f"{side}_shoulder", "trunk", f"{side}_upper", f"0 {y} 0.4", "0 1 0")
-        + _joint(f"{side}_elbow", f"{side}_upper", f"{side}_fore", "0.3 0 0", "0 0 1")
+        link_text(f"{side}_upper", 3.0)
+        + link_text(f"{side}_fore", 2.0)
+        + joint_text(f"{side}_shoulder", "trunk", f"{side}_upper", f"0 {y} 0.4", "0 1 0")
+        + joint_text(f"{side}_elbow", f"{side}_upper", f"{side}_fore", "0.3 0 0", "0 0 1")
         for side, y in (("right", -0.2), ("left", 0.2))
     )
-    + _link("beside", 4.0)
-    + _joint("stand", "ground", "beside", "0 0.6 0", "1 0 0")
+    + link_text("beside", 4.0)
+    + joint_text("stand", "ground", "beside", "0 0.6 0", "1 0 0")
     + "</robot>"
 )
-MOTORS = _link("m1", 0.0) + _link("m2", 0.0) + _joint("one", "ground", "m1", "0 0 0", "0 1 0")
-MOTORS += _joint("two", "ground", "m2", "0 0 0", "0 1 0")
+MOTORS = link_text("m1", 0.0) + link_text("m2", 0.0) + joint_text("one", "ground", "m1", "0 0 0", "0 1 0")
+MOTORS += joint_text("two", "ground", "m2", "0 0 0", "0 1 0")
 PARALLELOGRAM = (
     '<robot name="p"><link name="ground"/>'
     + MOTORS
-    + _link("upper", 3.0)
-    + _link("fore", 2.0)
-    + _joint("shoulder", "ground", "upper", "0 0 0.3", "0 1 0", rule='<mimic joint="one"/>')
-    + _joint("elbow", "upper", "fore", "0.4 0 0", "0 1 0", rule="RULE")
+    + link_text("upper", 3.0)
+    + link_text("fore", 2.0)
+    + joint_text("shoulder", "ground", "upper", "0 0 0.3", "0 1 0", rule='<mimic joint="one"/>')
+    + joint_text("elbow", "upper", "fore", "0.4 0 0", "0 1 0", rule="RULE")
     + "</robot>"
 )
 TWO_TAGS = '<mimic joint="one" multiplier="-1"/><mimic joint="two" multiplier="0.5" offset="0.1"/>'

@@ -29,23 +29,26 @@ def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:
     return wrench[3:] + ca.cross(row.position - point, wrench[:3])
 
 
-def with_links_beyond(robot: Robot, wrench: ca.SX, row: Row, first: int) -> ca.SX:
-    """The wrench at the tip together with the weight of links `first`, first + 1, ... (from 1) about the tip, (6,).
+def with_links_beyond(robot: Robot, wrench: ca.SX, row: Row, joint: int, *, own: bool = True) -> ca.SX:
+    """The wrench at the tip together with the weight of the links beyond a joint (from 1) about the tip, (6,).
 
     Positions show what own weight does; in deflections it is there before and after, and the wrench is the tip's alone.
+    `own` says whether the link that begins at the joint counts.
     """
     if row.marker.shape[0] == 0:
         return wrench
     tree = links_of(robot).tree
-    carried = [float(number >= first) for number in range(1, len(robot.stiffness) + 1)]
-    mass = float(np.dot(carried, tree.masses()))
-    lever = tree.weight(row.pose, None, ca.SX(carried)) - mass * row.position
-    return wrench + ca.vertcat(mass * row.gravity, ca.cross(lever, row.gravity))
+    weight = tree.weight(row.pose, None, ca.SX(tree.beyond(joint, own=own)))
+    lever = weight[1:] - weight[0] * row.position
+    return wrench + ca.vertcat(weight[0] * row.gravity, ca.cross(lever, row.gravity))
 
 
-def at_tip(velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
-    """Twist (6,) of the tip when the arm beyond a point moves by `velocity` and turns by `turn` about that point."""
-    return ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
+def at_tip(robot: Robot, joint: int, velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
+    """Twist (6,) of the tip when the arm beyond a joint (index from 0) moves by `velocity` and turns by `turn` about
+    a point; 0 for a tip that the joint does not carry.
+    """
+    twist = ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
+    return links_of(robot).tree.reaches(row.pose, joint) * twist
 
 
 @lru_cache(maxsize=16)

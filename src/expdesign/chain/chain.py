@@ -177,11 +177,13 @@ class Chain:
         geometry = nominal
         for effect, part in zip(self.effects, parts, strict=True):
             geometry = effect.geometry(geometry, part)
-        commanded = robot.actuator_lengths(row.pose, nominal)
+        nominal_lengths = robot.actuator_lengths(row.pose, nominal)
+        commanded = nominal_lengths
         for effect, part in zip(self.effects, parts, strict=True):
             commanded = effect.lengths(commanded, part)
         pose = row.pose
-        for _ in range(self.reading.chord_steps):
+        unchanged = geometry is nominal and commanded is nominal_lengths
+        for _ in range(0 if unchanged else self.reading.chord_steps):
             pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
         for effect, part in zip(self.effects, parts, strict=True):
             pose = effect.unloaded(pose, compliance, row, part)

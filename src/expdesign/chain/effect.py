@@ -50,6 +50,7 @@ class Effect(ABC):
             support are ways in which it is not the spring that it is first of all); empty where there is none.
         changes_geometry: whether `geometry`, `lengths` or `unloaded` is overridden, which makes the kinematic maps
             symbolic.
+        changes_reading: whether `reading` is overridden; other effects show as they move the platform.
     """
 
     identifier: ClassVar[str]
@@ -62,9 +63,12 @@ class Effect(ABC):
     states: int = 0
     builds_on: str = ""
     changes_geometry: bool = False
+    changes_reading: ClassVar[bool] = False
 
     def __init_subclass__(cls, **options: object) -> None:
         super().__init_subclass__(**options)
+        if "reading" in vars(cls):
+            cls.changes_reading = True
         if "identifier" not in vars(cls):
             cls.identifier = cls.__module__.partition(".chain.effects.")[2] or cls.__name__
 

@@ -1,6 +1,7 @@
 """One row of recordings as symbols, and many rows as the numbers that stand for them."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -63,6 +64,11 @@ class Row:
     first: ca.SX
     number: ca.SX
     reference: ca.SX
+
+    @cached_property
+    def inverse(self) -> ca.SX:
+        """J⁻¹ (n_p, n) of a robot with as many actuators as coordinates: one expression for all effects that use it."""
+        return ca.solve(self.forward, ca.SX.eye(self.forward.shape[0]))
 
     def flat(self) -> ca.SX:
         """All symbols as one column vector, columns of matrices first."""

@@ -17,6 +17,8 @@ from expdesign.instrument.deflection_noise import series_by_pose
 
 Origin = Literal["optimised", "random", "given"]
 _RANDOM_STREAM = 7
+_PROBES, _SAME = 8, 1e-12
+"""Designs on which criteria are compared, and the relative difference below which they are the same."""
 
 
 @dataclass(frozen=True)
@@ -45,19 +47,24 @@ def optimised(
 
     Every criterion is searched by itself, and what all searches found is refined by its gradient (`refinement.py`). A
     search can end at a local optimum, and what another one found can be better by its own criterion: of all designs
-    that were found, each criterion has the best. `parts` does the searches and refinements, which do not need each
-    other.
+    that were found, each criterion has the best. Criteria that are the same (DUIR and `total` without load errors) are
+    searched once, and one that no design changes not at all. `parts` does the searches and refinements, which do not
+    need each other.
 
     Raises:
         InfeasibleError: no design within the limits was found.
         NotIdentifiableError: no design identifies what the targets need.
     """
     criteria, each = problem.criteria, parts or one_after_another(problem)
-    names = list(criteria)
+    names = distinct_criteria(problem, seed)
     found = each(_searched, [(name, seed, generations) for name in names])
     report("searched")
     decisions = np.unique(problem.settable(np.array(found)), axis=0)
-    better = each(_refined, [(name, decisions, seed) for name in names], lambda index: report(names[index]))
+    jobs = [(name, decisions, seed, generations) for name in names]
+    better = each(_refined, jobs, lambda index: report(names[index]))
+    for name in criteria:
+        if name not in names:
+            report(name)
     designs = np.concatenate([decisions, *better])
     plans = [plan_of_decisions(problem, one) for one in designs]
     assessment = problem.assess(*problem.space.decode(designs), np.array([plan.series for plan in plans]))
@@ -73,8 +80,24 @@ def _searched(problem: DesignProblem, name: str, seed: int, generations: int | N
     return search_single(problem, problem.criteria[name], seed=seed, generations=generations).decisions
 
 
-def _refined(problem: DesignProblem, name: str, decisions: FloatArray, seed: int) -> FloatArray:
-    return refined(problem, problem.criteria[name], decisions, seed)
+def _refined(
+    problem: DesignProblem, name: str, decisions: FloatArray, seed: int, generations: int | None
+) -> FloatArray:
+    return refined(problem, problem.criteria[name], decisions, seed, generations)
+
+
+def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
+    """Criteria that order designs, without those that are another one to within rounding, by designs at random."""
+    plans = [one.plan for one in drawn(problem, _PROBES, seed)]
+    configurations, loads = (np.array([getattr(plan, name) for plan in plans]) for name in ("configurations", "loads"))
+    assessment = problem.assess(configurations, loads, np.array([plan.series for plan in plans]))
+    kept: dict[str, FloatArray] = {}
+    for name, criterion in problem.criteria.items():
+        values = criterion.values(assessment)
+        varies = not np.allclose(values, values[0], rtol=_SAME, atol=0.0)
+        if varies and not any(np.allclose(values, other, rtol=_SAME, atol=0.0) for other in kept.values()):
+            kept[name] = values
+    return list(kept) or list(problem.criteria)[:1]
 
 
 def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:

@@ -20,7 +20,9 @@ from expdesign.design.problem import DesignProblem
 STARTS, ITERATIONS, RADIUS = 8, 100, 0.1
 
 
-def refined(problem: DesignProblem, criterion: Criterion, decisions: FloatArray, seed: int) -> FloatArray:
+def refined(
+    problem: DesignProblem, criterion: Criterion, decisions: FloatArray, seed: int, generations: int | None = None
+) -> FloatArray:
     """Designs better by `criterion` than those given, as they can be set.
 
     Args:
@@ -28,6 +30,7 @@ def refined(problem: DesignProblem, criterion: Criterion, decisions: FloatArray,
         criterion: the only objective.
         decisions: feasible designs (d, m, g), not all with the same value of the criterion as a rule.
         seed: of the exchanges.
+        generations: that allow as many rounds of exchanges; the configuration's setting if left out.
 
     Returns:
         Genes (d', m, g); none where nothing is continuous, or where the estimator has redundant parameters, whose
@@ -35,7 +38,8 @@ def refined(problem: DesignProblem, criterion: Criterion, decisions: FloatArray,
     """
     if not (~problem.space.discrete).any() or problem.loaded.regressor.redundant:
         return decisions[:0]
-    alone = replace(problem, objectives=(criterion,), optimiser=replace(problem.optimiser, seed=seed))
+    settings = replace(problem.optimiser, seed=seed, generations=generations or problem.optimiser.generations)
+    alone = replace(problem, objectives=(criterion,), optimiser=settings)
     objectives = Objectives(alone)
     pool = np.concatenate([decisions, polish(alone, decisions, points=1)])
     values = objectives.values(pool)

@@ -28,6 +28,7 @@ class Criterion(ABC):
         unit: of its values.
         maximise: whether larger is better.
         root_mean_square: whether it is the root of a sum of squares, which is at its least, with a kink, where it is 0.
+        costly: whether a value takes much longer than those of others, so that it pays to ask only where it matters.
     """
 
     name: ClassVar[str]
@@ -35,6 +36,7 @@ class Criterion(ABC):
     unit: ClassVar[str] = "1"
     maximise: ClassVar[bool] = False
     root_mean_square: ClassVar[bool] = False
+    costly: ClassVar[bool] = False
 
     @abstractmethod
     def values(self, assessment: Assessment) -> FloatArray:

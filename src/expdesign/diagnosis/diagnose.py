@@ -6,21 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import BoolArray, FloatArray
-from expdesign.chain.chain import Chain
-from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.row import row_data
-from expdesign.diagnosis.base_models import base_model
+from expdesign.arrays import BoolArray
+from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.findings import Finding, findings
+from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import CONTESTED, Laws, laws_beside, left_out_alone
-from expdesign.diagnosis.library import OUTLIER, Candidate, candidates, library
+from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import Location, drivers, locate
-from expdesign.diagnosis.many import Many
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
@@ -36,15 +33,11 @@ from expdesign.diagnosis.together import (
     Method,
     errors_together,
     group_findings,
-    together,
     verdict_together,
 )
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
-from expdesign.errors import InputError
-from expdesign.identification.estimability import require_regular_rows
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
-from expdesign.identification.whitening import Whitening
+from expdesign.identification.fit import Fit
+from expdesign.identification.noise_level import NoiseLevel
 from expdesign.recordings.recordings import Recordings
 from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
@@ -97,19 +90,6 @@ class Diagnosis:
         return next((finding.rival for finding in self.findings if finding.rival is not None), None)
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """What is known before effects are sought."""
-
-    robot: Robot
-    recordings: Recordings
-    noise: NoiseLevel
-    base: Fit
-    search: Search
-    entries: list[Candidate]
-    method: Method
-
-
 def diagnose(
     robot: Robot,
     recordings: Recordings,
@@ -132,39 +112,49 @@ def diagnose(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
-    if recordings.test.all():
-        remedy = "Mark some loaded rows `train` in the column `split`."
-        raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
-    if len(robot.stiffness):
-        require_regular_rows(recordings, robot.jacobians(recordings.configurations))
-    sample_with = _sampler(robot, recordings, shared_reference=shared_reference)
-    report("fitting the base model")
-    noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
-    sample = sample_with(noise.deviations)
-    base = fit(Chain(robot, reading=sample.reading), sample)
-    judged = _judged(robot, sample)
-    kind = base_model(robot, sample.reading)
-    kind.require_determined(robot, recordings, base, sample.idle)
-    report("preparing the library")
-    entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
-    search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    many, method = together(robot, sample, base, entries, report)
-    frame = _Frame(robot, recordings, noise, base, search, entries, method)
-    at_once = _at_once(frame, many, judged)
-    if at_once is not None and (at_once.support is None or at_once.support.nameless(sample)):
+    frame = framed(robot, recordings, shared_reference=shared_reference, without=without, report=report)
+    at_once = _at_once(frame)
+    if at_once is not None and at_once.alone:
         return at_once.diagnosis
-    named = nameable(search, outliers=False) if OUTLIER in without else _searched(search, sample, robot)
-    model = named.model
-    report("checking on held-out recordings")
-    model, errors = _checked(search, model, base, noise, judged)
-    if at_once is not None and at_once.beats(model):
+    named = _named(frame, outliers=OUTLIER not in without)
+    if at_once is not None and at_once.beats(named.model):
         return at_once.diagnosis
     report("weighing alternatives")
+    result = _with_verdict(frame, named)
+    contested = result.verdict == "explained" and frame.kind.contested and frame.noise.known
+    return _with_laws(result, frame.judged, report) if result.verdict == "unexplained" or contested else result
+
+
+@dataclass(frozen=True)
+class _Named:
+    """The best model with named effects.
+
+    Attributes:
+        model: as far as held-out rows confirm it.
+        errors: of it on fitted and held-out rows.
+        found: what the search for it said.
+    """
+
+    model: Model
+    errors: HeldOut
+    found: Nameable
+
+
+def _named(frame: Frame, *, outliers: bool) -> _Named:
+    """Few named effects; `outliers` says whether rows may be set aside as single mistakes."""
+    search = frame.search
+    found = _searched(search, search.sample, frame.robot) if outliers else nameable(search, outliers=False)
+    search.report("checking on held-out recordings")
+    return _Named(*_checked(search, found.model, frame.base, frame.noise, frame.judged), found)
+
+
+def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
+    """What named effects say of the recordings, and whether they explain them."""
+    search, base, noise, model, errors = frame.search, frame.base, frame.noise, named.model, named.errors
+    sample = search.sample
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     stable = stability(search, model)
-    found = findings(search, model, gains(search, model, judged), spread, stable)
-    variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
-    location = locate(base, sample, robot, entries, variance)
+    found = findings(search, model, gains(search, model, frame.judged), spread, stable)
     before = (base.chi2, _dof(base, sample))
     after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
     p_before, p_after = (_p_value(each, noise) for each in (before, after))
@@ -173,20 +163,22 @@ def diagnose(
         errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
     verdict = verdict_without(p_before, known_noise=noise.known)
     if found:
+        at_limit = named.found.at_limit
         reason = doubt(
-            model, before, after, errors, most=search.most_effects, known_noise=noise.known, at_limit=named.at_limit
+            model, before, after, errors, most=search.most_effects, known_noise=noise.known, at_limit=at_limit
         )
         verdict = "unexplained" if reason else "explained"
         search.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent":
-        kind.require_plausible(robot, recordings, base)
+        frame.kind.require_plausible(frame.robot, frame.recordings, base)
     predictive = model
     if verdict == "unexplained":
         found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
-        predictive, errors = _predictive(search, model, errors, judged)
-    result = Diagnosis(
-        robot=robot,
-        recordings=recordings,
+        predictive, errors = _predictive(search, model, errors, frame.judged)
+    variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
+    return Diagnosis(
+        robot=frame.robot,
+        recordings=frame.recordings,
         noise=noise,
         base=base,
         model=model,
@@ -194,25 +186,28 @@ def diagnose(
         verdict=verdict,
         p_before=p_before,
         p_after=p_after,
-        location=location,
+        location=locate(base, sample, frame.robot, frame.entries, variance),
         findings=found,
         errors=errors,
         search=search,
         laws=None,
-        method=method,
-        caveats=(*named.remarks, *caveats(sample, model, spread, errors)),
+        method=frame.method,
+        caveats=(*named.found.remarks, *caveats(sample, model, spread, errors)),
         stability=stable,
     )
-    contested = verdict == "explained" and kind.contested and noise.known
-    return _with_laws(result, judged, report) if verdict == "unexplained" or contested else result
 
 
 @dataclass(frozen=True)
-class _AtOnce:
+class _AllAtOnce:
     """The diagnosis with all effects at once, and the laws of a body's support where it is by these."""
 
     diagnosis: Diagnosis
-    support: Support | None = None
+    support: Support | None
+
+    @property
+    def alone(self) -> bool:
+        """Whether named effects need not be sought."""
+        return self.support is None or self.support.nameless(self.diagnosis.search.sample)
 
     def beats(self, named: Model) -> bool:
         """Whether laws of the support predict left-out blocks better than named effects."""
@@ -220,51 +215,50 @@ class _AtOnce:
         return self.support is not None and self.support.beats(named.fit, kept)
 
 
-def _at_once(known: _Frame, many: Many | None, judged: BoolArray) -> _AtOnce | None:
+def _at_once(frame: Frame) -> _AllAtOnce | None:
     """All effects at once, of a machine or of what a body stands on; None where held-out rows refute them."""
-    base, sample = known.base, known.search.sample
-    known.search.log.add_text("method", f"{known.method.name}: {known.method.reason}")
-    support = support_laws(known.robot, sample, base) if many is None else None
-    found = many or support
-    if found is None:
+    base, sample, method = frame.base, frame.search.sample, frame.method
+    frame.search.log.add_text("method", f"{method.name}: {method.reason}")
+    support = support_laws(frame.robot, sample, base) if frame.many is None else None
+    at_once = frame.many or support
+    if at_once is None:
         return None
-    errors = errors_together(found, base, sample, judged)
+    errors = errors_together(at_once, base, sample, frame.judged)
     if errors.test_after >= errors.test_before:
         return None
-    if support is None:
-        assert many is not None
-        return _AtOnce(_of_all(known, many, group_findings(many), errors))
-    frame = replace(known, method=Method(TOGETHER, support.why))
-    return _AtOnce(_of_all(frame, support, support_findings(support, known.robot), errors), support)
+    if support is not None:
+        found, method = support_findings(support, frame.robot), Method(TOGETHER, support.why)
+    else:
+        assert frame.many is not None
+        found = group_findings(frame.many)
+    return _AllAtOnce(_of_all(replace(frame, method=method), at_once, found, errors), support)
 
 
-def _of_all(known: _Frame, many: Many | Support, found: tuple[Finding, ...], errors: HeldOut) -> Diagnosis:
+def _of_all(frame: Frame, at_once: AtOnce, found: tuple[Finding, ...], errors: HeldOut) -> Diagnosis:
     """The diagnosis with all effects at once."""
-    search, base, sample = known.search, known.base, known.search.sample
-    aside = np.zeros(len(sample.counts), dtype=bool)
-    model = Model((), aside, many.fit, float("nan"))
+    search, base, sample, fitted = frame.search, frame.base, frame.search.sample, at_once.fit
+    model = Model((), np.zeros(len(sample.counts), dtype=bool), fitted, float("nan"))
     verdict = verdict_together(errors)
-    spread = dispersion(many.fit.residuals, sample)
-    variance = 1.0 if known.noise.known else many.noise**2
-    search.log.add_text("verdict", f"{len(many.groups)} groups of effects; verdict {verdict}")
+    variance = 1.0 if frame.noise.known else at_once.noise**2
+    search.log.add_text("verdict", f"{len(at_once.groups)} groups of effects; verdict {verdict}")
     return Diagnosis(
-        robot=known.robot,
-        recordings=known.recordings,
-        noise=known.noise,
+        robot=frame.robot,
+        recordings=frame.recordings,
+        noise=frame.noise,
         base=base,
         model=model,
         predictive=model,
         verdict=verdict,
-        p_before=_p_value((base.chi2, _dof(base, sample)), known.noise),
-        p_after=_p_value((many.fit.chi2, _dof(many.fit, sample)), known.noise),
-        location=locate(base, sample, known.robot, known.entries, variance),
+        p_before=_p_value((base.chi2, _dof(base, sample)), frame.noise),
+        p_after=_p_value((fitted.chi2, _dof(fitted, sample)), frame.noise),
+        location=locate(base, sample, frame.robot, frame.entries, variance),
         findings=found,
         errors=errors,
         search=search,
         laws=None,
-        method=known.method,
-        caveats=caveats(sample, model, spread, errors),
-        stability=many.stability,
+        method=frame.method,
+        caveats=caveats(sample, model, dispersion(fitted.residuals, sample), errors),
+        stability=at_once.stability,
     )
 
 
@@ -320,27 +314,6 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
     return changed
 
 
-def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:
-    """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
-    rows = row_data(recordings, robot)
-    fitted = recordings.rows(~recordings.test)
-    reading = reading_of(robot, recordings)
-    idle = base_model(robot, reading).idle(robot, fitted)
-
-    def sample_with(deviations: FloatArray) -> Sample:
-        whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
-        return Sample.of(Data(recordings, rows, whitening, idle=idle, reading=reading), ~recordings.test)
-
-    return sample_with
-
-
-def _judged(robot: Robot, sample: Sample) -> BoolArray:
-    """Held-out rows on which a model can be judged: not those that need what no fitted row determines, shape (N,)."""
-    test = sample.recordings.test
-    predictable = test & sample.reading.predictable(robot, sample.recordings)
-    return predictable if predictable.any() else test
-
-
 def _searched(search: Search, sample: Sample, robot: Robot) -> Nameable:
     """The best model; rows are set aside only where they are single mistakes."""
     library, found = search.library, nameable(search)
@@ -389,20 +362,3 @@ def _p_value(chi2: tuple[float, int], noise: NoiseLevel) -> float:
 
 def _dof(result: Fit, sample: Sample) -> int:
     return max(sample.readings - result.rank, 1)
-
-
-def _noise(
-    robot: Robot,
-    recordings: Recordings,
-    sample_with: Callable[[FloatArray], Sample],
-    *,
-    shared_reference: bool,
-) -> NoiseLevel:
-    if recordings.deviations is not None:
-        return NoiseLevel(recordings.deviations, "recordings")
-    translations = robot.coordinates.translations
-    replicated = noise_from_replicates(recordings, translations, shared_reference=shared_reference)
-    if replicated is not None:
-        return replicated
-    chain = Chain(robot, reading=reading_of(robot, recordings))
-    return noise_from_residuals(recordings, translations, lambda deviations: fit(chain, sample_with(deviations)))

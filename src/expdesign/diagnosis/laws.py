@@ -152,7 +152,8 @@ def laws_beside(
     """Laws at ports, compared with a model without them, where their log evidence exceeds `worth`.
 
     Rows marked `test` judge, and must not choose: the comparison is by rows left out of the fitted ones. Where physics
-    is missing, a model without it sets aside rows that show it, so that only few are taken for single mistakes.
+    is missing, a model without it sets aside rows that show it, so that only few are taken for single mistakes; both
+    models are judged by the same rows.
     """
     aside = outliers
     if aside.sum() > max(1.0, _SINGLE * search.sample.counts.sum()):
@@ -163,7 +164,7 @@ def laws_beside(
     if laws is None or not laws.predicts:
         return Beside(laws, aside, False)
     none = np.zeros_like(aside)
-    alone = held_out(base, rival.fit, search.sample, none, rival.outliers).test_after
+    alone = held_out(base, rival.fit, search.sample, none, aside).test_after
     return Beside(laws, aside, laws.after < (_GAINS if worth == 0.0 else 1.0) * alone)
 
 

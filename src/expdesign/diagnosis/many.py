@@ -9,6 +9,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, Component, Part
 from expdesign.chain.effect import Effect
+from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
 from expdesign.diagnosis.held_out import folds_of
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
@@ -33,51 +34,32 @@ _APART = 1.96
 """Standard deviations beyond which a member differs significantly from its prior."""
 
 
-@dataclass(frozen=True)
-class Group:
-    """Effects of one kind, which share a factor.
+@dataclass(frozen=True, kw_only=True)
+class Group(GroupAtOnce):
+    """Effects of one kind.
 
     Attributes:
         name: physics, and what of it.
         physics: its identifier.
         components: at which it may be.
         factor: on deviations of physical size.
-        determined: how many of its parameters the data determine.
-        size: RMS of what it does to the readings, in standard deviations.
         told_apart: members whose 95 % interval does not include what is known beforehand.
-        curve: of its first law, where it is one of laws.
     """
 
     name: str
     physics: str
     components: tuple[str, ...]
     factor: float
-    determined: float
-    size: float
     told_apart: tuple[str, ...] = ()
-    curve: Curve | None = None
 
 
-@dataclass(frozen=True)
-class Many:
-    """All effects together.
+@dataclass(frozen=True, kw_only=True)
+class Many(AtOnce):
+    """All effects of a machine; `few` says whether one or two groups predict nearly as well alone."""
 
-    Attributes:
-        fit: of the chain with all effects that are there.
-        groups: those that are there, largest first.
-        before, after: RMS of left-out readings without and with them.
-        noise: standard deviation of the whitened residuals.
-        few: whether one or two groups predict nearly as well alone.
-        stability: how often nine tenths of the rows keep the same groups, in their order.
-    """
-
-    fit: Fit
     groups: tuple[Group, ...]
-    before: float
-    after: float
-    noise: float
-    few: bool
     stability: Stability
+    few: bool
 
 
 def many_effects(library: list[Candidate]) -> tuple[Effect, ...]:
@@ -170,7 +152,10 @@ def start_with_everything(
     few = few_suffice(found, priors, blocks)
     groups = _groups(chain, priors, found)
     stable = shares_of([group.name for group in groups], refits)
-    return Many(_as_fit(chain, sample, found), groups, before, after, found.noise, few, stable)
+    return Many(
+        fit=_as_fit(chain, sample, found), groups=groups, before=before, after=after, noise=found.noise,
+        stability=stable, few=few,
+    )  # fmt: skip
 
 
 def _parts(sample: Sample, kept: BoolArray) -> IntArray:
@@ -215,14 +200,14 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
         size = float(np.sqrt((moved**2).mean()))
         groups.append(
             Group(
-                _group_name(chain, int(own[0])),
-                physics,
-                components,
-                float(found.factors[index]),
-                float(found.determined[index]),
-                size,
-                told,
-                _curve(chain, int(own[0]), found),
+                name=_group_name(chain, int(own[0])),
+                physics=physics,
+                components=components,
+                factor=float(found.factors[index]),
+                determined=float(found.determined[index]),
+                size=size,
+                told_apart=told,
+                curve=_curve(chain, int(own[0]), found),
             )
         )
     return tuple(sorted(groups, key=lambda group: -group.size))

@@ -26,6 +26,8 @@ REFITS = 10
 """Tenths of the rows, each left out once."""
 _MOST_COLUMNS = 1500
 """Directions of candidates that are considered; beyond, those that explain least beside the base model are not."""
+_OWN_COLUMNS = 750
+"""The same of the model's own candidates, of whose starts no more are."""
 _EXCHANGES = 10
 
 
@@ -98,8 +100,11 @@ class _Problem:
         present = {id(c): part for c, part in zip(model.candidates, chain.slices, strict=True)}
         start = chain.base
         kept = np.repeat(sample.counts, len(sample.recordings.axes))
+        # The starts that the model came to are added to its own candidates; of thousands of others a few stand for all.
+        every = -(-sum(_width(candidate) for candidate in model.candidates) // _OWN_COLUMNS)
         for candidate in _considered(search, model):
-            directions = candidate.directions * kept[:, None]
+            starts = candidate.directions[::every] if id(candidate) in present else candidate.directions
+            directions = starts * kept[:, None]
             free = np.array([not p.shape for p in candidate.effect.parameters])
             if id(candidate) in present:
                 own = slopes[:, present[id(candidate)]][:, free]
@@ -217,12 +222,17 @@ def _considered(search: Search, model: Model) -> list[Candidate]:
     """The model's own candidates, and the others that explain most beside the base model."""
     chosen = list(model.candidates)
     effects = {id(c.effect) for c in chosen}
-    width = sum(c.directions.shape[0] * c.directions.shape[2] for c in chosen)
+    width = min(sum(_width(candidate) for candidate in chosen), _OWN_COLUMNS)
     for candidate in search.ranked():
         if id(candidate.effect) in effects:
             continue
-        width += candidate.directions.shape[0] * candidate.directions.shape[2]
+        width += _width(candidate)
         if width > _MOST_COLUMNS:
             break
         chosen.append(candidate)
     return chosen
+
+
+def _width(candidate: Candidate) -> int:
+    """Directions of a candidate, of all its starts."""
+    return candidate.directions.shape[0] * candidate.directions.shape[2]

@@ -11,6 +11,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
 from expdesign.diagnosis.blocks import blocks_of
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.laws import base_alone, measured_of
@@ -41,43 +42,19 @@ _NAMELESS = 1.5
 _WINS = 0.98
 
 
-@dataclass(frozen=True)
-class SupportGroup:
-    """Laws of one form, which share a factor.
-
-    Attributes:
-        form: a key of `words.FORMS`.
-        laws: for each measured axis, or for all of them.
-        curve: what laws of the load do, beside what they do under the load of the references; None for others.
-        size: RMS of what they do to the readings, in standard deviations.
-        determined: how many of their weights the data determine.
-    """
+@dataclass(frozen=True, kw_only=True)
+class SupportGroup(GroupAtOnce):
+    """Laws of one form, a key of `words.FORMS`, for each measured axis, or for all of them."""
 
     form: str
     laws: tuple[Law, ...]
-    curve: Curve | None
-    size: float
-    determined: float
 
 
-@dataclass(frozen=True)
-class Support:
-    """All laws of a support together.
+@dataclass(frozen=True, kw_only=True)
+class Support(AtOnce):
+    """All laws of a support; left-out stations choose among groups, which have no names that refits could repeat."""
 
-    Attributes:
-        fit: of the chain with all laws that are there.
-        groups: those that are there, largest first.
-        before, after: RMS of left-out readings without and with them.
-        noise: standard deviation of the whitened residuals.
-    """
-
-    fit: Fit
     groups: tuple[SupportGroup, ...]
-    before: float
-    after: float
-    noise: float
-    stability: None = None
-    """Left-out stations choose among groups; there are no names that refits could repeat."""
 
     @property
     def why(self) -> str:
@@ -205,15 +182,15 @@ def _in_chain(
         moved = fitted.sensitivities[sample.counts][..., columns] @ fitted.values[columns]
         groups.append(
             SupportGroup(
-                form.split(",")[0],
-                tuple(laws[i] for i in members),
-                _curves([(laws[i], chain.slices[i]) for i in members], robot, fitted, dictionary.sight),
-                float(np.sqrt((moved**2).mean())),
-                forms[members[0]][1],
+                form=form.split(",")[0],
+                laws=tuple(laws[i] for i in members),
+                curve=_curves([(laws[i], chain.slices[i]) for i in members], robot, fitted, dictionary.sight),
+                size=float(np.sqrt((moved**2).mean())),
+                determined=forms[members[0]][1],
             )
         )
     groups.sort(key=lambda one: -one.size)
-    return Support(fitted, tuple(groups), errors[0], errors[1], found.noise)
+    return Support(fit=fitted, groups=tuple(groups), before=errors[0], after=errors[1], noise=found.noise)
 
 
 def _curves(laws: list[tuple[Law, slice]], robot: Robot, fitted: Fit, sight: Sight) -> Curve | None:

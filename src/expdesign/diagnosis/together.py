@@ -12,6 +12,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY
+from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut, held_out
@@ -19,7 +20,6 @@ from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS, LawFinding
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.many import Group, Many, many_effects, many_laws, start_with_everything
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.support_laws import Support
 from expdesign.diagnosis.verdict import PREDICTS
 from expdesign.identification.fit import Fit
 from expdesign.ports.words import columns, identifier
@@ -68,7 +68,7 @@ def together(
     return found, Method(TOGETHER, why)
 
 
-def errors_together(many: Many | Support, base: Fit, sample: Sample, test: BoolArray) -> HeldOut:
+def errors_together(many: AtOnce, base: Fit, sample: Sample, test: BoolArray) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
     if test.any():
         return held_out(base, many.fit, sample, test, np.zeros_like(test))

@@ -166,7 +166,8 @@ def _groups(
         chosen = np.flatnonzero(widths == width)
         columns = start[chosen][:, None] + np.arange(width)
         seen = remaining[:, :, columns].transpose(0, 2, 1, 3)  # (b, e, M, d)
-        values, axes = np.linalg.eigh(seen.swapaxes(-1, -2) @ seen)
+        squares = seen.swapaxes(-1, -2) @ seen
+        values, axes = np.linalg.eigh(squares) if width > 1 else (squares[..., 0], np.ones(squares.shape))
         shown = values > VISIBLE**2 * scale[:, columns].sum(axis=-1)[..., None]
         rank = shown.sum(axis=-1)
         threshold = _thresholds(rank, assumptions)

@@ -12,13 +12,15 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.targets import Targets
 from expdesign.design.problem import DesignProblem
 from expdesign.differentiation import is_recorded, plain, recorded_parts, square_root
-from expdesign.model_error.directions import Directions, offsets
+from expdesign.model_error.directions import Directions, RowDirections, offsets
 from expdesign.model_error.hidden import Hidden, hidden_errors, seeds
 from expdesign.model_error.left_out import LeftOut, physics_of_problem
 from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 
 Form = Literal["max", "rms"]
+CLOSE = 0.99
+"""Part of a design's MEIR from which on an entry counts as nearly the worst: it may be the worst soon."""
 _TIES = 3
 """Effects that may be the worst together at an optimum: more than this, and it is a coincidence that costs time."""
 
@@ -49,9 +51,16 @@ class ModelErrorImpact:
         self.physics = physics
         # The pieces of the maximum are asked for one by one.
         self._evaluated: WeakKeyDictionary[Assessment, dict[Form, FloatArray]] = WeakKeyDictionary()
-        self.directions = Directions(
-            problem.loaded.robot, problem.loaded.load, self.physics, known=known_chain(problem)
-        )
+        self._worst: WeakKeyDictionary[Assessment, ModelErrorImpact] = WeakKeyDictionary()
+        self._parts: dict[bytes, ModelErrorImpact] = {}
+        self._designs: dict[bytes, FloatArray] = {}
+        rows = RowDirections(problem.loaded.robot, self.physics, known_chain(problem))
+        self.directions = Directions(rows, problem.loaded.load)
+
+    @property
+    def n_p(self) -> int:
+        """Number of compliances."""
+        return len(self.problem.loaded.robot.stiffness)
 
     @property
     def names(self) -> list[tuple[str, str, str]]:
@@ -66,12 +75,16 @@ class ModelErrorImpact:
 
     def restricted(self, entries: IntArray) -> "ModelErrorImpact":
         """MEIR of some of the entries."""
-        physics, columns = self.part(entries)
-        chosen = ModelErrorImpact(self.problem, self.assumptions, physics)
-        n_p = self.directions.base
-        chosen.__dict__["errors"] = self.errors[..., np.concatenate([np.arange(n_p), n_p + columns])]
-        chosen.__dict__["deviations"] = self.deviations[columns]
-        return chosen
+        key = entries.tobytes()
+        if key not in self._parts:
+            physics, columns = self.part(entries)
+            chosen = ModelErrorImpact(self.problem, self.assumptions, physics)
+            chosen.directions = self.directions.part(columns)
+            n_p = self.n_p
+            chosen.__dict__["errors"] = self.errors[..., np.concatenate([np.arange(n_p), n_p + columns])]
+            chosen.__dict__["deviations"] = self.deviations[columns]
+            self._parts[key] = chosen
+        return self._parts[key]
 
     def active(self, assessment: Assessment, share: float = 0.5) -> IntArray:
         """Entries that matter: in one of b designs MEIR_e is at least this share of the design's MEIR.
@@ -79,14 +92,44 @@ class ModelErrorImpact:
         A search that has moved far from these designs has to check its result against all entries.
         """
         squares = self._hidden(*(plain(rows) for rows in self.whitened(assessment)), share=share).squares
-        squares = squares[np.isfinite(squares).all(axis=1)]
-        largest = squares.max(axis=1, keepdims=True)
-        return np.flatnonzero((squares >= share**2 * largest).any(axis=0))
+        return _at_least(squares, share)
+
+    def close(self, assessment: Assessment) -> IntArray:
+        """Entries that are the worst in one of b designs, or nearly."""
+        return _at_least(self._leading(assessment), CLOSE)
+
+    def worst(self, assessment: Assessment) -> "ModelErrorImpact":
+        """MEIR of those entries alone: the same largest value, and the same derivatives where it has some."""
+        if assessment not in self._worst:
+            self._worst[assessment] = self.restricted(self.close(assessment))
+        return self._worst[assessment]
+
+    def largest(self, assessment: Assessment) -> FloatArray:
+        """MEIR of b designs in tolerances as numbers, shape (b,); designs that were asked for before are remembered."""
+        found: FloatArray = np.sqrt(self._leading(assessment).max(axis=1))
+        return found
+
+    def _leading(self, assessment: Assessment) -> FloatArray:
+        """MEIR_e² (b, E); of entries that are not near the worst, lower bounds.
+
+        A search asks for all entries again and again at the designs that it keeps.
+        """
+        assert assessment.states is not None
+        configurations, loads = (plain(part) for part in assessment.states)
+        series = assessment.series
+        parts = [configurations, loads, *([] if series is None else [series])]
+        keys = [b"".join(part[design].tobytes() for part in parts) for design in range(assessment.batch)]
+        new = np.array([design for design, key in enumerate(keys) if key not in self._designs], dtype=np.int64)
+        if new.size:
+            own = self.problem.assess(configurations[new], loads[new], None if series is None else series[new])
+            squares = self._hidden(*self.whitened(own), share=CLOSE).squares
+            self._designs.update(zip([keys[design] for design in new], squares, strict=True))
+        return np.stack([self._designs[key] for key in keys])
 
     @cached_property
     def errors(self) -> FloatArray:
         """Weighted deflections of the targets per compliance (1/apK) and per parameter, (blocks, q, n_p + D)."""
-        return target_errors(self.problem, self.physics)
+        return target_errors(self.problem, self.directions.rows)
 
     @cached_property
     def deviations(self) -> FloatArray:
@@ -97,7 +140,7 @@ class ModelErrorImpact:
     def whitened(self, assessment: Assessment) -> tuple[FloatArray, FloatArray]:
         """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs."""
         assert assessment.states is not None
-        rows = self.directions.at(*assessment.states)[..., self.directions.base :]
+        rows = self.directions.at(*assessment.states, assessment.measurements.jacobians)
         return assessment.whitened * self.problem.loaded.robot.compliance, assessment.white(rows)
 
     def hidden(self, assessment: Assessment) -> Hidden:
@@ -178,10 +221,17 @@ class ModelErrorImpact:
 
     def _scaled_errors(self, deviations: FloatArray) -> FloatArray:
         """`errors` in units of the prior sizes (D,) or (b, D)."""
-        n_p = self.directions.base
+        n_p = self.n_p
         ones = np.ones((*deviations.shape[:-1], n_p))
         factors = np.concatenate([ones, deviations], axis=-1)
         return self.errors * (factors if factors.ndim == 1 else factors[:, None, None, :])
+
+
+def _at_least(squares: FloatArray, share: float) -> IntArray:
+    """Entries with at least this share of the largest in one of the designs, from squares (b, E)."""
+    squares = squares[np.isfinite(squares).all(axis=1)]
+    largest = squares.max(axis=1, keepdims=True)
+    return np.flatnonzero((squares >= share**2 * largest).any(axis=0))
 
 
 def known_chain(problem: DesignProblem) -> KnownChain | None:
@@ -189,25 +239,20 @@ def known_chain(problem: DesignProblem) -> KnownChain | None:
     return None if problem.found is None else problem.found.physics
 
 
-def target_errors(problem: DesignProblem, physics: tuple[LeftOut, ...]) -> FloatArray:
+def target_errors(problem: DesignProblem, directions: RowDirections) -> FloatArray:
     """√(w_t/Σw)·W_t^½·S_t·[A_t·diag(1/apK), T_t] of the axes that matter, shape (blocks, q, n_p + D).
 
     One block of all targets where their mean counts, a block per target where the worst does.
     """
     targets: Targets = problem.targets
-    robot = problem.loaded.robot
-    built: dict[str, Directions] = {}
+    compliance = problem.loaded.robot.compliance
     rows = []
     for index, (loaded, parameters) in enumerate(problem.target_loads):
-        kind = loaded.load.kind
-        if kind not in built:
-            built[kind] = Directions(robot, loaded.load, physics, instrument=False, known=known_chain(problem))
-        pose = targets.configurations[index]
-        moved = built[kind].at(pose[None], parameters[None])[0]
+        moved = directions.at_target(loaded.load, targets.configurations[index], parameters)
         if targets.axes is not None:
             moved = targets.axes[index] @ moved
-        moved[:, : built[kind].base] = targets.observation[index] * robot.compliance
-        rows.append(np.sqrt(targets.importance[index])[:, None] * moved)
+        both = np.concatenate([targets.observation[index] * compliance, moved], axis=1)
+        rows.append(np.sqrt(targets.importance[index])[:, None] * both)
     stacked = np.array(rows)
     if targets.aggregate == "max":
         return stacked

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -36,7 +37,7 @@ class LeftOut:
     start: FloatArray
     step: float = 0.0
 
-    @property
+    @cached_property
     def free(self) -> list[int]:
         """Indices of the parameters that are not shapes."""
         return [i for i, parameter in enumerate(self.effect.parameters) if not parameter.shape]
@@ -48,12 +49,12 @@ class LeftOut:
         values[self.free] += self.step
         return values
 
-    @property
+    @cached_property
     def columns(self) -> int:
         """Number of parameters that are not shapes."""
         return len(self.free)
 
-    @property
+    @cached_property
     def key(self) -> tuple[str, str, str]:
         """Physics, component and variant."""
         return self.effect.physics, str(self.effect.component), str(self.effect.variant)

@@ -10,13 +10,11 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.design.asked_criterion import AskedCriterion
 from expdesign.design.problem import DesignProblem
 from expdesign.design.schema import ModelErrorSection, RunSection
+from expdesign.differentiation import is_recorded
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.model_error.impact import Form, ModelErrorImpact
 from expdesign.model_error.settings import Assumptions
-
-_CLOSE = 0.99
-"""Part of a design's MEIR from which on an effect belongs to the working set of a search: it may be the worst soon."""
 
 
 class Meir(AskedCriterion):
@@ -32,6 +30,7 @@ class Meir(AskedCriterion):
     title = "MEIR (what the model leaves out)"
     unit = "tolerances"
     root_mean_square = True
+    costly = True
 
     def __init__(self, impact: ModelErrorImpact, form: Form = "max", entries: IntArray | None = None) -> None:
         self.impact, self.form, self.entries = impact, form, entries
@@ -47,7 +46,11 @@ class Meir(AskedCriterion):
             raise InputError(error.what, where=f"{document.source}, {error.where}", remedy=error.remedy) from None
 
     def values(self, assessment: Assessment) -> FloatArray:
-        return self._used.values(assessment, self.form)
+        if self.form == "rms" or self.entries is not None:
+            return self._used.values(assessment, self.form)
+        if is_recorded(assessment.whitened):
+            return self.impact.worst(assessment).values(assessment)
+        return self.impact.largest(assessment)
 
     def working(self, assessment: Assessment) -> "Meir":
         """The largest over a working set: what it had, and the effects that are the worst, or nearly, in these designs.
@@ -58,7 +61,7 @@ class Meir(AskedCriterion):
         """
         if self.form == "rms":
             return self
-        active = self.impact.active(assessment, _CLOSE)
+        active = self.impact.close(assessment)
         known = np.zeros(0, dtype=np.int64) if self.entries is None else self.entries
         entries = np.union1d(known, active)
         return self if self.entries is not None and len(entries) == len(known) else Meir(self.impact, "max", entries)

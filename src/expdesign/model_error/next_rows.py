@@ -94,7 +94,7 @@ class _Hidden:
 
     def __init__(self, impact: ModelErrorImpact) -> None:
         self.impact = impact
-        n_p = impact.directions.base
+        n_p = impact.n_p
         factors = np.concatenate([np.ones(n_p), impact.deviations])
         self._errors = impact.errors * factors
         self._base = n_p

@@ -15,9 +15,10 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.design.problem import DesignProblem
 from expdesign.identification.whitening import Whitening
+from expdesign.model_error.directions import RowDirections
 from expdesign.model_error.hidden import Hidden, hidden_errors
 from expdesign.model_error.hidden_physics import HiddenPhysics, hidden_physics
-from expdesign.model_error.impact import target_errors
+from expdesign.model_error.impact import known_chain, target_errors
 from expdesign.model_error.left_out import LeftOut, left_out
 from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
@@ -68,7 +69,7 @@ def hidden_by(
     effects = [effect for kind in kinds for effect in kind.candidates(robot, recordings)]
     physics = with_steps(problem, left_out(effects, recordings, assumptions), assumptions)
     base, directions = recorded_sensitivities(problem.loaded.robot, recordings, physics, whitening, counts)
-    errors = target_errors(problem, physics)
+    errors = target_errors(problem, RowDirections(robot, physics, known_chain(problem)))
     flat = errors.reshape(-1, errors.shape[-1])
     sizes = prior_deviations(problem, physics, assumptions, flat)
     n_p = len(robot.stiffness)

@@ -16,6 +16,8 @@ from expdesign.elastostatics.maps import observation_matrix
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.loads.payload import Payload
 from expdesign.plausibility.finding import Finding
+from expdesign.plausibility.positions import positions_findings
+from expdesign.recordings.measurand import POSITIONS
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 
@@ -46,7 +48,9 @@ class _Fitted:
 
 
 def recordings_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
-    """What speaks against the units and signs of recordings of deflections."""
+    """What speaks against the units and signs of recordings of deflections or positions."""
+    if recordings.measurand is POSITIONS:
+        return positions_findings(recordings, robot)
     if recordings.measurand.absolute or not len(robot.stiffness) or not _judgeable(recordings, robot):
         return []
     train = recordings.rows(~recordings.test)

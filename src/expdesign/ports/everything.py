@@ -15,8 +15,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve, solve_triangular
+from scipy.linalg.lapack import dtrtri
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 
 MOST = 3.0
 """Largest factor on deviations of physical size."""
@@ -30,6 +32,8 @@ _HELD = 20
 
 _ABSENT = 1e-8
 """Factor on the deviations of what is left out."""
+_DEAD = 1e-10
+"""Share of a parameter's prior precision below which the readings say nothing of it."""
 _BETTER = 0.995
 """Factor on the left-out error that a group has to bring, or it is left out."""
 
@@ -78,8 +82,10 @@ class Everything:
     def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
         """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
         precision = _precision(priors, self.factors, self.noise)
-        lower = np.linalg.cholesky(_regular(self.slopes.T @ self.slopes + np.diag(precision)))
-        root = np.linalg.solve(lower, self.slopes.T).T
+        gram = self.slopes.T @ self.slopes
+        live = _live(gram, precision)
+        lower = np.linalg.cholesky(_regular(gram[np.ix_(live, live)], precision[live]))
+        root = solve_triangular(lower, self.slopes[:, live].T, lower=True, check_finite=False).T
         errors = np.empty_like(self.residuals)
         for block in np.unique(blocks):
             inside = np.flatnonzero(blocks == block)
@@ -111,9 +117,8 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
         for _ in range(_FIXED):
             before = factors.copy()
             precision = _precision(priors, factors, noise)
-            inverse = np.linalg.inv(_regular(gram + np.diag(precision)))
-            step = inverse @ right
-            gamma = 1.0 - inverse.diagonal() * precision
+            step, variances = _posterior(gram, right, precision)
+            gamma = 1.0 - variances * precision
             sizes = step / priors.deviation
             for group in range(count):
                 own = priors.group == group
@@ -128,7 +133,7 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
             if np.abs(np.log(np.maximum(factors, GONE) / np.maximum(before, GONE))).max(initial=0.0) < _SETTLED:
                 break
         precision = _precision(priors, factors, noise)
-        target = priors.mean + _bounded(gram + np.diag(precision), right, priors)
+        target = priors.mean + _bounded(_regular(gram, precision), right, priors)
         cost = _cost(residuals, values, priors, precision)
         share, moved = 1.0, False
         while share > 1e-3:
@@ -143,7 +148,7 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
         if not moved:
             break
     precision = _precision(priors, factors, noise)
-    covariance = noise**2 * np.linalg.inv(_regular(slopes.T @ slopes + np.diag(precision)))
+    covariance = noise**2 * np.linalg.inv(_regular(slopes.T @ slopes, precision))
     return Everything(values, covariance, factors, determined, noise, residuals, slopes)
 
 
@@ -218,18 +223,34 @@ def _again(found: Everything, priors: Priors) -> Everything:
     """The linearised problem solved with other groups, factors and noise as they are."""
     precision = _precision(priors, found.factors, found.noise)
     readings = found.residuals + found.slopes @ (found.values - priors.mean)
-    matrix = _regular(found.slopes.T @ found.slopes + np.diag(precision))
-    step = np.linalg.solve(matrix, found.slopes.T @ readings)
+    gram, right = found.slopes.T @ found.slopes, found.slopes.T @ readings
+    live, step = _live(gram, precision), np.zeros_like(right)
+    step[live] = solve(_regular(gram[np.ix_(live, live)], precision[live]), right[live], assume_a="pos")
     return replace(found, values=priors.mean + step, residuals=readings - found.slopes @ step)
 
 
-def _bounded(matrix: FloatArray, right: FloatArray, priors: Priors) -> FloatArray:
-    """Solution of matrix·z = right within the bounds: what leaves them is held there, and the rest is solved again.
+def _live(gram: FloatArray, precision: FloatArray) -> BoolArray:
+    """Parameters that the readings move at all: of others, held beforehand, nothing is learnt, shape (p,)."""
+    live: BoolArray = gram.diagonal() > _DEAD * precision
+    return live
+
+
+def _posterior(gram: FloatArray, right: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(G + P)⁻¹·b and the diagonal of (G + P)⁻¹, both (p,), from L⁻¹ with G + P = L·Lᵀ."""
+    live = _live(gram, precision)
+    lower = np.linalg.cholesky(_regular(gram[np.ix_(live, live)], precision[live]))
+    root, _ = dtrtri(lower, lower=1)
+    step, variances = np.zeros_like(right), 1.0 / np.where(live, 1.0, np.maximum(precision, 1e-300))
+    step[live], variances[live] = root.T @ (root @ right[live]), (root**2).sum(axis=0)
+    return step, variances
+
+
+def _bounded(regular: FloatArray, right: FloatArray, priors: Priors) -> FloatArray:
+    """Solution of regular·z = right within the bounds: what leaves them is held there, and the rest is solved again.
 
     To clip a solution instead would leave the others where they made up for what is clipped.
     """
     low, high = priors.low - priors.mean, priors.high - priors.mean
-    regular = _regular(matrix)
     solution: FloatArray = np.linalg.solve(regular, right)
     free = np.ones(len(right), dtype=bool)
     for _ in range(_HELD):
@@ -265,6 +286,8 @@ def _cost(residuals: FloatArray, values: FloatArray, priors: Priors, precision: 
     return float(residuals @ residuals + ((values - priors.mean) ** 2 * precision).sum())
 
 
-def _regular(matrix: FloatArray) -> FloatArray:
-    """With a rounding's worth added to the diagonal."""
-    return matrix + 1e-12 * np.diag(np.maximum(matrix.diagonal(), 1e-300))
+def _regular(gram: FloatArray, precision: FloatArray) -> FloatArray:
+    """G + P with a rounding's worth added to the diagonal."""
+    matrix, diagonal = gram.copy(), gram.diagonal() + precision
+    np.fill_diagonal(matrix, diagonal + 1e-12 * np.maximum(diagonal, 1e-300))
+    return matrix

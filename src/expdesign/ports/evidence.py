@@ -5,7 +5,7 @@ with F = H·L⁻ᵀ, H = [A, Φ_1, ...], L·Lᵀ = HᵀH + diag(prior precisions
 Thompson 1971) is −½(yᵀPy + ln det(HᵀH + D) + Σ f_k·ln σ_k²) up to a constant.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -153,17 +153,6 @@ class Present:
         best = int(np.argmax(gains))
         return float(gains[best]), float(np.exp(fine[best]))
 
-    def left_out_variances(self, blocks: IntArray) -> FloatArray:
-        """Variances of `left_out` where the model is right, the noise included: diagonals of (P_BB)⁻¹, shape (M,)."""
-        variances = np.empty_like(self.readings)
-        for block in np.unique(blocks):
-            inside = np.flatnonzero(blocks == block)
-            own = self.factor[inside]
-            matrix = np.eye(len(inside)) - own @ own.T
-            matrix[np.diag_indices_from(matrix)] += 1e-9
-            variances[inside] = np.linalg.inv(matrix).diagonal()
-        return variances
-
     def left_out(self, blocks: IntArray) -> FloatArray:
         """Errors of readings predicted without the block that they belong to, e_B = (P_BB)⁻¹(P·y)_B, shape (M,).
 
@@ -173,10 +162,20 @@ class Present:
             blocks: block of every reading, shape (M,).
         """
         errors = np.empty_like(self.readings)
+        for inside, precision in self._precisions(blocks):
+            errors[inside] = np.linalg.solve(precision, self.projected[inside])
+        return errors
+
+    def left_out_variances(self, blocks: IntArray) -> FloatArray:
+        """Variances of `left_out` where the model is right, the noise included: diagonals of (P_BB)⁻¹, shape (M,)."""
+        variances = np.empty_like(self.readings)
+        for inside, precision in self._precisions(blocks):
+            variances[inside] = np.linalg.inv(precision).diagonal()
+        return variances
+
+    def _precisions(self, blocks: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
+        """Readings of every block and their P_BB = I − F_B·F_Bᵀ, regular however little the other blocks determine."""
         for block in np.unique(blocks):
             inside = np.flatnonzero(blocks == block)
             own = self.factor[inside]
-            matrix = np.eye(len(inside)) - own @ own.T
-            matrix[np.diag_indices_from(matrix)] += 1e-9
-            errors[inside] = np.linalg.solve(matrix, self.projected[inside])
-        return errors
+            yield inside, (1.0 + 1e-9) * np.eye(len(inside)) - own @ own.T

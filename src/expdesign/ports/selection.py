@@ -37,6 +37,8 @@ _SEVERAL = 25.0
 """Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
 _WANDERS = 20.0
 """The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
+_SWAP = 4.0
+"""Gain of log evidence for which a law is replaced by one elsewhere."""
 _INEXACT = 0.01
 """Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
 over, the next component would take."""
@@ -101,7 +103,7 @@ class LawSearch:
         if not ends:
             return start
         best = self._finer(preferred(ends))
-        exchanged = self._exchanged(best, alarm, most)
+        exchanged = self._swapped(self._exchanged(best, alarm, most))
         return best if exchanged is best else preferred([best, self._finer(exchanged)])
 
     def _starts(self, start: Chosen, alarm: float, most: int) -> list[Chosen]:
@@ -236,6 +238,25 @@ class LawSearch:
             rest = self.without(current, component)
             others = self._trials(rest, alarm, most)
             current = preferred([current, *others])
+        return current
+
+    def _swapped(self, current: Chosen) -> Chosen:
+        """Single laws replaced, wherever, as long as that gains evidence.
+
+        The first law takes a share of everything that is there, and those that follow make up for it; given these,
+        another one explains more.
+        """
+        position = 0
+        while position < len(current.indices):
+            rest = current.indices[:position] + current.indices[position + 1 :]
+            beside = self._chosen(rest, current.state.without(position))
+            proposal = self.propose(beside.state)
+            best = int(np.argmax(proposal.gains))
+            changed = self._beside(beside, best, float(proposal.variances[best]))
+            if best not in current.indices and changed.evidence > current.evidence + _SWAP:
+                current, position = self._pruned(changed), 0
+            else:
+                position += 1
         return current
 
     def _pruned(self, current: Chosen) -> Chosen:

@@ -1,15 +1,18 @@
 """Columns of joints: by number in the chain (`q3_rad`) or by the URDF's name (`elbow_rad`), commanded or measured.
 
-A column that looks like a joint's and is none of the robot's is an error: what it says would be lost, and with it the
-weight that the joint moves.
+Of a robot with several tips the column `tip` names the one that a row is of. A column that looks like a joint's and is
+none of the robot's is an error: what it says would be lost, and with it the weight that the joint moves.
 """
 
 import difflib
 import re
 from dataclasses import replace
 
+import numpy as np
+
 from expdesign.errors import InputError
 from expdesign.files.table import Table
+from expdesign.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
 from expdesign.robots.robot import Robot
 
 _NUMBERED = re.compile(r"q\d+_(rad|m)")
@@ -38,9 +41,45 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
     for column in table.columns:
         if column not in numbered and column not in robot.configuration:
             _require_no_joint(column, table, robot)
+    table = _with_tips(table, tree.tips)
+    _require_masses(table, tree)
     renamed = {own: name for own, name in numbered.items() if own != name and table.has(own)}
     written = table.written | {name: table.written.get(own, own) for own, name in renamed.items()}
     return replace(table, frame=table.frame.rename(columns=renamed), written=written) if renamed else table
+
+
+def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
+    """The table with the tips of its rows by number, from 1, of a robot that has several."""
+    if len(tips) == 1:
+        return table
+    known = f"The robot's tips are {', '.join(f'`{tip}`' for tip in tips)}."
+    if not table.has(TIP_COLUMN):
+        what = "the column is missing, which says of which tip a row is"
+        raise InputError(what, where=table.where(column=TIP_COLUMN), remedy=known)
+    names = table.frame[TIP_COLUMN].astype(str).str.strip()
+    numbers = {name: str(number) for number, tip in enumerate(tips, start=1) for name in (tip, str(number))}
+    found = names.str.removesuffix(".0").map(numbers)
+    if found.isna().any():
+        row = int(np.argmax(found.isna()))
+        what = f"`{names.iloc[row]}` is no tip of the robot"
+        raise InputError(what, where=table.where(row, TIP_COLUMN), remedy=known)
+    if table.has("marker"):
+        sits = found.groupby(table.frame["marker"].astype(str).str.strip()).transform("first")
+        if (sits != found).any():
+            row = int(np.argmax(sits != found))
+            marker, first = table.frame["marker"].iloc[row], tips[int(sits.iloc[row]) - 1]
+            what = f"marker `{marker}` sits on `{first}` in a row before"
+            raise InputError(what, where=table.where(row, TIP_COLUMN), remedy="Name markers of two tips differently.")
+    return replace(table, frame=table.frame.assign(**{TIP_COLUMN: found}))
+
+
+def _require_masses(table: Table, tree: KinematicTree) -> None:
+    """Raise where a link carries a negative mass."""
+    for column in (f"{carrier}_{PAYLOAD_COLUMNS[0]}" for carrier in tree.carriers):
+        wrong = np.flatnonzero(table.numbers((column,))[:, 0] < 0.0)
+        if wrong.size:
+            where = table.where(int(wrong[0]), column)
+            raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
 
 
 def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
@@ -49,7 +88,7 @@ def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
     coordinates = (*tree.coordinates, *tree.branch_coordinates)
     known = f"The robot's columns are {', '.join(robot.configuration)}."
     if _NUMBERED.fullmatch(column):
-        what = f"the robot has no such joint between `{tree.base}` and `{tree.tip}`"
+        what = f"the robot has no such joint between `{tree.base}` and `{'`, `'.join(tree.tips)}`"
         raise InputError(what, where=table.where(column=column), remedy=known)
     match = _UNIT.fullmatch(column)
     if match is None:

@@ -102,5 +102,6 @@ class PlanDeviations:
         texts: dict[str, None] = {}
         for name, value in zip(self._found.names[part], self._found.stated[part], strict=True):
             column = words.plan_column(name)
-            texts[f"{words.given(value * column.factor)}\u00a0{column.unit}"] = None
+            # Angles stated in radians are no round numbers of degrees.
+            texts[f"{words.given(float(f'{value * column.factor:.4g}'))}\u00a0{column.unit}"] = None
         return words.listed(list(texts)) if texts else ""

@@ -11,6 +11,11 @@ coordinate with several joints on the chain has one link, the one that follows t
 Joints of branches (a gripper's fingers, a second arm) have coordinates after those of the chain where they are named:
 they move masses and no tip, and do not yield. The others stand at zero, or at the limit nearest to it. The links' own
 weight follows from the potential energy, τ_g = ∂/∂q Σ m·gᵀ·p (masses from the URDF).
+
+With several tips the chain is a tree itself. Which tip is looked at is the last coordinate of a configuration (1 for
+the first tip), so that whatever depends on the configuration is that tip's. A link from which several branches go on
+has one far end, with six errors of its own, for each of them. What links carry beside the load on the tip (a payload in
+the other hand) is four coordinates, mass and centre: it weighs as the link does.
 """
 
 from collections.abc import Sequence
@@ -27,9 +32,20 @@ from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.urdf import Urdf, UrdfJoint, transform
 
 FRAME_AXES = ("x", "y", "z", "rx", "ry", "rz")
+TIP_COLUMN = "tip"
+PAYLOAD_COLUMNS = ("mass_kg", "com_x_m", "com_y_m", "com_z_m")
 _ROUNDING = 1e-15
 _ROUNDED = 1e-3
 """Fraction of a mimicking joint's range by which its limits may be rounded."""
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a link of the chain ends: at the next joint (`name`), or at a tip (its link's name; `is_tip`)."""
+
+    link: int
+    name: str
+    is_tip: bool
 
 
 @dataclass(frozen=True)
@@ -43,29 +59,36 @@ class Coordinate:
 
 
 class KinematicTree:
-    """The chain from a base link to a tip link, and all that hangs on it.
+    """The chain from a base link to one or several tip links, and all that hangs on it.
 
     Args:
         urdf: the robot's description.
-        base, tip: names of links.
+        base, tips: names of links.
         branches: joints off the chain that have coordinates.
+        carriers: links that carry payloads beside the load on the tip.
 
     Attributes:
-        chain: the joints from base to tip, fixed ones included.
+        paths: the joints from base to every tip, fixed ones included.
+        chain: all of them, those of the first tip first.
         coordinates: in the order in which they move the chain.
         branch_coordinates: of the joints of `branches`, in their order.
-        geometry_names: `joint k offset` for every coordinate, then `link k x` ... `link k rz` for k = 0, 1, ...
+        ends: far ends of link 0 (the base), 1, ..., in this order.
+        geometry_names: `joint k offset` for every coordinate, then `link k x` ... `link k rz` for k = 0, 1, ...; of
+            further far ends of a link `link k NAME x`, with the joint or tip there.
 
     Raises:
         InputError: the links are not there, nothing moves between them, or a joint is of a kind that has no place here.
     """
 
-    def __init__(self, urdf: Urdf, base: str, tip: str, branches: Sequence[str] = ()) -> None:
-        self.urdf, self.base, self.tip = urdf, base, tip
-        self.chain = urdf.path(base, tip)
+    def __init__(
+        self, urdf: Urdf, base: str, tips: Sequence[str], branches: Sequence[str] = (), carriers: Sequence[str] = ()
+    ) -> None:
+        self.urdf, self.base, self.tips, self.carriers = urdf, base, tuple(tips), tuple(carriers)
+        self.paths = [urdf.path(base, tip) for tip in self.tips]
+        self.chain = list({joint.name: joint for path in self.paths for joint in path}.values())
         for joint in self.chain:
             if joint.kind in ("floating", "planar"):
-                what = f"joint `{joint.name}` on the way from `{base}` to `{tip}` is {joint.kind}"
+                what = f"joint `{joint.name}` on the way from `{base}` to {self._named_tips} is {joint.kind}"
                 raise InputError(
                     what, where=urdf.source, remedy="Name links with revolute and prismatic joints between."
                 )
@@ -74,17 +97,62 @@ class KinematicTree:
             if joint.moves:
                 names += [name for name in leading(urdf, joint).multipliers if name not in names]
         if not names:
-            what = f"no joint moves between `{base}` and `{tip}`"
+            what = f"no joint moves between `{base}` and {self._named_tips}"
             raise InputError(what, where=urdf.source, remedy="Name other links.")
         others = [name for name in branches if name not in names]
         self._index = {name: index for index, name in enumerate((*names, *others))}
         self.coordinates = tuple(self._coordinate(name) for name in names)
         self.branch_coordinates = tuple(self._coordinate(name) for name in others)
-        count = len(names)
+        self.ends = sorted(self._ends(), key=lambda end: end.link)
+        labels = [self._label(index) for index in range(len(self.ends))]
         self.geometry_names = (
-            *(f"joint {k + 1} offset" for k in range(count)),
-            *(f"link {k} {axis}" for k in range(count + 1) for axis in FRAME_AXES),
+            *(f"joint {k + 1} offset" for k in range(len(names))),
+            *(f"{label} {axis}" for label in labels for axis in FRAME_AXES),
         )
+
+    def carries(self, name: str) -> bool:
+        """Whether a link of the URDF is one that coordinates move."""
+        return name in self._carried and self.moves(name)
+
+    @property
+    def _named_tips(self) -> str:
+        return " and ".join(f"`{tip}`" for tip in self.tips)
+
+    @property
+    def size_of_configuration(self) -> int:
+        """Number of coordinates: of the chain, of branches, of payloads, and the tip's number where there are two."""
+        return len(self._index) + len(PAYLOAD_COLUMNS) * len(self.carriers) + int(len(self.tips) > 1)
+
+    def looked_at(self, q: ca.SX) -> list[ca.SX]:
+        """For every tip 1 where a configuration is of it, else 0; of the first one where it says nothing."""
+        if len(self.tips) == 1:
+            return [ca.SX(1.0)]
+        others = [q[-1] == number for number in range(2, len(self.tips) + 1)]
+        return [1.0 - sum(others[1:], others[0]), *others]
+
+    def reaches(self, q: ca.SX, joint: int) -> ca.SX:
+        """1 where `joints[joint]` moves the tip that is looked at, else 0."""
+        name = self.joints[joint].name
+        moved = (seen for seen, path in zip(self.looked_at(q), self.paths, strict=True) if name in _names(path))
+        return ca.SX(1.0) if len(self.tips) == 1 else sum(moved, ca.SX(0.0))
+
+    def beyond(self, number: int, *, own: bool = True) -> FloatArray:
+        """1 for the links that joint `number` moves (its own link only if `own`), 0 for the others, shape (n,)."""
+        paths = [_names(path) for path in self.paths if self.joints[number - 1].name in _names(path)]
+        return np.array(
+            [
+                float(link >= number + (not own) and any(joint.name in path for path in paths))
+                for link, joint in enumerate(self.joints, start=1)
+            ]
+        )
+
+    def tip_pose(self, q: ca.SX, geometry: ca.SX | None = None) -> ca.SX:
+        """Pose (4×4) in the base link's frame of the tip that is looked at."""
+        poses, options = self.forward(q, geometry), []
+        for tip, seen in zip(self.tips, self.looked_at(q), strict=True):
+            own = (tip, True)
+            options.append((seen, self._erred(poses[tip], geometry, own) if self._is_passed(tip) else poses[tip]))
+        return _chosen(options)
 
     def motion(self, joint: UrdfJoint) -> Motion | None:
         """What moves a joint, or None where no coordinate does."""
@@ -148,38 +216,58 @@ class KinematicTree:
         return pose[:3, 3], pose[:3, :3]
 
     def far_end(self, q: ca.SX, link: int) -> ca.SX:
-        """Place (3,) at which link 1, 2, ... (index from 0) ends: at the next joint of the chain, or at the tip."""
-        poses = self.forward(q)
-        chain = [joint for joint in self.chain if self.motion(joint) is not None]
-        place = chain.index(self.joints[link]) + 1
-        if place == len(chain):
-            return poses[self.tip][:3, 3]
-        return (poses[chain[place].parent] @ _constant(chain[place].origin))[:3, 3]
+        """Place (3,) at which link 1, 2, ... (index from 0) ends: at the next joint of the chain, or at the tip.
+
+        Of several ends it is the one on the way to the tip that is looked at, if it is on one.
+        """
+        poses, options = self.forward(q), []
+        for path, tip, seen in zip(self.paths, self.tips, self.looked_at(q), strict=True):
+            moving = [joint for joint in path if self.motion(joint) is not None]
+            if self.joints[link] in moving:
+                following = moving[moving.index(self.joints[link]) + 1 :]
+                pose = poses[following[0].parent] @ _constant(following[0].origin) if following else poses[tip]
+                options.append((seen, pose[:3, 3]))
+        return _chosen(options)
 
     @property
     def size(self) -> int:
         """Number of geometric errors."""
         return len(self.geometry_names)
 
-    def link_frame(self, link: int, axis: str) -> int:
-        """Index of an error of a link's frame."""
-        return len(self.coordinates) + len(FRAME_AXES) * link + FRAME_AXES.index(axis)
+    def link_frames(self, link: int) -> list[int]:
+        """Indices of the first error (x) of the frame at every far end of a link (0: the base)."""
+        first = len(self.coordinates)
+        return [first + len(FRAME_AXES) * index for index, end in enumerate(self.ends) if end.link == link]
+
+    def _ends(self) -> list[End]:
+        """Where links end: at joints of the chain and at tips; none amid joints that mimic."""
+        ends: dict[tuple[str, bool], End] = {}
+        for path, tip in zip(self.paths, self.tips, strict=True):
+            link: int | None = 0
+            for joint in path:
+                motion = self.motion(joint)
+                if motion is None:
+                    continue
+                if link is not None:
+                    ends.setdefault((joint.name, False), End(link, joint.name, is_tip=False))
+                link = motion.index + 1 if self.joints[motion.index] is joint else None
+            assert link is not None
+            ends[tip, True] = End(link, tip, is_tip=True)
+        return list(ends.values())
+
+    def _label(self, index: int) -> str:
+        end = self.ends[index]
+        further = any(other.link == end.link for other in self.ends[:index])
+        return f"link {end.link} {end.name}" if further else f"link {end.link}"
 
     @cached_property
-    def _links(self) -> dict[str, int]:
-        """The link at whose far end a joint of the chain sits, or (empty name) the tip; none amid joints that mimic."""
-        ends: dict[str, int] = {}
-        link: int | None = 0
-        for joint in self.chain:
-            motion = self.motion(joint)
-            if motion is None:
-                continue
-            if link is not None:
-                ends[joint.name] = link
-            link = motion.index + 1 if self.joints[motion.index] is joint else None
-        assert link is not None
-        ends[""] = link
-        return ends
+    def _number_of(self) -> dict[tuple[str, bool], int]:
+        """Index in `ends` by name, and whether it is a tip."""
+        return {(end.name, end.is_tip): index for index, end in enumerate(self.ends)}
+
+    def _is_passed(self, tip: str) -> bool:
+        """Whether a tip is on the way to another one."""
+        return any(joint.parent == tip for joint in self.chain)
 
     @cached_property
     def _children(self) -> dict[str, list[UrdfJoint]]:
@@ -197,14 +285,14 @@ class KinematicTree:
             for joint in self._children.get(parent, []):
                 pose = poses[parent] @ _constant(joint.origin)
                 motion = self.motion(joint)
-                if joint.name in self._links:
-                    pose = self._erred(pose, geometry, self._links[joint.name])
+                if (joint.name, False) in self._number_of:
+                    pose = self._erred(pose, geometry, (joint.name, False))
                 if motion is not None:
                     pose = pose @ _moved(joint, self._value(motion, q, geometry))
                 elif joint.moves:
                     pose = pose @ _moved(joint, ca.SX(self.place(joint)))
-                if joint.child == self.tip:
-                    pose = self._erred(pose, geometry, self._links[""])
+                if joint.child in self.tips and not self._is_passed(joint.child):
+                    pose = self._erred(pose, geometry, (joint.child, True))
                 poses[joint.child] = pose
                 queue.append(joint.child)
         return poses
@@ -217,10 +305,10 @@ class KinematicTree:
                 value += multiplier * geometry[index]
         return value
 
-    def _erred(self, pose: ca.SX, geometry: ca.SX | None, link: int) -> ca.SX:
+    def _erred(self, pose: ca.SX, geometry: ca.SX | None, end: tuple[str, bool]) -> ca.SX:
         if geometry is None:
             return pose
-        start = self.link_frame(link, "x")
+        start = len(self.coordinates) + len(FRAME_AXES) * self._number_of[end]
         error = ca.SX.eye(4)
         error[:3, :3] = rotation_matrix(geometry[start + 3 : start + 6], "fixed-xyz")
         error[:3, 3] = geometry[start : start + 3]
@@ -246,24 +334,37 @@ class KinematicTree:
             name = above[name].parent
         return False
 
-    def weight(self, q: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None) -> ca.SX:
-        """Σ m·p (kg·m, in the base link's axes), shape (3,): with gravity g the potential energy is −gᵀ·Σ m·p.
+    def weight(
+        self, q: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None, *, payloads: bool = True
+    ) -> ca.SX:
+        """Mass (kg) and Σ m·p (kg·m, in the base link's axes), shape (4,): the potential energy is −gᵀ·Σ m·p.
 
         Args:
             q: coordinates (n,).
             geometry: geometric errors, or None.
             factors: true over nominal mass of link 1, ..., n, or None; with them, branches of the base do not count.
+            payloads: whether what links carry counts with them.
         """
         poses = self.forward(q, geometry)
-        total = ca.SX.zeros(3)
+        total = ca.SX.zeros(4)
         for name, pose in poses.items():
-            link = self.urdf.links[name]
             number = self.link_of(name)
-            if link.mass == 0.0 or not self.moves(name) or (number == 0 and factors is not None):
+            if not self.moves(name) or (number == 0 and factors is not None):
                 continue
             factor = ca.SX(1.0) if factors is None else factors[number - 1]
-            total += factor * link.mass * (pose[:3, :3] @ ca.SX(link.centre) + pose[:3, 3])
+            link = self.urdf.links[name]
+            if link.mass:
+                place = pose[:3, :3] @ ca.SX(link.centre) + pose[:3, 3]
+                total += factor * link.mass * ca.vertcat(1.0, place)
+            if payloads and name in self.carriers:
+                mass, centre = self._payload(q, name)
+                total += factor * mass * ca.vertcat(1.0, pose[:3, :3] @ centre + pose[:3, 3])
         return total
+
+    def _payload(self, q: ca.SX, carrier: str) -> tuple[ca.SX, ca.SX]:
+        """Mass (kg) and centre (3,) in the link's frame (m) of what a link carries."""
+        start = len(self._index) + len(PAYLOAD_COLUMNS) * self.carriers.index(carrier)
+        return q[start], q[start + 1 : start + 4]
 
     def masses(self) -> FloatArray:
         """Mass of link 1, ..., n with what hangs on it (kg), shape (n,)."""
@@ -274,15 +375,20 @@ class KinematicTree:
                 masses[number - 1] += self.urdf.links[name].mass
         return masses
 
-    @property
-    def moving_mass(self) -> float:
-        """Mass of all that any coordinate moves (kg)."""
-        return float(sum(self.urdf.links[name].mass for name in self._carried if self.moves(name)))
-
     @cached_property
     def _carried(self) -> list[str]:
         """Links that the base carries."""
-        return list(self.forward(ca.SX.sym("q", len(self._index))))
+        return list(self.forward(ca.SX.sym("q", self.size_of_configuration)))
+
+
+def _names(path: Sequence[UrdfJoint]) -> list[str]:
+    return [joint.name for joint in path]
+
+
+def _chosen(options: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
+    """The expression whose switch is 1; the first one where none is."""
+    first = options[0][1]
+    return first + sum(switch * (other - first) for switch, other in options[1:]) if options[1:] else first
 
 
 def _constant(matrix: FloatArray) -> ca.SX:

@@ -29,7 +29,7 @@ import casadi as ca
 import numpy as np
 from pydantic import Field
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
 from expdesign.differentiation import inverse_with_adjoint
 from expdesign.files.schema import Number, Positive, Section
@@ -174,6 +174,10 @@ class Robot(ABC):
     @abstractmethod
     def position(self, configurations: FloatArray) -> FloatArray:
         """Origin of P in O (m) at configurations (..., n_q), shape (..., d)."""
+
+    def tip_numbers(self, configurations: FloatArray) -> IntArray:
+        """Which of several tips configurations (..., n_q) are of; all alike where there is one. Shape (...)."""
+        return np.zeros(configurations.shape[:-1], dtype=np.int64)
 
     @abstractmethod
     def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:

@@ -19,15 +19,15 @@ import casadi as ca
 import numpy as np
 from pydantic import Field, model_validator
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import SPATIAL
 from expdesign.differentiation import plain
 from expdesign.errors import InputError
-from expdesign.files.schema import Number, Positive, invalid, validate
+from expdesign.files.schema import Number, Positive, invalid, nearest, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing, Part
 from expdesign.robots.joint_rules import CouplingSection, coupled, leading, require_joint
-from expdesign.robots.kinematic_tree import KinematicTree
+from expdesign.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
 from expdesign.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
 from expdesign.robots.urdf import read_urdf
 from expdesign.symbolic import BatchFunction
@@ -41,7 +41,10 @@ class SerialSection(RobotSection):
     kind: str = Field(description="The word `serial`.")
     urdf: str = Field(description="URDF file with kinematics and masses; the path is relative to this file.")
     base_link: str = Field(description="Link of the URDF that is fixed to the ground; its frame is O.")
-    tip_link: str = Field(description="Link of the URDF whose deflection counts; its frame is P.")
+    tip_link: str | Annotated[list[str], Field(min_length=1)] = Field(
+        description="Link of the URDF whose deflection counts; its frame is P. Of several, the column `tip` says by "
+        "name which one a row is of."
+    )
     actuator_stiffness: list[Positive] = Field(
         description="Approximate stiffness apK of every joint that moves the tip, in the order of the chain: N·m/rad "
         "for revolute and N/m for prismatic joints."
@@ -56,6 +59,12 @@ class SerialSection(RobotSection):
         default_factory=list,
         description="Joints of the URDF off the chain that are columns of recordings, `NAME_rad` or `NAME_m`: their "
         "branches weigh where they stand. The others stand at zero, or at the limit nearest to it.",
+    )
+    payload_links: list[str] = Field(
+        default_factory=list,
+        description="Links that carry payloads beside the load on the tip, e.g. the other hand: columns "
+        "`NAME_mass_kg`, `NAME_com_x_m`, `NAME_com_y_m`, `NAME_com_z_m` (in the link's frame). They weigh as links "
+        "do.",
     )
     couplings: dict[str, CouplingSection] = Field(
         default_factory=dict,
@@ -101,8 +110,9 @@ class SerialRobot(Robot):
         self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
         self.configuration = configuration_names(tree)
         whole = (*tree.coordinates, *tree.branch_coordinates)
-        self.low = np.array([coordinate.low for coordinate in whole])
-        self.high = np.array([coordinate.high for coordinate in whole])
+        further = len(self.configuration) - len(whole)
+        self.low = np.array([*(coordinate.low for coordinate in whole), *[-np.inf] * further])
+        self.high = np.array([*(coordinate.high for coordinate in whole), *[np.inf] * further])
         for column, (low, high) in (limits or {}).items():
             index = self.configuration.index(column)
             self.low[index], self.high[index] = max(low, self.low[index]), min(high, self.high[index])
@@ -159,6 +169,10 @@ class SerialRobot(Robot):
     def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
         return configurations[..., : len(self.stiffness)]
 
+    def tip_numbers(self, configurations: FloatArray) -> IntArray:
+        several = len(self.tree.tips) > 1
+        return configurations[..., -1].astype(np.int64) if several else super().tip_numbers(configurations)
+
     def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
         """To second order in the rotation of the deflection, which is a twist."""
         position, rotation = self.tip(configuration, geometry)
@@ -172,7 +186,7 @@ class SerialRobot(Robot):
             q: coordinates (n_q,).
             geometry: geometric errors in the order of `tree.geometry_names`, or None for none.
         """
-        pose = self.tree.forward(q, geometry)[self.tree.tip]
+        pose = self.tree.tip_pose(q, geometry)
         return pose[:3, 3], pose[:3, :3]
 
     def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -202,7 +216,8 @@ class SerialRobot(Robot):
             geometry: geometric errors, or None.
             factors: true over nominal masses of link 1, ..., n_q, or None.
         """
-        return ca.gradient(ca.dot(gravity, self.tree.weight(q, geometry, factors)), q)[: len(self.tree.coordinates)]
+        weight = self.tree.weight(q, geometry, factors, payloads=factors is None)[1:]
+        return ca.gradient(ca.dot(gravity, weight), q)[: len(self.tree.coordinates)]
 
     def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
         forward, _, rotation = self.jacobian_expressions(configuration)
@@ -212,8 +227,13 @@ class SerialRobot(Robot):
     def _drawn(self) -> BatchFunction:
         q = ca.SX.sym("q", len(self.configuration))
         poses = self.tree.forward(q)
-        names = [self.tree.base, *(joint.child for joint in self.tree.chain)]
+        names = [name for path in self.tree.paths for name in (self.tree.base, *(joint.child for joint in path))]
         return BatchFunction("serial_drawing", [q], [ca.horzcat(*(poses[name][:3, 3] for name in names)).T])
+
+    @cached_property
+    def _place(self) -> BatchFunction:
+        q = ca.SX.sym("q", len(self.configuration))
+        return BatchFunction("serial_place", [q], [self.tip(q)[0]])
 
     @cached_property
     def _weights(self) -> BatchFunction:
@@ -228,11 +248,12 @@ class SerialRobot(Robot):
     def _moments(self) -> BatchFunction:
         q = ca.SX.sym("q", len(self.configuration))
         position, _ = self.tip(q)
-        return BatchFunction("serial_moments", [q], [self.tree.weight(q) - self.tree.moving_mass * position])
+        weight = self.tree.weight(q)
+        return BatchFunction("serial_moments", [q], [weight[0], weight[1:] - weight[0] * position])
 
     def weight_wrench(self, configurations: FloatArray, gravity: FloatArray) -> FloatArray:
-        (lever,) = self._moments(configurations)
-        force = np.broadcast_to(self.tree.moving_mass * gravity, lever.shape)
+        mass, lever = self._moments(configurations)
+        force = np.broadcast_to(np.reshape(mass, (*lever.shape[:-1], 1)) * gravity, lever.shape)
         moment: FloatArray = np.cross(lever, np.broadcast_to(gravity, lever.shape))
         return np.concatenate([force, moment], axis=-1)
 
@@ -245,8 +266,7 @@ class SerialRobot(Robot):
         )
 
     def position(self, configurations: FloatArray) -> FloatArray:
-        (points,) = self._drawn(configurations)
-        position: FloatArray = points[..., -1, :]
+        position: FloatArray = self._place(configurations)[0]
         return position
 
     def reference_configuration(self) -> FloatArray:
@@ -272,20 +292,28 @@ class SerialRobot(Robot):
 
     def drawing(self, configurations: FloatArray) -> Drawing:
         (points,) = self._drawn(configurations)
-        last = len(self.tree.chain)
-        moving = [i for i, joint in enumerate(self.tree.chain) if self.tree.motion(joint) is not None]
-        parts = (
-            Part("base", "base", (tuple(range(moving[0] + 2)),)),
-            Part("links", "actuator", (tuple(range(moving[0] + 1, moving[-1] + 2)),)),
-            Part("tip", "platform", (tuple(range(moving[-1] + 1, last + 1)),)),
-        )
-        return Drawing(points, points[..., -1, :], parts)
+        lines: tuple[list[tuple[int, ...]], ...] = ([], [], [])
+        start = 0
+        for path in self.tree.paths:
+            moving = [start + i for i, joint in enumerate(path) if self.tree.motion(joint) is not None]
+            ends = (start, moving[0] + 1, moving[-1] + 1, start + len(path))
+            for line, first, last in zip(lines, ends, ends[1:], strict=False):
+                line.append(tuple(range(first, last + 1)))
+            start += len(path) + 1
+        base, links, tips = (tuple(line) for line in lines)
+        parts = (Part("base", "base", base), Part("links", "actuator", links), Part("tip", "platform", tips))
+        return Drawing(points, self.position(configurations), parts)
 
 
 def configuration_names(tree: KinematicTree) -> tuple[str, ...]:
-    """Columns of the joint coordinates: `q1_rad` or `q1_m`, ... of the chain, then those of branches by their names."""
+    """Columns of the joint coordinates: `q1_rad` or `q1_m`, ... of the chain, then those of branches by their names.
+
+    What links carry follows, and `tip` where there are several.
+    """
     chain = tuple(f"q{k + 1}_{coordinate.unit}" for k, coordinate in enumerate(tree.coordinates))
-    return chain + tuple(f"{coordinate.joint}_{coordinate.unit}" for coordinate in tree.branch_coordinates)
+    branches = tuple(f"{coordinate.joint}_{coordinate.unit}" for coordinate in tree.branch_coordinates)
+    payloads = tuple(f"{carrier}_{column}" for carrier in tree.carriers for column in PAYLOAD_COLUMNS)
+    return (*chain, *branches, *payloads, *((TIP_COLUMN,) if len(tree.tips) > 1 else ()))
 
 
 def _tree(section: SerialSection, path: Path, document: YamlDocument) -> KinematicTree:
@@ -297,7 +325,18 @@ def _tree(section: SerialSection, path: Path, document: YamlDocument) -> Kinemat
         if joint.mimics:
             leaders = " and ".join(f"`{leader}`" for leader in leading(urdf, joint).multipliers)
             raise InputError(f"joint `{name}` follows {leaders}", where=where, remedy=f"Name {leaders} instead.")
-    tree = KinematicTree(urdf, section.base_link, section.tip_link, section.branch_joints)
+    tips = [section.tip_link] if isinstance(section.tip_link, str) else section.tip_link
+    for key, names in (("tip_link", tips), ("payload_links", section.payload_links)):
+        twice = next((name for index, name in enumerate(names) if name in names[:index]), None)
+        if twice is not None:
+            where = document.where((key,))
+            raise InputError(f"link `{twice}` is named twice", where=where, remedy="Take it out.")
+    tree = KinematicTree(urdf, section.base_link, tips, section.branch_joints, section.payload_links)
+    for index, name in enumerate(section.payload_links):
+        if not tree.carries(name):
+            remedy = nearest(name, [link for link in urdf.links if tree.carries(link)])
+            what = f"no joint of the robot moves a link `{name}`"
+            raise InputError(what, where=document.where(("payload_links", index)), remedy=remedy)
     chain = {coordinate.joint for coordinate in tree.coordinates}
     for index, name in enumerate(section.branch_joints):
         if name in chain or name in section.branch_joints[:index]:

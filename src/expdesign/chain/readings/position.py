@@ -124,8 +124,7 @@ class MarkerPosition(Reading):
         """Rows in which nothing that is held shows: the tip is turned as in the fitted rows, shape (N,)."""
         if not self.held:
             return np.ones(len(recordings), dtype=bool)
-        differences, fixed = turns(robot, recordings)
-        turned = np.linalg.norm(differences @ fixed, axis=(1, 2))
+        turned, _ = turns(robot, recordings)
         within: BoolArray = turned <= max(2.0 * float(turned[~recordings.test].max()), 1e-9)
         return within
 
@@ -146,16 +145,23 @@ class MarkerPosition(Reading):
 
 
 def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]:
-    """R − R̄ of every row (N, 3, 3), R̄ being the mean of the fitted rows, and which axes of the tip that leaves fixed.
+    """By how much every row turns what the fitted rows do not turn (N,), and which axes of the tip these leave fixed.
 
-    The second is a projector (3, 3) onto directions of the tip that the fitted rows turn by less than `SMALLEST_TURN`.
+    The second is a projector (3, 3) onto directions of the first row's tip that are turned by less than
+    `SMALLEST_TURN`. Of several tips all have to leave a direction of the base fixed, since any other shows where the
+    instrument is.
     """
     _, rotations = arrays_in_space(
         robot.position(recordings.configurations), robot.jacobians(recordings.configurations).rotation
     )
-    kept = ~recordings.test
-    differences = rotations - rotations[kept].mean(axis=0)
-    scaled = differences[kept].reshape(-1, 3) / np.sqrt(int(kept.sum()))
+    kept, tips = ~recordings.test, robot.tip_numbers(recordings.configurations)
+    means = np.empty_like(rotations)
+    for tip in np.unique(tips):
+        mine = tips == tip
+        means[mine] = rotations[mine & kept].mean(axis=0) if (mine & kept).any() else rotations[mine].mean(axis=0)
+    differences = rotations - means
+    scaled = differences[kept].swapaxes(1, 2).reshape(-1, 3) / np.sqrt(int(kept.sum()))
     _, sizes, axes = np.linalg.svd(scaled, full_matrices=False)
-    fixed = axes[sizes < SMALLEST_TURN]
-    return differences, fixed.T @ fixed
+    directions = axes[sizes < SMALLEST_TURN] @ means
+    fixed = directions.swapaxes(1, 2) @ directions
+    return np.linalg.norm(differences @ fixed, axis=(1, 2)), fixed[0]

@@ -74,6 +74,19 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     return np.array([*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)])
 
 
+def registration_residuals(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> FloatArray:
+    """What the start of a reading leaves of the positions, in O (m), shape (N, 3)."""
+    assert recordings.marker is not None
+    frame = reading.start[:6] if reading.instrument is None else reading.instrument
+    found = iter(reading.start[0 if reading.instrument is not None else 6 :].reshape(-1, 3))
+    places = np.array([reading.places[name] if name in reading.places else next(found) for name in reading.names])
+    configurations = recordings.configurations
+    positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
+    points = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
+    residuals: FloatArray = recordings.deflections @ _rotation(frame[3:]).T + frame[:3] - points
+    return residuals
+
+
 def _registration(points: FloatArray, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
     """R_I and t_I with points ≈ R_I·reading + t_I in the least-squares sense (Kabsch 1976)."""
     centre, middle = points.mean(axis=0), readings.mean(axis=0)

@@ -22,17 +22,19 @@ from expdesign.design.problem import DesignProblem
 _VANISHING = 1e-8
 
 
-def kktpm(problem: DesignProblem, variables: FloatArray) -> FloatArray:
+def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | None = None) -> FloatArray:
     """KKT proximity (d,) of the designs of a front, variables (d, m, g); NaN where a design has no gradient.
 
-    The spans of the objectives are those of the designs given, so that a front should be given as a whole.
+    The spans (k,) of the objectives are those of the designs given if left out: a front should then be given whole.
     """
+    if len(variables) == 0:
+        return np.zeros(0)
     objectives = Objectives(problem)
     space = problem.space
     designs = Differentiated.of_designs(problem, variables)
     found = [objectives.pieces(k, designs) for k in range(objectives.count)]
     values = np.stack([pieces[0].value for pieces in found], axis=1)
-    span = objectives.spans(values)
+    span = objectives.spans(values) if spans is None else spans
     free = (~space.discrete) & (space.upper > space.lower)
     width = np.where(free, space.upper - space.lower, 0.0)
     tie = objectives.tie(variables)

@@ -7,15 +7,19 @@ sums over measurements (`additive.py`), every exchange is judged, one after the 
 else some of them, drawn at random.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.design.optimality.additive import Additive
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 _LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS, _DRAWS = 100, 24, 60, 6, 8, 6
+_ASKED = (0, 4, 12, 28, _DRAWN)
+"""How many draws are asked for costly criteria, the most promising first."""
 _ADDITIVE = ("duir", "feir", "total")
 _TOGETHER = 10_000_000
 """Largest number of entries of the sums that are formed at once."""
@@ -23,7 +27,8 @@ _TOGETHER = 10_000_000
 
 def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
     """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
-    found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
+    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
+        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
     return found
 
 
@@ -171,12 +176,39 @@ class Neighbours:
             listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
         trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
         trials = self._space.canonical(trials)
-        values = self._objectives.values(trials.reshape(-1, *parents.shape[1:])).reshape(batch, _DRAWN, -1)
         same = (trials == parents[:, None]).all(axis=(2, 3))
-        score = achieved(values, centres[:, None], weights[:, None])
-        score = np.where(same | ~np.isfinite(score), np.inf, score)
-        best = score.argmin(axis=1)
-        return trials[np.arange(batch), best], score.min(axis=1)
+        score = self._scores(trials, centres, weights, same)
+        return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
+
+    def _scores(self, trials: FloatArray, centres: FloatArray, weights: FloatArray, same: BoolArray) -> FloatArray:
+        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are not the best of theirs.
+
+        Criteria that cost little bound the score from below; the others are asked for in the order of these bounds, as
+        long as there is a chance (branch and bound). The same trials are chosen as if all were asked for everywhere.
+        """
+        values = self._objectives.values
+        costly = self._objectives.costly
+        bounds = values(trials.reshape(-1, *trials.shape[2:]), ~costly).reshape(*trials.shape[:2], -1)
+        score = achieved(bounds, centres[:, None], weights[:, None])
+        # Where nothing else has weight there is no bound; what has no value is not usable.
+        unusable = np.isnan(bounds[..., ~costly]).any(axis=-1) | same
+        score[unusable] = np.inf
+        asked: BoolArray = np.logical_or.reduce(weights[:, costly] > 0.0, axis=1)
+        if not asked.any():
+            return score
+        order = np.argsort(score, axis=1, kind="stable")
+        lower = score.copy()
+        score[asked] = np.inf
+        for start, end in pairwise(_ASKED):
+            places = order[:, start:end]
+            chance = np.take_along_axis(lower, places, axis=1) < score.min(axis=1, keepdims=True)
+            row, column = np.nonzero(chance & asked[:, None])
+            column = places[row, column]
+            if len(row):
+                found = np.maximum(bounds[row, column], values(trials[row, column], costly))
+                reached = achieved(found, centres[row], weights[row])
+                score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
+        return score
 
     def variants(self, parents: FloatArray) -> FloatArray:
         """The measurements of designs (b, m, g), each with one variable changed, shape (b, m, v, g)."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, criterion_values
 from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series
 from expdesign.design.problem import DesignProblem
@@ -31,11 +31,20 @@ class Objectives:
         found = designs.pieces(self.criteria[index])
         return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
 
-    def values(self, variables: FloatArray) -> FloatArray:
-        """All criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
+    @property
+    def costly(self) -> BoolArray:
+        """Which criteria take much longer than others, shape (k,)."""
+        return np.array([criterion.costly for criterion in self.criteria])
+
+    def values(self, variables: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
+        """Criteria (b, k), minimised, of designs with variables (b, m, g), all or those wanted (k,) and -inf for the
+        others; NaN where they have no gradient.
+        """
         assessment = self.problem.assess(*self.problem.space.decode(variables))
         columns = [
-            sign * criterion_values(criterion, assessment) for sign, criterion in zip(self._signs, self.criteria)
+            sign * criterion_values(criterion, assessment) if wanted is None or wanted[k] else none
+            for none in (np.full(len(variables), -np.inf),)
+            for k, (sign, criterion) in enumerate(zip(self._signs, self.criteria))
         ]
         return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
 
@@ -81,16 +90,24 @@ class Scalarised:
 
     def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
         designs = Differentiated.of_designs(self._objectives.problem, variables)
-        found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), designs)]
         weights = self._weights[index]
-        columns = []
-        for k, piece in found:
-            with np.errstate(invalid="ignore"):
-                value = (piece.value - self._centres[index, k]) * weights[:, k]
-            columns.append(np.where(weights[:, k] > 0.0, value, _ABSENT))
+        columns, slopes = [], []
+        for k in self._used:
+            concerned = weights[:, k] > 0.0
+            if not concerned.any():
+                concerned[0] = True  # Every call has as many pieces.
+            some = self._objectives.criteria[k].costly and not concerned.all()
+            chosen = Differentiated.of_designs(self._objectives.problem, variables[concerned]) if some else designs
+            places = np.flatnonzero(concerned) if some else slice(None)
+            for piece in self._objectives.pieces(int(k), chosen):
+                column, slope = np.full(len(variables), _ABSENT), np.zeros(variables.shape)
+                with np.errstate(invalid="ignore"):
+                    value = (piece.value - self._centres[index, k][places]) * weights[places, k]
+                column[places] = np.where(weights[places, k] > 0.0, value, _ABSENT)
+                slope[places] = piece.gradient() * weights[places, k, None, None]
+                columns.append(column)
+                slopes.append(slope)
         values = np.where(designs.regular[:, None], np.stack(columns, axis=1), np.nan)
-
-        slopes = [piece.gradient() * weights[:, k, None, None] for k, piece in found]
         return values, np.stack(slopes, axis=1)
 
 

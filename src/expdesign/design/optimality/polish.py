@@ -287,7 +287,7 @@ class Polishing:
 
     def _finished(self) -> None:
         """Finish what is still rough or, where the front can do without it, leave it out."""
-        measure = kktpm(self.problem, self.pool)
+        earlier, measure = self.pool, kktpm(self.problem, self.pool)
         rough = np.flatnonzero(~(measure <= TARGET))
         space = self.problem.space
         # In steps as coarse as that, the optimum that can be set does not satisfy the conditions of the continuous one.
@@ -299,7 +299,12 @@ class Polishing:
         weights = np.zeros_like(centres)
         weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
         self.take(self._minimise(self.pool[rough], centres, weights, _LONG))
-        smooth = kktpm(self.problem, self.pool) <= TARGET
+        known = {design.tobytes(): value for design, value in zip(earlier, measure, strict=True)}
+        new = np.array([design.tobytes() not in known for design in self.pool])
+        smooth = np.array([known.get(design.tobytes(), np.inf) <= TARGET for design in self.pool])
+        spans = Objectives.spans(self._values)[: self._count]
+        if new.any():
+            smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 

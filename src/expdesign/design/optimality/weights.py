@@ -19,6 +19,8 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.quadratic import Programs, solve
 
 _REGULARISATION = 1e-10
+_ROUNDED = 1e-14
+"""Share of the largest eigenvalue below which one is rounding."""
 _CHUNK, _ROUNDS = 50000, 60
 
 
@@ -148,8 +150,10 @@ def _newton(
     mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
     values = _values(relaxation, rows, weights)
     for _ in range(40):
-        inverse = np.linalg.inv(_information(relaxation, rows, weights))
-        root = np.linalg.cholesky(inverse)
+        # Where few candidates identify all that the targets need, X is nearly singular and its inverse indefinite.
+        sizes, axes = np.linalg.eigh(_information(relaxation, rows, weights))
+        root = axes / np.sqrt(np.maximum(sizes, _ROUNDED * sizes[-1]))
+        inverse = root @ root.T
         gradients, curvatures = [], []
         for target in relaxation.targets:
             products = rows @ (inverse @ target.T)

@@ -33,7 +33,7 @@ class Joints(Port):
         for joint in range(len(self.robot.stiffness)):
             point, frame = tree.joint_frame(row.pose, joint)
             shift, turn = extra[6 * joint : 6 * joint + 3], extra[6 * joint + 3 : 6 * joint + 6]
-            moved += at_tip(frame @ shift, frame @ turn, row, point)
+            moved += at_tip(self.robot, joint, frame @ shift, frame @ turn, row, point)
         return moved
 
     @property

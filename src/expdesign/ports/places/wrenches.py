@@ -50,6 +50,13 @@ class Payload(Port):
         return (ENVIRONMENT, PAYLOAD)
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
+        yield from self._fields(sight)
+        yield from self._contacts(sight)
+        yield from self._towards_points(sight, (0.5, 2.0))
+        yield from self._loads(sight)
+
+    def _fields(self, sight: Sight) -> Iterator[Entry]:
+        """Forces that follow the place, the pose or time."""
         n, d = self.width, len(self.robot.gravity)
         position = tuple(Quantity("position", i) for i in range(d))
         pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
@@ -66,17 +73,26 @@ class Payload(Port):
         if n > 2:
             priors += [(prior, range(n)) for prior in smooth_over(sight, "field", pose, 15)]
             priors += [(prior, range(n)) for prior in kinks_over(sight, "field", pose, 15)]
-        shown = tuple(Quantity("deflection", i) for i in range(n)) if not sight.positions else ()
-        sight.look(shown)
-        priors += [(prior, range(n)) for prior in (*kinks_over(sight, "contact", shown, 15),)]
         priors += [(prior, forces) for prior in over_time(sight, "field")]
-        for prior, outputs in priors:
-            channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(outputs)))
-            yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
-        yield from self._towards_points(sight)
-        yield from self._loads(sight)
+        yield from self._each(sight, priors)
 
-    def _towards_points(self, sight: Sight) -> Iterator[Entry]:
+    def _contacts(self, sight: Sight) -> Iterator[Entry]:
+        """Forces that follow the deflection: what is touched on the way."""
+        shown = tuple(Quantity("deflection", i) for i in range(self.width)) if not sight.positions else ()
+        sight.look(shown)
+        yield from self._each(sight, [(prior, range(self.width)) for prior in kinks_over(sight, "contact", shown, 15)])
+
+    def _each(self, sight: Sight, priors: list[tuple[Prior, range]]) -> Iterator[Entry]:
+        """Every prior with a law of its own in each of its directions."""
+        for prior, outputs in priors:
+            channels = self._moved(sight, tuple(Channel(a, i, prior.inputs) for i, a in enumerate(outputs)))
+            yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+
+    def _moved(self, sight: Sight, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+        """Channels as a reading shows them that is the change since the series' first row."""
+        return since_start(sight, channels)
+
+    def _towards_points(self, sight: Sight, lengths: tuple[float, ...]) -> Iterator[Entry]:
         """Forces towards or from a point: springs, cords and magnets."""
         d = len(self.robot.gravity)
         places = np.column_stack([sight.values(Quantity("position", i)) for i in range(d)])[sight.counts]
@@ -89,7 +105,7 @@ class Payload(Port):
             if sight.spread(away) == 0.0:
                 continue
             channels = tuple(Channel(i, 0, (away,), Quantity("towards", i, setting)) for i in range(d))
-            for factor in (0.5, 2.0):
+            for factor in lengths:
                 scale = (factor * sight.spread(away),)
                 yield Entry(self.name, ENVIRONMENT, "field", channels, "squared_exponential", scale, 10)
 

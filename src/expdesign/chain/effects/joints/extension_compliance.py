@@ -38,7 +38,7 @@ class ExtensionCompliance(Effect):
         point, _ = links_of(self.robot).tree.joint_frame(row.pose, self.component.index)
         load = with_links_beyond(self.robot, wrench, row, self.component.number)
         turn = (theta[0] + theta[1] * row.lengths[self.component.index]) * moment_at(load, row, point)
-        return deflection + at_tip(ca.SX.zeros(3), turn, row, point)
+        return deflection + at_tip(self.robot, self.component.index, ca.SX.zeros(3), turn, row, point)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         own, change = (values[name] for name in ("lateral_rad_per_Nm", "lateral_change_rad_per_Nm_m"))

@@ -41,11 +41,12 @@ class GeometricError(Effect):
         if self.component == ALL_JOINTS:
             return list(range(count))
         if self.component == GEOMETRY:
-            # The base's frame (link 0) is the instrument's.
-            return [*range(count), *range(robot.tree.link_frame(1, "x"), robot.tree.size)]
+            # The base's frame (the first end of link 0) is the instrument's.
+            return [*range(count), *range(robot.tree.link_frames(0)[0] + len(FRAME_AXES), robot.tree.size)]
         if self.component.part is Part.JOINT:
             return [self.component.index]
-        return [robot.tree.link_frame(self.component.number, axis) for axis in FRAME_AXES]
+        frames = robot.tree.link_frames(self.component.number)
+        return [start + axis for start in frames for axis in range(len(FRAME_AXES))]
 
     def describe(self) -> tuple[Parameter, ...]:
         return tuple(self._parameter(index) for index in self._indices)

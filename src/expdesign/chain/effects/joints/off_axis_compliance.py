@@ -3,6 +3,9 @@
 The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
 beyond it turns by C·P·M about the joint, M being the moment there and P the projection across the axis. A prismatic
 joint's guide tilts about every direction. In positions the weight of the links beyond the joint tilts it too.
+
+Bearings of one make yield at all joints, each too little to be named by itself: `all joints` are one hypothesis with a
+compliance for every joint.
 """
 
 from enum import StrEnum
@@ -12,10 +15,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
-from expdesign.chain.component import Component
+from expdesign.chain.component import ALL_JOINTS, Component
 from expdesign.chain.components import each_joint, turning
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
+from expdesign.chain.variant import Variant
+from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 
 
@@ -27,33 +32,57 @@ class Directions(StrEnum):
 
 
 class JointCompliance(Effect):
-    """Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint."""
+    """Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint.
+
+    Of `all joints` together every bearing is the same across all directions.
+    """
 
     physics = "joint_compliance"
     forms = tuple(Directions)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return each_joint(robot)
+        joints = each_joint(robot)
+        return [*joints, ALL_JOINTS] if len(joints) > 1 else joints
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        return [
+            (component, form)
+            for component in cls.components(robot)
+            for form in ((Directions.ALL,) if component.several else Directions)
+        ]
 
     def describe(self) -> tuple[Parameter, ...]:
         if self.variant is Directions.TWO:
             return tuple(Parameter(f"lateral_{i}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for i in (1, 2))
+        if self.component.several:
+            names = (f"joint_{joint.number}_lateral_rad_per_Nm" for joint in each_joint(self.robot))
+            return tuple(Parameter(name, 1e-6, low=0.0, high=1.0) for name in names)
         return (Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),)
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        if not self.component.several:
+            return deflection + self._tilt(wrench, row, self.component.index, theta[0], theta[-1])
+        tilts = (self._tilt(wrench, row, joint, theta[joint], theta[joint]) for joint in self.actuators)
+        return sum(tilts, deflection)
+
+    def _tilt(self, wrench: ca.SX, row: Row, joint: int, one: ca.SX, other: ca.SX) -> ca.SX:
+        """Twist (6,) of the tip as the bearing of a joint (index from 0) tilts, with compliances in two directions."""
         robot = links_of(self.robot)
-        point, frame = robot.tree.joint_frame(row.pose, self.component.index)
-        load = with_links_beyond(self.robot, wrench, row, self.component.number)
-        first, second = across(robot.tree.joints[self.component.index].axis)
-        compliances = theta[0] * ca.SX(np.outer(first, first)) + theta[-1] * ca.SX(np.outer(second, second))
-        if not turning(self.robot, self.actuators) and self.variant is Directions.ALL:
-            compliances = theta[0] * ca.SX.eye(3)
+        point, frame = robot.tree.joint_frame(row.pose, joint)
+        load = with_links_beyond(self.robot, wrench, row, joint + 1)
+        first, second = across(robot.tree.joints[joint].axis)
+        compliances = one * ca.SX(np.outer(first, first)) + other * ca.SX(np.outer(second, second))
+        if not turning(self.robot, (joint,)) and self.variant is Directions.ALL:
+            compliances = one * ca.SX.eye(3)
         turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
-        return deflection + at_tip(ca.SX.zeros(3), turn, row, point)
+        return at_tip(self.robot, joint, ca.SX.zeros(3), turn, row, point)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         listed = " and ".join(f"{1e6 * v[0]:.3g} ({1e6 * v[1]:.3g} to {1e6 * v[2]:.3g})" for v in values.values())
+        if self.component.several:
+            return f"The bearings of all joints tilt across their axes, from joint 1 on by {listed} µrad per N·m."
         return f"The bearing of {self.component} tilts across its axis by {listed} µrad per N·m."
 
 

@@ -48,8 +48,11 @@ class ArmGeometry(Effect):
     def describe(self) -> tuple[Parameter, ...]:
         if self.component.part is Part.LINK:
             units = [("m", 0.1, _LENGTH) if len(axis) == 1 else ("rad", 0.5, _ANGLE) for axis in FRAME_AXES]
+            tree, link = links_of(self.robot).tree, self.component.number
+            further = [f"{end.name}_" for end in tree.ends if end.link == link][1:]
             return tuple(
-                Parameter(f"frame_{axis}_{unit}", 1e-3, low=-high, high=high, spread=spread)
+                Parameter(f"frame_{end}{axis}_{unit}", 1e-3, low=-high, high=high, spread=spread)
+                for end in ("", *further)
                 for axis, (unit, high, spread) in zip(FRAME_AXES, units, strict=True)
             )
         if turning(self.robot, self.actuators):
@@ -58,9 +61,7 @@ class ArmGeometry(Effect):
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
         tree = links_of(self.robot).tree
-        first = (
-            tree.link_frame(self.component.number, "x") if self.component.part is Part.LINK else self.component.index
-        )
+        first = tree.link_frames(self.component.number)[0] if self.component.part is Part.LINK else self.component.index
         moved = ca.SX(geometry)
         for index in range(theta.shape[0]):
             moved[first + index] = moved[first + index] + theta[index]

@@ -40,7 +40,7 @@ class PassiveJointCompliance(Effect):
     ) -> tuple[ca.SX, ca.SX]:
         # A row of J⁻¹ begins with the direction of the leg.
         split = self.robot.coordinates.translations
-        direction = ca.solve(row.forward, ca.SX.eye(row.forward.shape[0]))[self.component.index, :split].T
+        direction = row.inverse[self.component.index, :split].T
         if self.variant is End.PLATFORM:
             direction = row.rotation.T @ direction
         x, y = direction[0], direction[1]

@@ -59,8 +59,9 @@ class PassiveJointStiffness(Effect):
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
         stiffness = theta[0] * (self._bent(row) if self.variant is Joints.FLEXURES else self._relaxed(row))
-        softened = ca.SX.eye(elongation.shape[0]) + ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
-        return ca.solve(softened, elongation), state
+        added = ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
+        # (I + S)⁻¹·e = e − S·(I + S)⁻¹·e, of which an expression of the derivative at S = 0 is short.
+        return elongation - added @ ca.solve(ca.SX.eye(elongation.shape[0]) + added, elongation), state
 
     def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         if self.variant is not Joints.FLEXURES:
@@ -70,16 +71,15 @@ class PassiveJointStiffness(Effect):
     def _relaxed(self, row: Row) -> ca.SX:
         """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
         n = self.robot.coordinates.n
-        inverse = ca.solve(row.forward, ca.SX.eye(n))
         total = ca.SX.zeros(n, n)
         for leg in self.actuators:
             length = row.lengths[leg]
             if self.robot.coordinates.rotations == 0:
-                u = inverse[leg, :].T
+                u = row.inverse[leg, :].T
                 turning = ca.vertcat(-u[1], u[0]).T / length
                 total += turning.T @ turning
                 continue
-            u = inverse[leg, :3].T
+            u = row.inverse[leg, :3].T
             joint = row.rotation @ ca.SX(self._straight.platform_joints[leg])
             velocity = ca.horzcat(ca.SX.eye(3), -ca.skew(joint))
             leg_turn = ca.skew(u) @ velocity / length

@@ -32,12 +32,12 @@ class LinkCompliance(Effect):
         start, end = link_span(self.robot, row.pose, self.component.index)
         length = ca.norm_2(end - start)
         along = (end - start) / length
-        load = with_links_beyond(self.robot, wrench, row, self.component.number + 1)
+        load = with_links_beyond(self.robot, wrench, row, self.component.number, own=False)
         moment, lever = moment_at(load, row, end), length * ca.cross(along, load[:3])
         twisting = along * ca.dot(along, moment)
         turn = theta[0] * (moment - twisting + lever / 2.0) + theta[1] * twisting
         moved = theta[0] * length * ca.cross((moment - twisting) / 2.0 + lever / 3.0, along)
-        return deflection + at_tip(moved, turn, row, end)
+        return deflection + at_tip(self.robot, self.component.index, moved, turn, row, end)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         bend, twist = values["bending_rad_per_Nm"], values["torsion_rad_per_Nm"]

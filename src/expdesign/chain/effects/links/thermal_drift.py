@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import link_span, long_links
+from expdesign.chain.arm import at_tip, link_span, long_links
 from expdesign.chain.component import Component, Part
 from expdesign.chain.components import each_joint, turning
 from expdesign.chain.effect import Effect, Parameter
@@ -68,7 +68,8 @@ class ArmThermalDrift(Effect):
             return deflection
         start, end = link_span(self.robot, row.pose, self.component.index)
         driver = row.elapsed if self.variant is Driver.TIME else row.warming[self.component.index]
-        return deflection + ca.vertcat(theta[0] * driver * (end - start), ca.SX.zeros(3))
+        grown = theta[0] * driver * (end - start)
+        return deflection + at_tip(self.robot, self.component.index, grown, ca.SX.zeros(3), row, end)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         name, value = next(iter(values.items()))

@@ -1,0 +1,111 @@
+"""What is known before effects are sought: the rows, their noise, the base model, and what may be named."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.base_models import BaseModel, base_model
+from expdesign.diagnosis.library import Candidate, candidates, library
+from expdesign.diagnosis.many import Many
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.selection import Search
+from expdesign.diagnosis.together import Method, together
+from expdesign.errors import InputError
+from expdesign.identification.estimability import require_regular_rows
+from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.identification.whitening import Whitening
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is known before effects are sought.
+
+    Attributes:
+        robot, recordings: what is diagnosed.
+        noise: standard deviations of the readings.
+        kind: of base model.
+        base: its fit.
+        judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
+        entries: named physics.
+        search: for it.
+        many: all effects at once, where the recordings call for that.
+        method: the way of working that they call for.
+    """
+
+    robot: Robot
+    recordings: Recordings
+    noise: NoiseLevel
+    kind: BaseModel
+    base: Fit
+    judged: BoolArray
+    entries: list[Candidate]
+    search: Search
+    many: Many | None
+    method: Method
+
+
+def framed(
+    robot: Robot,
+    recordings: Recordings,
+    *,
+    shared_reference: bool,
+    without: frozenset[str],
+    report: Callable[[str], None],
+) -> Frame:
+    """The frame of a diagnosis; for arguments and what is raised see `diagnose`."""
+    if recordings.test.all():
+        remedy = "Mark some loaded rows `train` in the column `split`."
+        raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
+    if len(robot.stiffness):
+        require_regular_rows(recordings, robot.jacobians(recordings.configurations))
+    sample_with = _sampler(robot, recordings, shared_reference=shared_reference)
+    report("fitting the base model")
+    noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
+    sample = sample_with(noise.deviations)
+    base = fit(Chain(robot, reading=sample.reading), sample)
+    kind = base_model(robot, sample.reading)
+    kind.require_determined(robot, recordings, base, sample.idle)
+    report("preparing the library")
+    entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
+    search = Search(robot, sample, entries, known_noise=noise.known, report=report)
+    many, method = together(robot, sample, base, entries, report)
+    predictable = recordings.test & sample.reading.predictable(robot, recordings)
+    judged = predictable if predictable.any() else recordings.test
+    return Frame(robot, recordings, noise, kind, base, judged, entries, search, many, method)
+
+
+def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:
+    """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
+    rows = row_data(recordings, robot)
+    fitted = recordings.rows(~recordings.test)
+    reading = reading_of(robot, recordings)
+    idle = base_model(robot, reading).idle(robot, fitted)
+
+    def sample_with(deviations: FloatArray) -> Sample:
+        whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
+        return Sample.of(Data(recordings, rows, whitening, idle=idle, reading=reading), ~recordings.test)
+
+    return sample_with
+
+
+def _noise(
+    robot: Robot,
+    recordings: Recordings,
+    sample_with: Callable[[FloatArray], Sample],
+    *,
+    shared_reference: bool,
+) -> NoiseLevel:
+    if recordings.deviations is not None:
+        return NoiseLevel(recordings.deviations, "recordings")
+    translations = robot.coordinates.translations
+    replicated = noise_from_replicates(recordings, translations, shared_reference=shared_reference)
+    if replicated is not None:
+        return replicated
+    chain = Chain(robot, reading=reading_of(robot, recordings))
+    return noise_from_residuals(recordings, translations, lambda deviations: fit(chain, sample_with(deviations)))

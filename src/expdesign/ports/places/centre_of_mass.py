@@ -1,0 +1,46 @@
+"""The payload's centre of mass, which is not where the recordings say, or moves: liquids, sagging and loose parts."""
+
+from collections.abc import Iterator, Sequence
+
+import casadi as ca
+
+from expdesign.chain.component import PAYLOAD, Component
+from expdesign.chain.row import Row
+from expdesign.ports.families import Prior, over_time, smooth_over
+from expdesign.ports.port import Channel, Entry, Port
+from expdesign.ports.quantities import Quantity
+from expdesign.ports.sight import Sight
+
+
+class CentreOfMass(Port):
+    """u: shift (m) of the point at which the load acts, along the platform's axes.
+
+    The moment about the origin of P grows by (R·u) × F. What shifts it is the attitude (gravity along the platform's
+    axes), the pose, or time.
+    """
+
+    name = "centre of mass"
+
+    def components_of_motion(self) -> int:
+        return len(self.robot.gravity) if self.robot.coordinates.n > len(self.robot.gravity) else 0
+
+    def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        d = self.width
+        shift, force = row.rotation @ extra, row.wrench[:d]
+        if d == 2:
+            return wrench + ca.vertcat(0.0, 0.0, shift[0] * force[1] - shift[1] * force[0])
+        return wrench + ca.vertcat(ca.SX.zeros(3), ca.cross(shift, force))
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return (PAYLOAD,)
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        attitude = tuple(Quantity("own_gravity", axis) for axis in range(self.width))
+        pose = tuple(Quantity("pose", index) for index in range(len(self.robot.configuration)))
+        priors = [Prior("load", "constant", (Quantity("clock"),), (1.0,), 1), *over_time(sight, "load")]
+        for inputs in (attitude, pose):
+            priors += smooth_over(sight, "load", inputs, 15)
+        for prior in priors:
+            channels = tuple(Channel(axis, axis, prior.inputs) for axis in range(self.width))
+            yield Entry(self.name, PAYLOAD, prior.form, channels, prior.kernel, prior.scales, prior.rank)

@@ -1,0 +1,84 @@
+"""Positions of markers in other units and frames than the commands are named with place and remedy."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from benchmarks.arms.plant import recordings, usual_faults
+from tests.identification.experiments import table_of
+from tests.robots.torso import Torso, read_torso
+
+from expdesign.errors import InputError
+from expdesign.plausibility.finding import say
+from expdesign.plausibility.recordings import recordings_findings
+from expdesign.recordings.reader import recordings_from_table
+from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import read_robot
+
+ARM = Path(__file__).parents[2] / "configs" / "robots" / "ur5.yaml"
+READ = ["px_m", "py_m", "pz_m"]
+JOINTS = [f"q{k}_rad" for k in range(1, 7)]
+Change = Callable[[pd.DataFrame], pd.DataFrame]
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return read_robot(ARM)
+
+
+@pytest.fixture(scope="module")
+def positions() -> pd.DataFrame:
+    """Forty poses of an arm with usual errors, at three markers."""
+    return recordings(usual_faults(3), 120, 5)
+
+
+def scaled(names: list[str], factor: float) -> Change:
+    return lambda frame: frame.assign(**{name: factor * frame[name] for name in names})
+
+
+def swapped(first: str, second: str) -> Change:
+    return lambda frame: frame.rename(columns={first: second, second: first})
+
+
+def test_sound_positions_are_not_warned_of(arm: Robot, positions: pd.DataFrame, tmp_path: Path) -> None:
+    assert recordings_findings(recordings_from_table(table_of(positions), arm), arm) == []
+    torso = read_torso(tmp_path)
+    sound = recordings_from_table(table_of(Torso().recordings(40, 2, 2e-5)), torso)
+    assert recordings_findings(sound, torso) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (scaled(JOINTS, 180.0 / np.pi), "joint coordinates in degrees"),
+        (scaled(["q3_rad"], 180.0 / np.pi), "q3_rad in degrees"),
+        (scaled(["q3_rad"], -1.0), "q3_rad the wrong sign"),
+        (scaled(["py_m"], -1.0), "left-handed"),
+        (swapped("q2_rad", "q3_rad"), "q2_rad and q3_rad swapped"),
+    ],
+)
+def test_commands_and_positions_of_different_frames_are_said(
+    arm: Robot, positions: pd.DataFrame, change: Change, says: str
+) -> None:
+    (finding,) = recordings_findings(recordings_from_table(table_of(change(positions)), arm), arm)
+    assert says in finding.likely
+    assert "after registration" in finding.what
+
+
+@pytest.mark.parametrize("column", ["com_z_m", "left_hand_com_z_m"])
+def test_payloads_that_no_robot_could_hold_are_refused(tmp_path: Path, column: str) -> None:
+    """A centre of mass of 150 mm, entered as 150 m, of what the tip or another hand carries."""
+    torso = read_torso(tmp_path)
+    frame = Torso().recordings(8, 2, 2e-5).assign(mass_kg=1.0, com_x_m=0.0, com_y_m=0.0, com_z_m=0.0)
+    frame = frame.drop(columns=["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]).assign(**{column: 150.0})
+    wrong = recordings_from_table(table_of(frame), torso)
+    with pytest.raises(InputError, match=rf"column {column.replace('_z_', '_x_')}: .* lies 150 m away.*look like mm"):
+        say(recordings_findings(wrong, torso), wrong.source)
+
+
+def test_positions_in_mm_are_refused(arm: Robot, positions: pd.DataFrame) -> None:
+    wrong = recordings_from_table(table_of(scaled(READ, 1e3)(positions)), arm)
+    with pytest.raises(InputError, match=r"column px_m: the positions spread over .* look like mm"):
+        say(recordings_findings(wrong, arm), wrong.source)
