@@ -33,7 +33,8 @@ begun = time.process_time()
 first = []
 front = search(problem, lambda state: first.append(time.process_time() - begun) if len(first) < 2 else None)
 searched = time.process_time()
-duir_lower_bound(problem, front.decisions), total_lower_bound(problem, front.decisions)
+designs = next(iter(vars(front).values()))  # earlier versions have another name for them
+duir_lower_bound(problem, designs), total_lower_bound(problem, designs)
 bounded = time.process_time()
 values = np.stack([front.criteria[name] for name in front.objectives], axis=1)
 print(json.dumps([values.tolist(), begun, first[-1], searched - begun, bounded - searched]))

@@ -78,7 +78,7 @@ def summary(rows: list[dict[str, object]]) -> str:
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     lines += [
-        f"| [{row['name']}]({row['name']}{_ending(row)}) | {row['rows']} | {row['verdict']} | {row['before']:.3g} | "
+        f"| [{row['name']}]({row['name']}.html) | {row['rows']} | {row['verdict']} | {row['before']:.3g} | "
         f"{row['after']:.3g} | {_number(row.get('target'))} | {_number(row.get('known'))} | "
         f"{row['effects'] or 'none'} | {row['seconds']:.0f} | {row.get('state', 'unknown')} |"
         for row in rows
@@ -87,11 +87,6 @@ def summary(rows: list[dict[str, object]]) -> str:
     if notes.is_file():
         lines += ["", notes.read_text(encoding="utf-8").rstrip()]
     return "\n".join(lines) + "\n"
-
-
-def _ending(row: dict[str, object]) -> str:
-    """Pages of earlier states are Markdown."""
-    return ".html" if (OUT / f"{row['name']}.html").is_file() else ".md"
 
 
 def _number(value: object) -> str:

@@ -76,9 +76,11 @@ def test_left_out_blocks_are_predicted_to_the_noise_with_the_groups_that_are_the
     assert float(np.sqrt((found.left_out(blocks, chosen) ** 2).mean())) < 1.15
 
 
-def test_left_out_errors_are_those_of_fits_without_the_block() -> None:
+@pytest.mark.parametrize("length", [8, 24])
+def test_left_out_errors_are_those_of_fits_without_the_block(length: int) -> None:
+    """Blocks shorter and longer than the fourteen parameters."""
     linearised, priors, _ = _problem((1.0, 0.5), seed=3)
-    blocks = np.arange(_ROWS) // 24
+    blocks = np.arange(_ROWS) // length
     found = everything(linearised, priors, np.zeros(len(priors.mean)))
     slopes, precision = found.slopes, np.zeros(len(priors.mean))
     own = priors.group >= 0

@@ -21,6 +21,7 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import predict
+from expdesign.design.problem_file import read_problem
 from expdesign.diagnosis.held_out import within_intervals
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.sample import Sample
@@ -215,6 +216,16 @@ def test_wrong_tips_are_named(tmp_path: Path, old: str, new: str, says: str) -> 
     with pytest.raises(InputError) as caught:
         read_torso(tmp_path, FILE.replace(old, new))
     assert re.search(says, str(caught.value), re.DOTALL)
+
+
+def test_a_plan_is_of_one_tip(tmp_path: Path) -> None:
+    read_torso(tmp_path)
+    configuration = (Path(__file__).parents[2] / "configs" / "ur5.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "config.yaml"
+    file.write_text(configuration.replace("robots/ur5.yaml", "robot.yaml"), encoding="utf-8")
+    with pytest.raises(InputError, match="plans are of one tip") as caught:
+        read_problem(file)
+    assert "branch_joints" in str(caught.value)
 
 
 def test_a_tip_on_the_way_to_another_has_an_error_of_its_own(tmp_path: Path) -> None:

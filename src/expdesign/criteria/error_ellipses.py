@@ -8,7 +8,7 @@ extent that the load errors are.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
@@ -60,4 +60,4 @@ def principal_axes(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def ellipse_scale(probability: float, dimension: int = 2) -> float:
     """Standard deviations from the centre of an ellipse (ellipsoid) that holds a normal error with `probability`."""
-    return float(np.sqrt(chi2.ppf(probability, dimension)))
+    return float(np.sqrt(chdtri(dimension, 1.0 - probability)))

@@ -56,6 +56,11 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
         remedy = "`expdesign diagnose` finds from recordings what it stands on."
         raise InputError(what, where=document.where(("robot",)), remedy=remedy)
+    if robot.links is not None and len(robot.links.tree.tips) > 1:
+        remedy = "Name one of them as `tip_link` in a robot file for the plan, the other's joints as `branch_joints`."
+        raise InputError(
+            "plans are of one tip, and the robot has several", where=document.where(("robot",)), remedy=remedy
+        )
     _gravity_matches(section, robot, document)
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)

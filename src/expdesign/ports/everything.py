@@ -32,6 +32,8 @@ _HELD = 20
 
 _ABSENT = 1e-8
 """Factor on the deviations of what is left out."""
+_ALONE = 1.0 + 1e-9
+"""Diagonal of I − H, so that a reading that nothing else predicts leaves it regular."""
 _DEAD = 1e-10
 """Share of a parameter's prior precision below which the readings say nothing of it."""
 _BETTER = 0.995
@@ -90,8 +92,7 @@ class Everything:
         for block in np.unique(blocks):
             inside = np.flatnonzero(blocks == block)
             own = root[inside]
-            matrix = np.eye(len(inside)) - own @ own.T + 1e-9 * np.eye(len(inside))
-            errors[inside] = np.linalg.solve(matrix, self.residuals[inside])
+            errors[inside] = _left_out(own, self.residuals[inside])
         return errors
 
 
@@ -227,6 +228,16 @@ def _again(found: Everything, priors: Priors) -> Everything:
     live, step = _live(gram, precision), np.zeros_like(right)
     step[live] = solve(_regular(gram[np.ix_(live, live)], precision[live]), right[live], assume_a="pos")
     return replace(found, values=priors.mean + step, residuals=readings - found.slopes @ step)
+
+
+def _left_out(root: FloatArray, residuals: FloatArray) -> FloatArray:
+    """(I − R·Rᵀ)⁻¹·r of a block (n, p), by the smaller of both matrices (Woodbury's identity)."""
+    rows, parameters = root.shape
+    if rows <= parameters:
+        found: FloatArray = np.linalg.solve(_ALONE * np.eye(rows) - root @ root.T, residuals)
+        return found
+    inner = np.linalg.solve(_ALONE * np.eye(parameters) - root.T @ root, root.T @ residuals)
+    return (residuals + root @ inner) / _ALONE
 
 
 def _live(gram: FloatArray, precision: FloatArray) -> BoolArray:

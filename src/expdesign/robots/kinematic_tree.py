@@ -28,13 +28,13 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.robots.joint_rules import Motion, leading
+from expdesign.robots.joint_transforms import chosen, constant, moved
 from expdesign.robots.orientation import rotation_matrix
-from expdesign.robots.urdf import Urdf, UrdfJoint, transform
+from expdesign.robots.urdf import Urdf, UrdfJoint
 
 FRAME_AXES = ("x", "y", "z", "rx", "ry", "rz")
 TIP_COLUMN = "tip"
 PAYLOAD_COLUMNS = ("mass_kg", "com_x_m", "com_y_m", "com_z_m")
-_ROUNDING = 1e-15
 _ROUNDED = 1e-3
 """Fraction of a mimicking joint's range by which its limits may be rounded."""
 
@@ -133,8 +133,8 @@ class KinematicTree:
     def reaches(self, q: ca.SX, joint: int) -> ca.SX:
         """1 where `joints[joint]` moves the tip that is looked at, else 0."""
         name = self.joints[joint].name
-        moved = (seen for seen, path in zip(self.looked_at(q), self.paths, strict=True) if name in _names(path))
-        return ca.SX(1.0) if len(self.tips) == 1 else sum(moved, ca.SX(0.0))
+        carried = (seen for seen, path in zip(self.looked_at(q), self.paths, strict=True) if name in _names(path))
+        return ca.SX(1.0) if len(self.tips) == 1 else sum(carried, ca.SX(0.0))
 
     def beyond(self, number: int, *, own: bool = True) -> FloatArray:
         """1 for the links that joint `number` moves (its own link only if `own`), 0 for the others, shape (n,)."""
@@ -152,7 +152,7 @@ class KinematicTree:
         for tip, seen in zip(self.tips, self.looked_at(q), strict=True):
             own = (tip, True)
             options.append((seen, self._erred(poses[tip], geometry, own) if self._is_passed(tip) else poses[tip]))
-        return _chosen(options)
+        return chosen(options)
 
     def motion(self, joint: UrdfJoint) -> Motion | None:
         """What moves a joint, or None where no coordinate does."""
@@ -212,7 +212,7 @@ class KinematicTree:
     def joint_frame(self, q: ca.SX, joint: int) -> tuple[ca.SX, ca.SX]:
         """Place (3,) of `joints[joint]` and orientation (3×3) of its frame, as fixed to the link before it."""
         before = self.joints[joint]
-        pose = self.forward(q)[before.parent] @ _constant(before.origin)
+        pose = self.forward(q)[before.parent] @ constant(before.origin)
         return pose[:3, 3], pose[:3, :3]
 
     def far_end(self, q: ca.SX, link: int) -> ca.SX:
@@ -225,9 +225,9 @@ class KinematicTree:
             moving = [joint for joint in path if self.motion(joint) is not None]
             if self.joints[link] in moving:
                 following = moving[moving.index(self.joints[link]) + 1 :]
-                pose = poses[following[0].parent] @ _constant(following[0].origin) if following else poses[tip]
+                pose = poses[following[0].parent] @ constant(following[0].origin) if following else poses[tip]
                 options.append((seen, pose[:3, 3]))
-        return _chosen(options)
+        return chosen(options)
 
     @property
     def size(self) -> int:
@@ -283,14 +283,14 @@ class KinematicTree:
         while queue:
             parent = queue.pop(0)
             for joint in self._children.get(parent, []):
-                pose = poses[parent] @ _constant(joint.origin)
+                pose = poses[parent] @ constant(joint.origin)
                 motion = self.motion(joint)
                 if (joint.name, False) in self._number_of:
                     pose = self._erred(pose, geometry, (joint.name, False))
                 if motion is not None:
-                    pose = pose @ _moved(joint, self._value(motion, q, geometry))
+                    pose = pose @ moved(joint, self._value(motion, q, geometry))
                 elif joint.moves:
-                    pose = pose @ _moved(joint, ca.SX(self.place(joint)))
+                    pose = pose @ moved(joint, ca.SX(self.place(joint)))
                 if joint.child in self.tips and not self._is_passed(joint.child):
                     pose = self._erred(pose, geometry, (joint.child, True))
                 poses[joint.child] = pose
@@ -383,28 +383,3 @@ class KinematicTree:
 
 def _names(path: Sequence[UrdfJoint]) -> list[str]:
     return [joint.name for joint in path]
-
-
-def _chosen(options: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
-    """The expression whose switch is 1; the first one where none is."""
-    first = options[0][1]
-    return first + sum(switch * (other - first) for switch, other in options[1:]) if options[1:] else first
-
-
-def _constant(matrix: FloatArray) -> ca.SX:
-    """A constant transform in which rounding of right angles leaves no entries behind."""
-    return ca.sparsify(ca.SX(np.where(np.abs(matrix) < _ROUNDING, 0.0, matrix)))
-
-
-def _moved(joint: UrdfJoint, value: ca.SX) -> ca.SX:
-    """Motion of a joint along or about its axis: exp(q·ξ), by Rodrigues' formula for a rotation."""
-    axis = np.where(np.abs(joint.axis) < _ROUNDING, 0.0, joint.axis)
-    if joint.kind == "prismatic":
-        motion = ca.SX(transform(np.eye(3), np.zeros(3)))
-        motion[:3, 3] = ca.SX(axis) * value
-        return motion
-    skew = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    rotation = ca.SX(np.outer(axis, axis)) + ca.cos(value) * ca.SX(np.eye(3) - np.outer(axis, axis))
-    motion = ca.SX.eye(4)
-    motion[:3, :3] = rotation + ca.sin(value) * ca.SX(skew)
-    return motion

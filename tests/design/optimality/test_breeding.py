@@ -1,6 +1,7 @@
 """Children of the best designs of each aim."""
 
 import numpy as np
+import pytest
 from tests.design.optimality.test_neighbours import designs
 from tests.design.problems import HEXAPOD, problem
 
@@ -41,3 +42,13 @@ def test_descents_from_random_designs_do_not_leave_the_limits_and_bring_somethin
     assert (polishing.front.min(axis=0) < 0.9 * before).all()
     poses = here.space.decode(polishing.pool)[0]
     assert (here.loaded.robot.limit_excess(poses) <= 0.0).all()
+
+
+def test_a_refinement_that_finds_nothing_new_keeps_the_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = problem(HEXAPOD, {"optimiser.population": 20, "optimiser.generations": 20, "optimiser.polish": True})
+    polishing = Polishing(here)
+    polishing.take(designs(here, 12))
+    ends = polishing.front.min(axis=0)
+    monkeypatch.setattr(polishing, "_minimise", lambda starts, *rest: starts)
+    list(polishing.finish())
+    np.testing.assert_array_equal(polishing.front.min(axis=0), ends)
