@@ -305,8 +305,7 @@ class Polishing:
         new = np.array([design.tobytes() not in known for design in self.pool])
         smooth = np.array([known.get(design.tobytes(), np.inf) <= TARGET for design in self.pool])
         spans = Objectives.spans(self._values)[: self._count]
-        if new.any():
-            smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
+        smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 

@@ -6,6 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import PAYLOAD, Component
 from expdesign.chain.row import Row
+from expdesign.moments import moment
 from expdesign.ports.families import Prior, over_time, smooth_over
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
@@ -26,10 +27,7 @@ class CentreOfMass(Port):
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         d = self.width
-        shift, force = row.rotation @ extra, row.wrench[:d]
-        if d == 2:
-            return wrench + ca.vertcat(0.0, 0.0, shift[0] * force[1] - shift[1] * force[0])
-        return wrench + ca.vertcat(ca.SX.zeros(3), ca.cross(shift, force))
+        return wrench + ca.vertcat(ca.SX.zeros(d), moment(row.rotation @ extra, row.wrench[:d]))
 
     @property
     def components(self) -> Sequence[Component]:
