@@ -186,6 +186,7 @@ def test_a_model_file_carries_the_geometry(tmp_path: Path) -> None:
     assert np.abs((attained - HELD_OUT.commands) / commands.compensation.deviations).max() < 5.0
 
 
+@pytest.mark.slow
 def test_diagnosis_finds_what_the_geometry_leaves_over() -> None:
     """A screw whose length errs by 30 µm over a pitch of 4 mm, on a machine whose geometry is unknown."""
     machine, _, random = _experiment(0)

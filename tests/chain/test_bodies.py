@@ -191,6 +191,7 @@ def test_a_body_without_standard_deviations_is_judged_by_the_noise_that_the_expl
     assert estimated.errors.test_before == pytest.approx(known.errors.test_before, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
     effect = BaseCompliance.from_text(BODY, "base", "full")
     generator = np.random.default_rng(1)
@@ -202,6 +203,7 @@ def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
     assert [(f.physics, f.variant) for f in result.findings] == [("base_compliance", "full")]
 
 
+@pytest.mark.slow
 def test_a_turned_sensor_is_found_only_beside_what_it_turns() -> None:
     """On a body that does not yield there is nothing to turn: the direction appears beside the compliance alone."""
     effects = (
