@@ -1,5 +1,5 @@
-"""The base model stands in three forms, each for its purpose: the chain (readings of any robot), closed-form matrices of
-many designs, and expressions of the plant that compensates. They are one model.
+"""The base model stands in three forms, which are one model: the chain (readings of any robot), matrices in closed form
+(criteria of many designs), and an expression (the plant that compensates).
 """
 
 import casadi as ca
