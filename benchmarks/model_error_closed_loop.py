@@ -139,7 +139,7 @@ def main() -> None:
     kept = options.out / "trials.csv"
     known = set(pd.read_csv(kept)["machine"]) if kept.exists() else set()
     kinds = setting.factory.kinds
-    # Machines with and without physics by turns, so that what an interruption leaves is of both.
+    # Machines with and without physics alternate, so that what an interruption leaves is of both.
     planned = [(i, kinds[i % len(kinds)]) for i in range(options.machines)]
     healthy = [(10_000 + i, "") for i in range(options.healthy)]
     share = options.healthy / max(options.machines, 1)
