@@ -153,12 +153,16 @@ class MinimaxSearch:
         if self._tie is not None:
             change = self._tie(change, index)
         moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
+        beyond = np.arange(len(moved))
         for _ in range(_CORRECTIONS):
             # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
-            shift = self._back_within_limits(moved, singular)
+            shift = self._back_within_limits(moved[beyond], singular)
             if self._tie is not None:
-                shift = self._tie(shift, index)
-            moved = np.clip(moved + shift, self._space.lower, self._space.upper)
+                shift = self._tie(shift, index[beyond])
+            moved[beyond] = np.clip(moved[beyond] + shift, self._space.lower, self._space.upper)
+            beyond = beyond[(shift != 0.0).any(axis=(1, 2))]
+            if beyond.size == 0:
+                break
         return moved
 
     def _back_within_limits(self, variables: FloatArray, singular: bool) -> FloatArray:
