@@ -33,7 +33,7 @@ begun = time.process_time()
 first = []
 front = search(problem, lambda state: first.append(time.process_time() - begun) if len(first) < 2 else None)
 searched = time.process_time()
-designs = next(iter(vars(front).values()))  # earlier versions have another name for them
+designs = front.decisions if hasattr(front, "decisions") else front.genes  # as earlier versions called them
 duir_lower_bound(problem, designs), total_lower_bound(problem, designs)
 bounded = time.process_time()
 values = np.stack([front.criteria[name] for name in front.objectives], axis=1)
