@@ -18,6 +18,7 @@ import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -82,7 +83,7 @@ def write(kind: str, table: pd.DataFrame, command: str, settings: str) -> None:
             shown[column] = [f"{value:.2%}" for value in table[column]]
         elif shown[column].dtype == float:
             shown[column] = [f"{value:.4g}" for value in table[column]]
-    lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (shown.columns, *shown.itertuples(index=False))]
+    lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (list(shown.columns), *shown.to_numpy().tolist())]
     lines.insert(1, "| " + " | ".join(["---"] * len(shown.columns)) + " |")
     notes = [
         f"- {name}: {int((table[f'{name}: bound lacks'] <= CLOSE).sum())} of {len(table)} bounds are within "
@@ -115,7 +116,7 @@ def main() -> None:
     given = parser.parse_args()
     kind = "listed" if given.listed else "random"
     kept = RESULTS / f"{kind}.csv"
-    rows = pd.read_csv(kept).to_dict("records") if given.continued and kept.exists() else []
+    rows: list[dict[Any, Any]] = pd.read_csv(kept).to_dict("records") if given.continued and kept.exists() else []
     done = int(rows[-1]["configuration"]) if rows else 0
     for number in range(done + 1, given.count + 1):
         problem = random_problem(number, given.folder)
