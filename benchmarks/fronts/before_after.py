@@ -81,8 +81,8 @@ def main() -> None:
     lines = [
         "# A run before and now",
         "",
-        f"Command: `python -m benchmarks.fronts.before_after --against SRC`, SRC of the version before exchanges and "
-        f"continuation. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on a "
+        f"Command: `python -m benchmarks.fronts.before_after --against SRC`, SRC of the version before bounds went on "
+        f"from known weights. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on a "
         "shared machine; seeds as in the configurations; the report and the writing of files are not counted.",
         "",
         "| configuration | | start (s) | first front (s) | search (s) | bounds (s) | all (s) | designs | least DUIR "
