@@ -54,6 +54,10 @@ class Additive:
         """Sums (b, c) over the measurements of designs, whose parts are (b, m, c) and poses (b, m, n)."""
         return parts.sum(axis=1)
 
+    def repeated(self, parts: FloatArray, times: int) -> FloatArray:
+        """Sums (..., c) over a measurement with parts (..., c') that is repeated so many times."""
+        return times * parts
+
     def joined(self, there: FloatArray, at: FloatArray, new: FloatArray, poses: FloatArray) -> FloatArray:
         """Sums (b, l, c) of designs with one measurement more, for l alternatives.
 
@@ -104,7 +108,7 @@ class SeriesAdditive(Additive):
         return found
 
     def joined(self, there: FloatArray, at: FloatArray, new: FloatArray, poses: FloatArray) -> FloatArray:
-        found = self.sums(there, at)[:, None] + self._closed(new, np.ones(new.shape[:-1]))
+        found = self.sums(there, at)[:, None] + self.repeated(new, 1)
         # Where another measurement is at the pose, both are one series.
         meets = (at[:, :, None] == poses[:, None]).all(axis=3).any(axis=1)
         design, option = np.nonzero(meets)
@@ -114,6 +118,9 @@ class SeriesAdditive(Additive):
             everywhere = np.concatenate([at[design], poses[source, option][:, None]], axis=1)
             found[design, option] = self.sums(every, everywhere)
         return found
+
+    def repeated(self, parts: FloatArray, times: int) -> FloatArray:
+        return self._closed(times * parts, np.full(parts.shape[:-1], float(times)))
 
     def _closed(self, sums: FloatArray, count: FloatArray) -> FloatArray:
         """What series of `count` (...) rows add, from sums over their rows (..., c'), shape (..., c)."""

@@ -18,7 +18,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 _LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS, _DRAWS = 100, 24, 60, 6, 8, 6
-_STOCK = 200
+_STOCK, _OFFERED, _JUDGED = 100, 6000, 60_000
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
 _ADDITIVE = ("duir", "feir", "total")
@@ -73,7 +73,9 @@ class Neighbours:
         found, aims = [], []
         own = np.arange(len(parents))
         if self._additive is not None and len(self._library):
-            found.append(self._by_sums(self._additive, parents, centres, weights, drawn))
+            found.append(
+                self._by_sums(self._additive, self._offered(_STOCK), parents, centres, weights, drawn, self._gridded)
+            )
             aims.append(np.tile(own, 1 + drawn))
         if self._draws:
             found.append(self._by_draws(parents, centres, weights))
@@ -85,19 +87,38 @@ class Neighbours:
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         return designs[first], aim[first]
 
+    def anywhere(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """Designs (b', m, g) of a grid or list at which no exchange with any measurement of many helps, from parents
+        (b, m, g) and from designs at random, for aims with `centres` and `weights` (b, k); none for other spaces.
+        """
+        if self._additive is None or not self._gridded:
+            return parents[:0]
+        listed = self._offered(_OFFERED // self._space.measurements)
+        starts = max(1, _JUDGED // (len(parents) * self._space.measurements * len(listed)))
+        varied = self._problem.noise.shared_reference
+        return self._by_sums(self._additive, listed, parents, centres, weights, starts, varied)
+
     @property
     def discrete(self) -> bool:
         """Whether anything has to be chosen that gradients cannot."""
         return bool(self._space.discrete.any()) or self._problem.noise.shared_reference
 
     def _by_sums(
-        self, sums: Additive, parents: FloatArray, centres: FloatArray, weights: FloatArray, drawn: int
+        self,
+        sums: Additive,
+        common: FloatArray,
+        parents: FloatArray,
+        centres: FloatArray,
+        weights: FloatArray,
+        drawn: int,
+        varied: bool,
     ) -> FloatArray:
-        """Designs (b·(1 + drawn), m, g) at which no single exchange with the library helps."""
-        (batch, m, g), common = parents.shape, self._common()
-        count = len(common)
+        """Designs (b·(1 + drawn), m, g) at which no single exchange with measurements (l, g) nor, where `varied`, with
+        their own variants helps.
+        """
+        (batch, m, g), count = parents.shape, len(common)
         shared, pose = sums.parts(common), self._space.of_pose
-        plans = self._generator.integers(count, size=(drawn * batch, m))
+        plans = self._drawn(count, drawn * batch)
         designs = np.concatenate([parents, common[plans]])
         there = np.concatenate([sums.parts(parents.reshape(-1, g)).reshape(batch, m, -1), shared[plans]])
         centres, weights = np.tile(centres, (1 + drawn, 1)), np.tile(weights, (1 + drawn, 1))
@@ -110,11 +131,11 @@ class Neighbours:
                 for start in range(0, len(moving), together):
                     part = moving[start : start + together]
                     new, summands = common[None], shared[None]
-                    if self._gridded:
-                        varied = self._options(designs[part], place)
-                        own = sums.parts(varied.reshape(-1, g)).reshape(*varied.shape[:2], -1)
+                    if varied:
+                        more = self._options(designs[part], place)
+                        own = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
                         everywhere = (len(part), count)
-                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), varied], axis=1)
+                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), more], axis=1)
                         summands = np.concatenate(
                             [np.broadcast_to(summands, (*everywhere, shared.shape[1])), own], axis=1
                         )
@@ -126,7 +147,7 @@ class Neighbours:
                     found = scores[np.arange(len(part)), best]
                     better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
                     index = part[better]
-                    source = np.flatnonzero(better) if self._gridded else np.zeros(len(index), dtype=np.int64)
+                    source = np.flatnonzero(better) if varied else np.zeros(len(index), dtype=np.int64)
                     designs[index, place] = new[source, best[better]]
                     there[index, place] = summands[source, best[better]]
                     score[index], helped[index] = found[better], True
@@ -135,14 +156,24 @@ class Neighbours:
                 break
         return designs
 
-    def _common(self) -> FloatArray:
-        """Measurements (l, g) for which any other may be exchanged: the library and, of a grid or list, some of all."""
+    def _drawn(self, listed: int, count: int) -> IntArray:
+        """Plans (count, m) of a list's measurements at random, each with one of them repeated none to m times."""
+        m = self._space.measurements
+        plans = self._generator.integers(listed, size=(count, m))
+        repeated = np.arange(m) < self._generator.integers(1, m + 1, size=(count, 1))
+        found: IntArray = np.where(repeated, plans[:, :1], plans)
+        return found
+
+    def _offered(self, number: int) -> FloatArray:
+        """Measurements (l, g) for which any other may be exchanged: the library and, of a grid or list, so many drawn,
+        which of many grids is everything.
+        """
         if not self._gridded:
             return self._library
-        space, drawn = self._space, reachable_measurements(self._problem, _STOCK, self._generator)
+        space, drawn = self._space, reachable_measurements(self._problem, number, self._generator)
         # What a measurement tells is largest at extreme loads.
         ends = np.where(self._generator.random(drawn.shape) < 0.5, space.lower, space.upper)
-        return np.concatenate([self._library, np.where(space.discrete, drawn, ends)])
+        return np.concatenate([self._library, np.unique(np.where(space.discrete, drawn, ends), axis=0)])
 
     def _options(self, designs: FloatArray, place: int) -> FloatArray:
         """Variants (b, v, g) of the measurement of designs (b, m, g) at a place; where references are shared, also at
@@ -200,7 +231,7 @@ class Neighbours:
         new = np.where((second % 2 == 0)[..., None], varied, listed)
         if self._problem.noise.shared_reference:
             # Half of the new poses are taken by the whole series, which a single measurement would break up.
-            whole = (second % 4 >= 2)
+            whole = second % 4 >= 2
             trials = self.with_series(trials, place, np.where(whole[..., None], new, parents[first, place]))
         trials[first, second, place] = new
         trials = self._space.canonical(trials)

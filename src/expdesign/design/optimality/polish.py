@@ -161,7 +161,7 @@ class Polishing:
         drawn = starting_designs(self.problem, 2 * len(aims), self._generator)
         designs = self._usable(drawn.reshape(-1, space.measurements, space.decisions))[0][: len(aims)]
         aims = self._generator.permutation(aims)[: len(designs)]
-        gain = 0.0
+        gain = self.take(self._anywhere())
         for iterations in _STAGES:
             designs = self._minimise(designs, centres[aims], weights[aims], iterations)
             gain += self.take(designs)
@@ -170,6 +170,13 @@ class Polishing:
             kept = np.concatenate(better) if better else np.zeros(0, dtype=np.int64)
             designs, aims = designs[kept], aims[kept]
         return gain
+
+    def _anywhere(self) -> FloatArray:
+        """Designs of a grid or list from which no exchange leads on, for the criteria that no relaxation is of."""
+        centres, weights = (part[:: self._restarts] for part in self._aims(self._values, 0))
+        aims = [k for k, criterion in enumerate(self._objectives.criteria) if criterion.name not in RELAXED]
+        centres, weights = centres[aims], weights[aims]
+        return self._neighbours.anywhere(self._breeding.best(centres, weights), centres, weights)
 
     def _shared(self, shares: FloatArray, number: int) -> IntArray:
         """Aims of about so many designs, at least one for each aim; fewer where a design is costly."""
