@@ -35,7 +35,7 @@ RELAXED = ("duir", "total")
 _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
 _STARTS, _STAGES, _GOALS, _CHILDREN = 48, (6, 8), 8, 32
-_PASSES, _MOST, _CORRECTED, _HOLES = 3, 300, 80, 4
+_PASSES, _MOST, _CORRECTED, _HOLES, _FAR = 3, 300, 80, 4, 8
 _GENERATIONS, _PATIENCE = 20, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
 _QUIET = 2
@@ -275,6 +275,9 @@ class Polishing:
             weights = np.zeros_like(centres)
             weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
             self.take(self._minimise(found.designs[rough], centres, weights, _BRIEF))
+            # From one valley to another it is farther.
+            far = np.flatnonzero(~found.smooth[rough])[:_FAR]
+            self.take(self._minimise(found.designs[rough][far], centres[far], weights[far], _LONG))
             self._bridge()
         return len(found)
 
@@ -307,12 +310,19 @@ class Polishing:
         centres = self._values[rough]
         weights = np.zeros_like(centres)
         weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
-        self.take(self._minimise(self.pool[rough], centres, weights, _LONG))
+        settled = self._minimise(self.pool[rough], centres, weights, _LONG)
+        self.take(settled)
         known = {design.tobytes(): value for design, value in zip(earlier, measure, strict=True)}
         new = np.array([design.tobytes() not in known for design in self.pool])
         smooth = np.array([known.get(design.tobytes(), np.inf) <= TARGET for design in self.pool])
         spans = Objectives.spans(self._values)[: self._count]
         smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
+        # Where criteria change much within a step, the design before rounding tells.
+        before = {design.tobytes(): place for place, design in enumerate(self.problem.settable(settled))}
+        still = np.flatnonzero(new & ~smooth)
+        still = still[[self.pool[place].tobytes() in before for place in still]]
+        places = [before[self.pool[place].tobytes()] for place in still]
+        smooth[still] = kktpm(self.problem, settled[places], spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 
