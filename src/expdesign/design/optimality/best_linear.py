@@ -8,6 +8,8 @@ the load errors as well,
 and are what bounds on `total` are of (theory.md 10.4).
 """
 
+from typing import Any
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
@@ -34,7 +36,7 @@ def best_linear_total(problem: DesignProblem, design: FloatArray) -> float:
     white = np.linalg.solve(np.linalg.cholesky(covariance), rows)
     if np.linalg.matrix_rank(white) < parameters:
         return float(np.inf)
-    triangle = np.linalg.qr(white, mode="r")
+    triangle: Any = np.linalg.qr(white, mode="r")
     targets = MeasurementInformation(problem, 0.0).relaxation().targets
     roots = np.linalg.solve(triangle.T, targets.swapaxes(1, 2))
     return float(np.sqrt((roots**2).sum(axis=(1, 2)).max()))

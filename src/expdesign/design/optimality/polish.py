@@ -35,7 +35,7 @@ RELAXED = ("duir", "total")
 _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
 _STARTS, _STAGES, _GOALS, _CHILDREN = 48, (6, 8), 8, 32
-_PASSES, _MOST, _CORRECTED, _HOLES, _FAR = 3, 300, 80, 4, 8
+_PASSES, _MOST, _CORRECTED, _HOLES, _WIDE = 3, 300, 80, 4, 5e-3
 _GENERATIONS, _PATIENCE = 20, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
 _QUIET = 2
@@ -275,8 +275,8 @@ class Polishing:
             weights = np.zeros_like(centres)
             weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
             self.take(self._minimise(found.designs[rough], centres, weights, _BRIEF))
-            # From one valley to another it is farther.
-            far = np.flatnonzero(~found.smooth[rough])[:_FAR]
+            # Across a wide gap from one valley to another it is farther.
+            far = np.flatnonzero((~found.smooth & (found.shares > _WIDE))[rough])
             self.take(self._minimise(found.designs[rough][far], centres[far], weights[far], _LONG))
             self._bridge()
         return len(found)
