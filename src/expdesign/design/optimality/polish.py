@@ -173,9 +173,8 @@ class Polishing:
 
     def _anywhere(self) -> FloatArray:
         """Designs of a grid or list from which no exchange leads on, for the criteria that no relaxation is of."""
-        centres, weights = (part[:: self._restarts] for part in self._aims(self._values, 0))
         aims = [k for k, criterion in enumerate(self._objectives.criteria) if criterion.name not in RELAXED]
-        centres, weights = centres[aims], weights[aims]
+        centres, weights = (part[:: self._restarts][aims] for part in self._aims(self._values, 0))
         return self._neighbours.anywhere(self._breeding.best(centres, weights), centres, weights)
 
     def _shared(self, shares: FloatArray, number: int) -> IntArray:
@@ -302,9 +301,8 @@ class Polishing:
         earlier, measure = self.pool, kktpm(self.problem, self.pool)
         rough = np.flatnonzero(~(measure <= TARGET))
         space = self.problem.space
-        # In steps as coarse as that, the optimum that can be set does not satisfy the conditions of the continuous one.
+        # In coarse steps, or held by other constraints, an optimum does not satisfy the conditions of a continuous one.
         coarse = bool((space.grid.steps > TARGET * (space.upper - space.lower)).any())
-        # Nor does one that other constraints hold.
         if rough.size == 0 or coarse or self.problem.constraints is not None:
             return
         centres = self._values[rough]
@@ -319,10 +317,9 @@ class Polishing:
         smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
         # Where criteria change much within a step, the design before rounding tells.
         before = {design.tobytes(): place for place, design in enumerate(self.problem.settable(settled))}
-        still = np.flatnonzero(new & ~smooth)
-        still = still[[self.pool[place].tobytes() in before for place in still]]
-        places = [before[self.pool[place].tobytes()] for place in still]
-        smooth[still] = kktpm(self.problem, settled[places], spans) <= TARGET
+        still = [place for place in np.flatnonzero(new & ~smooth) if self.pool[place].tobytes() in before]
+        unrounded = settled[[before[self.pool[place].tobytes()] for place in still]]
+        smooth[still] = kktpm(self.problem, unrounded, spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 
