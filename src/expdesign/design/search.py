@@ -19,7 +19,7 @@ from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMu
 from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.polish import GAIN, Polishing
-from expdesign.design.optimality.seeds import relaxed_designs
+from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
@@ -116,7 +116,7 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Fr
 def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
     """Where the front lies, by exact gradients and exchanges; what was done, in words, after each step."""
     every = every_design(polishing.problem)
-    polishing.take(np.concatenate([first, relaxed_designs(polishing.problem)]))
+    polishing.take(np.concatenate([first, relaxed_designs(polishing.problem), repeated_designs(polishing.problem)]))
     yield "designs of the convex relaxation"
     if every is not None:
         polishing.take(every)

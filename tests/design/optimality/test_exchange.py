@@ -53,6 +53,23 @@ def test_among_few_candidates_the_best_plan_is_found(measurements: int, with_loa
     assert selection.value == pytest.approx(criterion(here, selection.variables[None], name)[0])
 
 
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+def test_of_plans_with_shared_references_exchange_finds_the_best(factor: float) -> None:
+    """Twelve candidates at four poses, against all plans."""
+    changes = {"experiment.measurements": 3, "experiment.deflection_noise.shared_reference": True}
+    here = problem(BIPOD, changes)
+    decisions = candidates(here, 12)
+    decisions[:, here.space.of_pose] = np.repeat(decisions[:4][:, here.space.of_pose], 3, axis=0)
+    plans = np.array(list(combinations_with_replacement(range(12), 3)))
+    exchange = Exchange(here, decisions, factor)
+    expected = criterion(here, decisions[plans], "total" if factor else "duir") ** 2
+    found = exchange.values(exchange.sums(plans))
+    regular = np.isfinite(expected) & (expected < 1e6)
+    np.testing.assert_allclose(found[regular], expected[regular], rtol=1e-5)
+    improved = exchange.improve(plans[::20])
+    assert exchange.values(exchange.sums(improved)).min() == pytest.approx(np.nanmin(expected), rel=1e-9)
+
+
 def test_many_measurements_come_close_to_the_bound() -> None:
     here = problem(HEXAPOD, {"experiment.measurements": 40})
     selection = choose_measurements(here, candidates(here, 3000))

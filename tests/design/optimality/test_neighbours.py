@@ -3,16 +3,19 @@
 from itertools import pairwise, product
 
 import numpy as np
+import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.front import GAPS, drawn_through, gap_shares, hypervolume, non_dominated
-from expdesign.design.optimality.additive import Additive
+from expdesign.design.optimality.additive import Additive, additive
 from expdesign.design.optimality.continuation import predictions
 from expdesign.design.optimality.enumeration import every_design
+from expdesign.design.optimality.neighbours import Neighbours
+from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.polish import Polishing
-from expdesign.design.optimality.seeds import relaxed_designs
+from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
 from expdesign.design.start import starting_designs
@@ -41,6 +44,59 @@ def test_sums_over_measurements_are_the_criteria() -> None:
         for name, squares in (("duir", noise), ("feir", force), ("total", noise + force)):
             expected = known_criteria()[name].values(assessment)
             np.testing.assert_allclose(np.sqrt(squares.max(axis=-1)), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_sums_over_series_are_the_criteria(own: bool) -> None:
+    """With shared references, also for measurements that join a series and for repeated ones."""
+    changes = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4}
+    errors = [{"source": "wrench", "std": [3.0, 3.0, 3.0, 0.3, 0.3, 0.3], "shared": not own}]
+    here = problem(HEXAPOD, {**changes, "experiment.load_error": errors})
+    pose, decisions = here.space.of_pose, designs(here, 6)
+    decisions[:3, 1] = np.where(pose, decisions[:3, 0], decisions[:3, 1])
+    decisions[:2, 2] = np.where(pose, decisions[:2, 0], decisions[:2, 2])
+    decisions[5] = decisions[5, 0]
+    sums = additive(here, 1.0)
+    parts = sums.parts(decisions.reshape(-1, decisions.shape[-1])).reshape(6, 4, -1)
+    added = sums.joined(parts[:, 1:], decisions[:, 1:, pose], parts[:, :1], decisions[:, :1, pose])[:, 0]
+    assessment = here.assess(*here.space.decode(decisions))
+    for found in (sums.sums(parts, decisions[..., pose]), added):
+        noise, force = sums.variances(found)
+        for name, squares in (("duir", noise), ("feir", force)):
+            expected = known_criteria()[name].values(assessment)
+            regular = np.isfinite(expected) & (np.arange(6) < 5)
+            assert regular.sum() == 5
+            np.testing.assert_allclose(np.sqrt(squares.max(axis=-1))[regular], expected[regular], rtol=1e-6)
+    np.testing.assert_allclose(sums.repeated(parts[5, :1], 4)[0], sums.sums(parts, decisions[..., pose])[5], rtol=1e-9)
+
+
+def test_a_series_moves_as_a_whole() -> None:
+    here = problem(HEXAPOD, {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4})
+    pose, decisions = here.space.of_pose, designs(here, 2)
+    decisions[0, 3] = np.where(pose, decisions[0, 1], decisions[0, 3])
+    neighbours = Neighbours(here, Objectives(here), np.random.default_rng(1))
+    moved = neighbours.with_series(decisions, np.array([1, 0]), decisions[::-1, 2])
+    np.testing.assert_array_equal(moved[0, 1:4:2][:, pose], np.tile(decisions[1, 2, pose], (2, 1)))
+    np.testing.assert_array_equal(moved[0, ::2], decisions[0, ::2])
+    np.testing.assert_array_equal(moved[1, 0, pose], decisions[0, 2, pose])
+    np.testing.assert_array_equal(moved[..., ~pose], decisions[..., ~pose])
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_exchanges_over_a_grid_reach_the_least_feir_of_all_designs(shared: bool) -> None:
+    here = problem(
+        BIPOD, {**GRID, "experiment.measurements": 3, "experiment.deflection_noise.shared_reference": shared}
+    )
+    every = every_design(here)
+    assert every is not None
+    objectives = Objectives(here)
+    least = objectives.values(every).min(axis=0)
+    neighbours = Neighbours(here, objectives, np.random.default_rng(1))
+    parents = repeated_designs(here)[:2]
+    neighbours.learn(parents)
+    weights = np.eye(2)
+    found = objectives.values(neighbours.anywhere(parents, np.zeros((2, 2)), weights))
+    np.testing.assert_allclose(np.nanmin(found, axis=0), least, rtol=1e-9)
 
 
 def test_a_space_of_few_designs_is_looked_at_as_a_whole() -> None:

@@ -1,4 +1,4 @@
-"""What DUIR and FEIR of a plan depend on: sums over its measurements, where these share no reference.
+"""What DUIR and FEIR of a plan depend on: sums over its measurements or, where these share references, its series.
 
 With M_j = A_jᵀV⁻¹A_j, S_j = A_jᵀV⁻¹D_jL_j of the shared and N_j = A_jᵀV⁻¹D_jL_jL_jᵀD_jᵀV⁻¹A_j of the independent load
 errors,
@@ -7,6 +7,14 @@ errors,
 
 so that exchanging one measurement costs the same however many there are. The sums square the condition of Ã, which the
 ranking of exchanges can bear; the value that is reported is computed without them.
+
+The n rows of a series that share their reference have the covariance V⊗½(I + 11ᵀ), with the inverse
+2·V⁻¹⊗(I − 11ᵀ/(n + 1)). With whitened maps a_i of the compliances, d_i of the load errors, and ā = Σa_i/(n + 1), the
+series adds
+
+    M = 2(Σ a_iᵀa_i − āᵀΣa_i) , S = 2(Σ a_iᵀd_i − āᵀΣd_i) , N = 4 Σ (a_i − ā)ᵀd_id_iᵀ(a_i − ā) ,
+
+functions of sums over its rows alone, which for a single row are those of a measurement with a reference of its own.
 """
 
 import numpy as np
@@ -42,6 +50,25 @@ class Additive:
         parts = [transposed @ rows, reach @ reach.swapaxes(1, 2), transposed @ common]
         return np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
 
+    def sums(self, parts: FloatArray, poses: FloatArray) -> FloatArray:
+        """Sums (b, c) over the measurements of designs, whose parts are (b, m, c) and poses (b, m, n)."""
+        return parts.sum(axis=1)
+
+    def repeated(self, parts: FloatArray, times: int) -> FloatArray:
+        """Sums (..., c) over a measurement with parts (..., c') that is repeated so many times."""
+        return times * parts
+
+    def joined(self, there: FloatArray, at: FloatArray, new: FloatArray, poses: FloatArray) -> FloatArray:
+        """Sums (b, l, c) of designs with one measurement more, for l alternatives.
+
+        Args:
+            there: parts of the other measurements, shape (b, m − 1, c').
+            at: their poses, shape (b, m − 1, n).
+            new: parts of the alternatives, shape (b, l, c') or (1, l, c').
+            poses: of the alternatives, shape (b, l, n) or (1, l, n).
+        """
+        return there.sum(axis=1)[:, None] + new
+
     def variances(self, sums: FloatArray) -> tuple[FloatArray, FloatArray]:
         """DUIR² and s²·FEIR² of every alternative of the maximum over targets, (..., t), of sums (..., c)."""
         sizes = np.cumsum([int(np.prod(shape)) for shape in self._shapes])[:-1]
@@ -57,3 +84,61 @@ class Additive:
         turned = (gain @ own[..., None, :, :]) * gain
         force = turned.sum(axis=(-2, -1)) + ((gain @ common[..., None, :, :]) ** 2).sum(axis=(-2, -1))
         return noise, force
+
+
+class SeriesAdditive(Additive):
+    """The same where measurements at a pose share their reference: parts hold what sums over a series are made of."""
+
+    def parts(self, variables: FloatArray) -> FloatArray:
+        """a·aᵀ, aᵀddᵀa, aᵀd of the shared errors, and a, d, ddᵀa, ddᵀ, of measurements (j, g), shape (j, c')."""
+        problem, factor = self._problem, self._factor
+        observation, errors = problem.whitened(*problem.space.decode(variables))
+        rows, shared = observation * problem.loaded.scale, problem.shared_errors
+        own, common = factor * errors[..., ~shared], factor * errors[..., shared]
+        spread = own @ own.swapaxes(1, 2)
+        along, transposed = spread @ rows, rows.swapaxes(1, 2)
+        parts = [transposed @ rows, transposed @ along, transposed @ common, rows, common, along, spread]
+        return np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
+
+    def sums(self, parts: FloatArray, poses: FloatArray) -> FloatArray:
+        same = (poses[:, :, None] == poses[:, None]).all(axis=3)
+        first = ~np.tril(same, -1).any(axis=2)
+        series = self._closed(same.astype(float) @ parts, same.sum(axis=2))
+        found: FloatArray = np.where(first[..., None], series, 0.0).sum(axis=1)
+        return found
+
+    def joined(self, there: FloatArray, at: FloatArray, new: FloatArray, poses: FloatArray) -> FloatArray:
+        found = self.sums(there, at)[:, None] + self.repeated(new, 1)
+        # Where another measurement is at the pose, both are one series.
+        meets = (at[:, :, None] == poses[:, None]).all(axis=3).any(axis=1)
+        design, option = np.nonzero(meets)
+        if len(design):
+            source = design if len(new) == len(there) else np.zeros_like(design)
+            every = np.concatenate([there[design], new[source, option][:, None]], axis=1)
+            everywhere = np.concatenate([at[design], poses[source, option][:, None]], axis=1)
+            found[design, option] = self.sums(every, everywhere)
+        return found
+
+    def repeated(self, parts: FloatArray, times: int) -> FloatArray:
+        return self._closed(times * parts, np.full(parts.shape[:-1], float(times)))
+
+    def _closed(self, sums: FloatArray, count: FloatArray) -> FloatArray:
+        """What series of `count` (...) rows add, from sums over their rows (..., c'), shape (..., c)."""
+        (p, _), _, (_, s) = self._shapes
+        k = len(self._problem.noise.axes)
+        shapes = [*self._shapes, (k, p), (k, s), (k, p), (k, k)]
+        edges = np.cumsum([a * b for a, b in shapes])[:-1]
+        matrix, own, reach, rows, common, along, spread = (
+            part.reshape(*sums.shape[:-1], *shape)
+            for part, shape in zip(np.split(sums, edges, axis=-1), shapes, strict=True)
+        )
+        mean = (rows / (count[..., None, None] + 1.0)).swapaxes(-1, -2)
+        cross = mean @ along
+        own = own - cross - cross.swapaxes(-1, -2) + mean @ spread @ mean.swapaxes(-1, -2)
+        parts = [2.0 * (matrix - mean @ rows), 4.0 * own, 2.0 * (reach - mean @ common)]
+        return np.concatenate([part.reshape(*count.shape, -1) for part in parts], axis=-1)
+
+
+def additive(problem: DesignProblem, factor: float) -> Additive:
+    """The sums of a problem, as its measurements share references or not."""
+    return SeriesAdditive(problem, factor) if problem.noise.shared_reference else Additive(problem, factor)

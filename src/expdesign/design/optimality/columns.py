@@ -115,6 +115,19 @@ class Columns:
             one[boxes.loads.index] = boxes.outermost(int(box))
         return found
 
+    def every_measurement(self) -> FloatArray | None:
+        """The measurements (j, g) of the columns at all loads in their boxes; None where they are infinitely many."""
+        pairs = np.stack([np.repeat(self.pose, self.size), self.boxes.ravel()], axis=1)
+        found = [self.sites.variables[:0, 0]]
+        for pose, box in np.unique(pairs, axis=0):
+            loads = self.sites.boxes.loads_in(int(box))
+            if loads is None:
+                return None
+            listed = np.repeat(self.sites.variables[[pose], 0], len(loads), axis=0)
+            listed[:, self.sites.boxes.loads.index] = loads
+            found.append(listed)
+        return np.unique(np.concatenate(found), axis=0)
+
     def split(self, column: int, dual: Dual) -> "Columns | None":
         """A column in two, where its bound for Q is not that of the loads that stand for it; else None."""
         added = self.take(np.array([column])).by_corner(dual)[0][0]

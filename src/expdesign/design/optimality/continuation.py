@@ -21,13 +21,14 @@ _SAME = 0.5
 
 @dataclass(frozen=True)
 class Predictions:
-    """Designs (p, m, g) in the gaps of a front, the objectives at which each is aimed (p, 2), and whether it lies on
-    the path between two designs of one valley, (p,).
+    """Designs (p, m, g) in the gaps of a front, the objectives at which each is aimed (p, 2), whether it lies on the
+    path between two designs of one valley (p,), and the share of the hypervolume in its gap (p,).
     """
 
     designs: FloatArray
     aims: FloatArray
     smooth: BoolArray
+    shares: FloatArray
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -52,7 +53,7 @@ def predictions(space: DesignSpace, pool: FloatArray, values: FloatArray, share:
     if roots.sum() * scale > most:
         scale = most / roots.sum()
     parts = np.ceil(scale * roots - 1e-9).astype(np.int64)
-    designs, aims, smooth = [], [], []
+    designs, aims, smooth, shares = [], [], [], []
     for gap in np.flatnonzero(parts > 1) if areas.sum() > share else ():
         first, second = pool[front[gap]], pool[front[gap + 1]]
         ends = values[front[gap]], values[front[gap + 1]]
@@ -63,13 +64,15 @@ def predictions(space: DesignSpace, pool: FloatArray, values: FloatArray, share:
             designs += [first, second]
             aims += [0.5 * (ends[0] + ends[1])] * 2
             smooth += [False, False]
+            shares += [areas[gap]] * 2
             continue
         designs += [(1.0 - part) * first + part * matched for part in fractions]
         aims += [(1.0 - part) * ends[0] + part * ends[1] for part in fractions]
         smooth += [True] * len(fractions)
+        shares += [areas[gap]] * len(fractions)
     if not designs:
-        return Predictions(pool[:0], values[:0], np.zeros(0, dtype=bool))
-    return Predictions(np.array(designs), np.array(aims), np.array(smooth))
+        return Predictions(pool[:0], values[:0], np.zeros(0, dtype=bool), np.zeros(0))
+    return Predictions(np.array(designs), np.array(aims), np.array(smooth), np.array(shares))
 
 
 def _matched(space: DesignSpace, first: FloatArray, second: FloatArray) -> FloatArray | None:

@@ -1,12 +1,12 @@
 """Exchange of measurements within a list of candidates (Fedorov 1972), and the rounding of weights that it starts from.
 
-What a plan is worth depends on its measurements through sums alone (`additive.py`).
+What a plan is worth depends on its measurements, or series, through sums alone (`additive.py`).
 """
 
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.design.optimality.additive import Additive
+from expdesign.design.optimality.additive import additive
 from expdesign.design.problem import DesignProblem
 
 _SWEEPS = 50
@@ -33,12 +33,13 @@ class Exchange:
     """
 
     def __init__(self, problem: DesignProblem, variables: FloatArray, factor: float) -> None:
-        self._sums = Additive(problem, factor)
+        self._sums = additive(problem, factor)
         self._parts: FloatArray = self._sums.parts(variables)
+        self._poses: FloatArray = variables[:, problem.space.of_pose]
 
     def sums(self, plans: IntArray) -> FloatArray:
         """Sums (b, c) over the measurements of plans (b, m)."""
-        return self._parts[plans].sum(axis=1)
+        return self._sums.sums(self._parts[plans], self._poses[plans])
 
     def values(self, sums: FloatArray) -> FloatArray:
         """DUIR² + s²·FEIR² (...,) of plans with the given sums (..., c); inf where they identify too little."""
@@ -57,13 +58,15 @@ class Exchange:
         """Plans (b, m) after exchanges that help, one measurement at a time, until none does (Fedorov 1972)."""
         plans = plans.copy()
         for plan in plans:
-            sums = self._parts[plan].sum(axis=0)
-            value = float(self.values(sums))
+            value = float(self.values(self.sums(plan[None]))[0])
             for _ in range(_SWEEPS):
                 before = value
                 for place in range(len(plan)):
-                    without = self._parts[np.delete(plan, place)].sum(axis=0)
-                    found = self.values(without + self._parts)
+                    rest = np.delete(plan, place)[None]
+                    options = self._sums.joined(
+                        self._parts[rest], self._poses[rest], self._parts[None], self._poses[None]
+                    )
+                    found = self.values(options[0])
                     winner = int(np.argmin(found))
                     if found[winner] < value * (1.0 - 1e-10):
                         plan[place], value = winner, float(found[winner])

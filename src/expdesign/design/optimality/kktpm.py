@@ -19,7 +19,8 @@ from expdesign.design.optimality.limits import MARGIN, Limits
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 
-_VANISHING = 1e-8
+_VANISHING = 1e-4
+"""Part of an objective's span below which a root of a sum of squares is as small as it can be."""
 _NEAR, _TURNS = 0.5, 20
 """Part of a range beyond which a constraint does not matter, and how often the bounds pointed at may change."""
 
@@ -46,7 +47,7 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
             gradient = piece.gradient() * width
             if tie is not None:
                 gradient = tie(gradient, np.arange(len(variables)))
-            # A root mean square that vanishes is as small as it can be: zero is among its subgradients.
+            # A root mean square that vanishes, but for rounding of the design, has zero among its subgradients.
             vanishing = problem.objectives[k].root_mean_square and np.abs(piece.value) <= _VANISHING * span[k]
             gradient = np.where(np.reshape(vanishing, (-1, 1, 1)), 0.0, gradient)
             columns.append(gradient[:, :, free] / span[k])

@@ -129,6 +129,15 @@ class Boxes:
         """The load's variables (l,) at the corner that stands for a box."""
         return self.loads.variables(self._corners[number][0])
 
+    def loads_in(self, number: int) -> FloatArray | None:
+        """The load's variables (c, l) at all loads of a box; None where they are infinitely many."""
+        listed = []
+        for (low, high), steps in zip(self._boxes[number], self.loads.steps, strict=True):
+            if steps is None and high > low:
+                return None
+            listed.append([low] if steps is None else [part for part, _ in steps if low <= part <= high])
+        return np.array([self.loads.variables(np.array(parts)) for parts in product(*listed)])
+
     def split(self, number: int, corner: int) -> list[int]:
         """The halves of a box, cut in the variable in which a corner is farthest from the first; none where it is
         the first.

@@ -12,12 +12,13 @@ from itertools import pairwise
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.additive import Additive
+from expdesign.design.optimality.additive import Additive, additive
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 _LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS, _DRAWS = 100, 24, 60, 6, 8, 6
+_STOCK, _OFFERED, _JUDGED = 100, 6000, 60_000
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
 _ADDITIVE = ("duir", "feir", "total")
@@ -46,7 +47,7 @@ class Neighbours:
         self._space = problem.space
         self._names = [criterion.name for criterion in objectives.criteria]
         known = not set(self._names) - set(_ADDITIVE)
-        self._additive = Additive(problem, 1.0) if known and problem.space.most_poses is None else None
+        self._additive = additive(problem, 1.0) if known and problem.space.most_poses is None else None
         self._draws = problem.noise.shared_reference or problem.constraints is not None or self._additive is None
         # On a grid, what gradients do elsewhere is done by steps to neighbours.
         self._gridded = bool((self._space.discrete & (self._space.upper > 1.0)).sum() > 1)
@@ -72,7 +73,9 @@ class Neighbours:
         found, aims = [], []
         own = np.arange(len(parents))
         if self._additive is not None and len(self._library):
-            found.append(self._by_sums(self._additive, parents, centres, weights, drawn))
+            found.append(
+                self._by_sums(self._additive, self._offered(_STOCK), parents, centres, weights, drawn, self._gridded)
+            )
             aims.append(np.tile(own, 1 + drawn))
         if self._draws:
             found.append(self._by_draws(parents, centres, weights))
@@ -84,22 +87,42 @@ class Neighbours:
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         return designs[first], aim[first]
 
+    def anywhere(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """Designs (b', m, g) of a grid or list at which no exchange with any measurement of many helps, from parents
+        (b, m, g) and from designs at random, for aims with `centres` and `weights` (b, k); none for other spaces.
+        """
+        if self._additive is None or not self._gridded:
+            return parents[:0]
+        listed = self._offered(_OFFERED // self._space.measurements)
+        starts = max(1, _JUDGED // (len(parents) * self._space.measurements * len(listed)))
+        varied = self._problem.noise.shared_reference
+        return self._by_sums(self._additive, listed, parents, centres, weights, starts, varied)
+
     @property
     def discrete(self) -> bool:
         """Whether anything has to be chosen that gradients cannot."""
         return bool(self._space.discrete.any()) or self._problem.noise.shared_reference
 
     def _by_sums(
-        self, sums: Additive, parents: FloatArray, centres: FloatArray, weights: FloatArray, drawn: int
+        self,
+        sums: Additive,
+        common: FloatArray,
+        parents: FloatArray,
+        centres: FloatArray,
+        weights: FloatArray,
+        drawn: int,
+        varied: bool,
     ) -> FloatArray:
-        """Designs (b·(1 + drawn), m, g) at which no single exchange with the library helps."""
-        (batch, m, g), count = parents.shape, len(self._library)
-        shared = sums.parts(self._library)
-        plans = self._generator.integers(count, size=(drawn * batch, m))
-        designs = np.concatenate([parents, self._library[plans]])
+        """Designs (b·(1 + drawn), m, g) at which no single exchange with measurements (l, g) nor, where `varied`, with
+        their own variants helps.
+        """
+        (batch, m, g), count = parents.shape, len(common)
+        shared, pose = sums.parts(common), self._space.of_pose
+        plans = self._drawn(count, drawn * batch)
+        designs = np.concatenate([parents, common[plans]])
         there = np.concatenate([sums.parts(parents.reshape(-1, g)).reshape(batch, m, -1), shared[plans]])
         centres, weights = np.tile(centres, (1 + drawn, 1)), np.tile(weights, (1 + drawn, 1))
-        score = self._score(sums, there.sum(axis=1), centres, weights)
+        score = self._score(sums, sums.sums(there, designs[..., pose]), centres, weights)
         moving = np.arange(len(designs))
         together = max(1, _TOGETHER // (count * shared.shape[1]))
         for _ in range(_SWEEPS):
@@ -107,24 +130,24 @@ class Neighbours:
             for place in range(m):
                 for start in range(0, len(moving), together):
                     part = moving[start : start + together]
-                    # Sums of what remains, not differences, which would lose digits.
-                    remaining = np.delete(there[part], place, axis=1).sum(axis=1)[:, None]
-                    new, summands = self._library[None], shared[None]
-                    if self._gridded:
-                        varied = self.variants(designs[part, place][:, None])[:, 0]
-                        own = sums.parts(varied.reshape(-1, g)).reshape(*varied.shape[:2], -1)
+                    new, summands = common[None], shared[None]
+                    if varied:
+                        more = self._options(designs[part], place)
+                        own = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
                         everywhere = (len(part), count)
-                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), varied], axis=1)
+                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), more], axis=1)
                         summands = np.concatenate(
-                            [np.broadcast_to(shared, (*everywhere, shared.shape[1])), own], axis=1
+                            [np.broadcast_to(summands, (*everywhere, shared.shape[1])), own], axis=1
                         )
-                    options = remaining + summands
+                    # Sums of what remains, not differences, which would lose digits.
+                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
+                    options = sums.joined(rest, others[..., pose], summands, new[..., pose])
                     scores = self._score(sums, options, centres[part, None], weights[part, None])
                     best = scores.argmin(axis=1)
                     found = scores[np.arange(len(part)), best]
                     better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
                     index = part[better]
-                    source = np.flatnonzero(better) if self._gridded else np.zeros(len(index), dtype=np.int64)
+                    source = np.flatnonzero(better) if varied else np.zeros(len(index), dtype=np.int64)
                     designs[index, place] = new[source, best[better]]
                     there[index, place] = summands[source, best[better]]
                     score[index], helped[index] = found[better], True
@@ -132,6 +155,37 @@ class Neighbours:
             if moving.size == 0:
                 break
         return designs
+
+    def _drawn(self, listed: int, count: int) -> IntArray:
+        """Plans (count, m) of a list's measurements at random, each with one of them repeated none to m times."""
+        m = self._space.measurements
+        plans = self._generator.integers(listed, size=(count, m))
+        repeated = np.arange(m) < self._generator.integers(1, m + 1, size=(count, 1))
+        found: IntArray = np.where(repeated, plans[:, :1], plans)
+        return found
+
+    def _offered(self, number: int) -> FloatArray:
+        """Measurements (l, g) for which any other may be exchanged: the library and, of a grid or list, so many drawn,
+        which of many grids is everything.
+        """
+        if not self._gridded:
+            return self._library
+        space, drawn = self._space, reachable_measurements(self._problem, number, self._generator)
+        # What a measurement tells is largest at extreme loads.
+        ends = np.where(self._generator.random(drawn.shape) < 0.5, space.lower, space.upper)
+        return np.concatenate([self._library, np.unique(np.where(space.discrete, drawn, ends), axis=0)])
+
+    def _options(self, designs: FloatArray, place: int) -> FloatArray:
+        """Variants (b, v, g) of the measurement of designs (b, m, g) at a place; where references are shared, also at
+        the poses of the other ones.
+        """
+        own = designs[:, place, None]
+        found = [self.variants(own)[:, 0]]
+        if self._problem.noise.shared_reference:
+            space, others = self._space, np.delete(designs, place, axis=1)
+            found.append(np.where(space.of_pose, others, own))
+            found.append(self.variants(others, ~space.of_pose).reshape(len(designs), -1, space.decisions))
+        return np.concatenate(found, axis=1)
 
     def _score(self, sums: Additive, options: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):
@@ -174,7 +228,12 @@ class Neighbours:
             # Another load at the pose of a measurement that the plan has: they share their reference.
             there = parents[first, draw(m, size=(batch, _DRAWN))]
             listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
-        trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
+        new = np.where((second % 2 == 0)[..., None], varied, listed)
+        if self._problem.noise.shared_reference:
+            # Half of the new poses are taken by the whole series, which a single measurement would break up.
+            whole = second % 4 >= 2
+            trials = self.with_series(trials, place, np.where(whole[..., None], new, parents[first, place]))
+        trials[first, second, place] = new
         trials = self._space.canonical(trials)
         same = (trials == parents[:, None]).all(axis=(2, 3))
         score = self._scores(trials, centres, weights, same)
@@ -210,10 +269,20 @@ class Neighbours:
                 score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
         return score
 
-    def variants(self, parents: FloatArray) -> FloatArray:
-        """The measurements of designs (b, m, g), each with one variable changed, shape (b, m, v, g)."""
+    def with_series(self, designs: FloatArray, place: IntArray, new: FloatArray) -> FloatArray:
+        """Designs (..., m, g) whose measurements at the pose of one of them (...) take the pose of others (..., g)."""
+        space = self._space
+        old = np.take_along_axis(designs, place[..., None, None], axis=-2)
+        same = (designs == old)[..., space.of_pose].all(axis=-1)
+        moved: FloatArray = np.where(same[..., None] & space.of_pose, new[..., None, :], designs)
+        return moved
+
+    def variants(self, parents: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
+        """The measurements of designs (b, m, g), each with one variable changed, all or those wanted (g,), shape
+        (b, m, v, g).
+        """
         space, found = self._space, []
-        for decision in range(space.decisions):
+        for decision in np.arange(space.decisions) if wanted is None else np.flatnonzero(wanted):
             low, high = space.lower[decision], space.upper[decision]
             if not space.discrete[decision]:
                 values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
@@ -226,6 +295,6 @@ class Neighbours:
                 changed = parents.copy()
                 changed[..., decision] = value
                 found.append(changed)
-        if self._problem.noise.shared_reference:
+        if self._problem.noise.shared_reference and wanted is None:
             found += [np.where(space.of_pose, np.roll(parents, k, axis=1), parents) for k in range(1, parents.shape[1])]
         return np.stack(found, axis=2)

@@ -35,7 +35,7 @@ RELAXED = ("duir", "total")
 _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
 _STARTS, _STAGES, _GOALS, _CHILDREN = 48, (6, 8), 8, 32
-_PASSES, _MOST, _CORRECTED, _HOLES = 3, 300, 80, 4
+_PASSES, _MOST, _CORRECTED, _HOLES, _WIDE = 3, 300, 80, 4, 5e-3
 _GENERATIONS, _PATIENCE = 20, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
 _QUIET = 2
@@ -161,7 +161,7 @@ class Polishing:
         drawn = starting_designs(self.problem, 2 * len(aims), self._generator)
         designs = self._usable(drawn.reshape(-1, space.measurements, space.decisions))[0][: len(aims)]
         aims = self._generator.permutation(aims)[: len(designs)]
-        gain = 0.0
+        gain = self.take(self._anywhere())
         for iterations in _STAGES:
             designs = self._minimise(designs, centres[aims], weights[aims], iterations)
             gain += self.take(designs)
@@ -170,6 +170,12 @@ class Polishing:
             kept = np.concatenate(better) if better else np.zeros(0, dtype=np.int64)
             designs, aims = designs[kept], aims[kept]
         return gain
+
+    def _anywhere(self) -> FloatArray:
+        """Designs of a grid or list from which no exchange leads on, for the criteria that no relaxation is of."""
+        aims = [k for k, criterion in enumerate(self._objectives.criteria) if criterion.name not in RELAXED]
+        centres, weights = (part[:: self._restarts][aims] for part in self._aims(self._values, 0))
+        return self._neighbours.anywhere(self._breeding.best(centres, weights), centres, weights)
 
     def _shared(self, shares: FloatArray, number: int) -> IntArray:
         """Aims of about so many designs, at least one for each aim; fewer where a design is costly."""
@@ -268,6 +274,9 @@ class Polishing:
             weights = np.zeros_like(centres)
             weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
             self.take(self._minimise(found.designs[rough], centres, weights, _BRIEF))
+            # Across a wide gap from one valley to another it is farther.
+            far = np.flatnonzero((~found.smooth & (found.shares > _WIDE))[rough])
+            self.take(self._minimise(found.designs[rough][far], centres[far], weights[far], _LONG))
             self._bridge()
         return len(found)
 
@@ -292,20 +301,25 @@ class Polishing:
         earlier, measure = self.pool, kktpm(self.problem, self.pool)
         rough = np.flatnonzero(~(measure <= TARGET))
         space = self.problem.space
-        # In steps as coarse as that, the optimum that can be set does not satisfy the conditions of the continuous one.
+        # In coarse steps, or held by other constraints, an optimum does not satisfy the conditions of a continuous one.
         coarse = bool((space.grid.steps > TARGET * (space.upper - space.lower)).any())
-        # Nor does one that other constraints hold.
         if rough.size == 0 or coarse or self.problem.constraints is not None:
             return
         centres = self._values[rough]
         weights = np.zeros_like(centres)
         weights[:, : self._count] = 1.0 / Objectives.spans(self._values)[: self._count]
-        self.take(self._minimise(self.pool[rough], centres, weights, _LONG))
+        settled = self._minimise(self.pool[rough], centres, weights, _LONG)
+        self.take(settled)
         known = {design.tobytes(): value for design, value in zip(earlier, measure, strict=True)}
         new = np.array([design.tobytes() not in known for design in self.pool])
         smooth = np.array([known.get(design.tobytes(), np.inf) <= TARGET for design in self.pool])
         spans = Objectives.spans(self._values)[: self._count]
         smooth[new] = kktpm(self.problem, self.pool[new], spans) <= TARGET
+        # Where criteria change much within a step, the design before rounding tells.
+        before = {design.tobytes(): place for place, design in enumerate(self.problem.settable(settled))}
+        still = [place for place in np.flatnonzero(new & ~smooth) if self.pool[place].tobytes() in before]
+        unrounded = settled[[before[self.pool[place].tobytes()] for place in still]]
+        smooth[still] = kktpm(self.problem, unrounded, spans) <= TARGET
         smooth[np.argmin(self._values, axis=0)] = True
         self.pool, self._values = self.pool[smooth], self._values[smooth]
 

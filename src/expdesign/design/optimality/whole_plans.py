@@ -1,12 +1,15 @@
 """The best plan there is, to so many per cent: bounds over plans of whole measurements (theory.md 10.7)."""
 
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from math import comb
 from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality.best_linear import best_linear_total
 from expdesign.design.optimality.certificate import Certificate, with_split
 from expdesign.design.optimality.columns import Columns, Sites, columns_of, sites_of
 from expdesign.design.optimality.outer_approximation import Master, most_sensitive
@@ -24,6 +27,8 @@ _LISTED = 60
 _LIKELY, _MARGIN = 300, 1.3
 _LOOKED_AT = 300_000
 """Columns among which those of better plans are sought, and as many for every second more."""
+_PLANS, _TOGETHER = (4_000, 20_000), 5_000
+"""Plans that are valued one by one where no others can be better: so many, and as many for every second."""
 _AGAIN = 0.8
 """Part of the distance from plan to bound that is left when columns are chosen anew."""
 
@@ -145,6 +150,9 @@ class BranchAndBound:
             if isinstance(parts, str):
                 return self._not(parts)
             number = sum(len(part) for part in parts)
+            plans = self._every_plan(parts)
+            if plans is not None:
+                return self._found(self._best, number, f"all {plans} plans that could be better were valued")
             if number > LARGEST:
                 return self._not(f"{number} poses with parts of their loads are too many")
             # A better plan leaves fewer columns, so that it is worth while to begin again.
@@ -160,6 +168,30 @@ class BranchAndBound:
         threshold = dual.gain**2 / value**2 - dual.prior
         limit = _LOOKED_AT * (1.0 + self._given)
         return columns_of(sites, last.count, dual, threshold * (1.0 - 1e-9), last.largest, limit)
+
+    def _every_plan(self, parts: list[Columns]) -> int | None:
+        """Value all plans of these columns, if they are few; their number, or None.
+
+        The columns that were left out are those of plans which the best linear estimator does not make better than the
+        best one known, and least squares are no better: by whatever estimator, the best plan there is is then known.
+        """
+        if not self._free:
+            return None
+        found = [part.every_measurement() for part in parts]
+        listed = [each for each in found if each is not None]
+        if len(listed) < len(found) or not listed:
+            return None
+        measurements, m = np.unique(np.concatenate(listed), axis=0), self._problem.space.measurements
+        number = comb(len(measurements) + m - 1, m) if len(measurements) else 0
+        if number > _PLANS[0] + _PLANS[1] * self._given:
+            return None
+        plans = np.array(list(combinations_with_replacement(range(len(measurements)), m)), dtype=np.int64)
+        for start in range(0, number, _TOGETHER):
+            designs = self._problem.settable(measurements[plans[start : start + _TOGETHER]])
+            values = self._values(designs)
+            if values.min() < self._best:
+                self._best, self._plan = float(values.min()), designs[int(values.argmin())]
+        return number
 
     def _search(self, parts: list[Columns], last: Refinement, relaxed: float, seconds: float) -> tuple[float, bool]:
         """The bound over plans of these columns and the best known one, with better plans on the way; and whether it
@@ -250,9 +282,28 @@ def criterion_bounds(
     result = certificate.result(known)
     seconds = problem.optimiser.bound_seconds if seconds is None else seconds
     whole = BranchAndBound(problem, certificate, result, known, seconds).run()
-    relaxed = result.bound.value
+    return CriterionBounds(_lower(problem, certificate, result, whole, known), whole)
+
+
+def _lower(
+    problem: DesignProblem, certificate: Certificate, result: Result, whole: WholePlans, known: FloatArray | None
+) -> LowerBound:
+    """The larger of the two bounds, and what it was certified on."""
+    factor, relaxed = certificate.information.load_errors, result.bound.value
     if relaxed is None or whole.gap is None or whole.bound is None:
-        return CriterionBounds(with_split(problem, result, load_errors), whole)
-    words = f"{result.bound.certified_on}; {whole.words}: {whole.sentence(certificate.name)}"
-    lower = relaxed if whole.poses is not None else max(relaxed, whole.bound)
-    return CriterionBounds(LowerBound(lower, words), whole)
+        value, words = with_split(problem, result, factor)
+    else:
+        value = relaxed if whole.poses is not None else max(relaxed, whole.bound)
+        words = f"{result.bound.certified_on}; {whole.words}: {whole.sentence(certificate.name)}"
+    if value is None or factor == 0.0 or known is None or not np.isfinite(whole.best) or whole.best <= value:
+        return LowerBound(value, words)
+    plan = whole.plan
+    if plan is None:
+        totals = known_criteria()["total"].values(problem.assess(*problem.space.decode(known)))
+        plan = known[int(np.nanargmin(totals))]
+    reached = best_linear_total(problem, plan)
+    price = (
+        f"the best plan known is {whole.best / value - 1.0:.2%} above it, and would be {reached / value - 1.0:.2%} "
+        "above it with the best linear estimator: the rest is what least squares lose, which do not weigh load errors"
+    )
+    return LowerBound(value, f"{words}; {price}")
