@@ -214,9 +214,10 @@ def sought_laws(
     dictionary = Dictionary(robot, measured, base.values)
     kept = np.repeat(sample.counts, len(sample.recordings.axes))
     scales: dict[int, FloatArray] = {}
+    some = None if kept.all() else kept
     for candidate in library:
         for start, directions in enumerate(candidate.directions):
-            columns = Dense(directions, None if kept.all() else kept)
+            columns = Dense(directions, some)
             known = known_form(candidate.effect.component, columns, (candidate, start))
             if known is not None:
                 scales[len(dictionary.atoms)] = known[1]

@@ -22,11 +22,9 @@ class Columns(ABC):
     def matrix(self) -> FloatArray:
         """Φ itself, shape (M, f)."""
 
+    @abstractmethod
     def against(self, other: FloatArray, carried: dict[int, FloatArray]) -> FloatArray:
-        """Φᵀ·X for X of shape (M, m), shape (f, m); `carried` keeps what columns share for one X."""
-        del carried
-        result: FloatArray = self.matrix().T @ other
-        return result
+        """Φᵀ·X for X of shape (M, m), shape (f, m); `carried` keeps what columns share for one X, by their identity."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +48,15 @@ class Dense(Columns):
     def matrix(self) -> FloatArray:
         found = self.whole if self.kept is None else self.whole[self.kept]
         return found if self.scale is None else found * self.scale
+
+    def against(self, other: FloatArray, carried: dict[int, FloatArray]) -> FloatArray:
+        if self.kept is not None:
+            if id(self.kept) not in carried:
+                carried[id(self.kept)] = np.zeros((len(self.kept), other.shape[1]))
+                carried[id(self.kept)][self.kept] = other
+            other = carried[id(self.kept)]
+        found: FloatArray = self.whole.T @ other
+        return found if self.scale is None else self.scale[:, None] * found
 
 
 @dataclass(frozen=True)
@@ -109,6 +116,10 @@ class Mapped(Columns):
         through, rank = carried[id(self.maps)], self.terms[0].features.shape[1]
         found = np.zeros((self.width, through.shape[2]))
         for term in self.terms:
-            driven = through[term.output] * (self.scale * term.gain * term.amplitude)[:, None]
-            found[term.block * rank : (term.block + 1) * rank] += term.features.T @ driven
+            amplitude, features, motion = self.scale * term.gain * term.amplitude, term.features, through[term.output]
+            if rank < motion.shape[1]:
+                features = features * amplitude[:, None]
+            else:
+                motion = motion * amplitude[:, None]
+            found[term.block * rank : (term.block + 1) * rank] += features.T @ motion
         return found

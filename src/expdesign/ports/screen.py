@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.blas import dtrsm
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.ports.columns import Columns
@@ -65,7 +65,8 @@ class Screen:
         self._atoms: list[Atom] = []
         self._width = 0
         self._products: OrderedDict[int, FloatArray] = OrderedDict()
-        self._base = np.zeros((base.base.shape[1] + 1, 0))
+        self._partial: dict[tuple[int, bytes], FloatArray] = {}
+        self._base = np.zeros((0, base.base.shape[1] + 1))
         self.add(atoms)
 
     def add(self, atoms: Sequence[Atom]) -> None:
@@ -99,41 +100,44 @@ class Screen:
         wanted = np.arange(len(self._atoms)) if only is None else np.asarray(only)
         asked = [(batch, np.flatnonzero(np.isin(batch.numbers, wanted, assume_unique=True))) for batch in self._batches]
         columns = np.concatenate([batch.columns_of(chosen) for batch, chosen in asked])
-        design = [self._base[:-1, columns], *(self._product(i, columns, asked, only is None) for i in indices)]
-        through = solve_triangular(present.lower, np.vstack(design), lower=True, check_finite=False)
-        slopes = self._base[-1, columns] - present.reduced @ through
+        design = [self._base[columns, :-1], *(self._product(i, columns, asked, only is None) for i in indices)]
+        through = dtrsm(1.0, present.lower, np.hstack(design).T, lower=1, overwrite_b=1).T
+        slopes = self._base[columns, -1] - through @ present.reduced
         start = 0
         for batch, chosen in asked:
             if chosen.size and batch.width:
                 shape, part = (len(chosen), batch.width), slice(start, start + len(chosen) * batch.width)
                 start = part.stop
-                by_law = np.ascontiguousarray(through[:, part].reshape(-1, *shape).swapaxes(0, 1))
-                grams = batch.grams[chosen] - np.matmul(by_law.swapaxes(1, 2), by_law)
+                by_law = through[part].reshape(*shape, -1)
+                grams = batch.grams[chosen] - np.matmul(by_law, by_law.swapaxes(1, 2))
                 numbers = batch.numbers[chosen]
                 gains[numbers], variances[numbers] = largest_gains(grams, slopes[part].reshape(shape))
         return gains[wanted], variances[wanted]
 
     def _product(self, index: int, columns: IntArray, asked: list[tuple[_Batch, IntArray]], every: bool) -> FloatArray:
-        """Products of one law's directions with those asked for; kept where these are all, shape (f, columns)."""
+        """Products of those asked for with one law's directions; kept where these are all, shape (columns, f)."""
         known = self._products.pop(index, None)
-        if known is None or known.shape[1] < self._width:
+        if known is None or len(known) < self._width:
             matrix = self._atoms[index].directions
             if not every:
-                return _products(asked, matrix)
-            known = self._extended(np.zeros((matrix.shape[1], 0)) if known is None else known, matrix)
+                key = index, columns.tobytes()
+                if key not in self._partial:
+                    self._partial = {**dict(list(self._partial.items())[-_KEPT:]), key: _products(asked, matrix)}
+                return self._partial[key]
+            known = self._extended(np.zeros((0, matrix.shape[1])) if known is None else known, matrix)
         self._products[index] = known
         while len(self._products) > _KEPT:
             self._products.popitem(last=False)
-        return known[:, columns]
+        return known if len(columns) == self._width else known[columns]
 
     def _extended(self, known: FloatArray, matrix: FloatArray) -> FloatArray:
-        """Products of a matrix (M, m) with the columns of all batches, of which the first are known, shape (m, ...)."""
-        new = [(batch, np.arange(len(batch.numbers))) for batch in self._batches if batch.start >= known.shape[1]]
-        return np.hstack([known, _products(new, matrix)])
+        """Products of the columns of all batches, of which the first are known, with a matrix (M, m), shape (..., m)."""
+        new = [(batch, np.arange(len(batch.numbers))) for batch in self._batches if batch.start >= len(known)]
+        return np.concatenate([known, _products(new, matrix)])
 
 
 def _products(asked: list[tuple[_Batch, IntArray]], matrix: FloatArray) -> FloatArray:
-    """Products of a matrix (M, m) with the columns of laws in batches, shape (m, columns)."""
+    """Products of the columns of laws in batches with a matrix (M, m), shape (columns, m)."""
     carried: dict[int, FloatArray] = {}
     parts = [np.zeros((0, matrix.shape[1]))]
     for batch, chosen in asked:
@@ -141,4 +145,4 @@ def _products(asked: list[tuple[_Batch, IntArray]], matrix: FloatArray) -> Float
             turn = batch.turns[number]
             part = batch.columns[number].against(matrix, carried)
             parts.append(part if turn is None else turn.T @ part)
-    return np.concatenate(parts).T
+    return np.concatenate(parts)
