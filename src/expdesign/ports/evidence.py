@@ -139,7 +139,7 @@ class Present:
         bounds = [(np.log(_LEAST), np.log(_MOST))] * len(widths)
         found = minimize(
             misfit, np.log(self.variances), jac=True, method="L-BFGS-B", bounds=bounds,
-            options={"maxiter": 15, "ftol": 1e-7},
+            options={"maxiter": 15, "ftol": 1e-6},
         )  # fmt: skip
         return self.with_variances(np.exp(found.x).tolist())
 

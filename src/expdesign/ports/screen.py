@@ -131,7 +131,7 @@ class Screen:
         return known if len(columns) == self._width else known[columns]
 
     def _extended(self, known: FloatArray, matrix: FloatArray) -> FloatArray:
-        """Products of the columns of all batches, of which the first are known, with a matrix (M, m), shape (..., m)."""
+        """Products of the columns of all batches, of which the first are known, with a matrix (M, m)."""
         new = [(batch, np.arange(len(batch.numbers))) for batch in self._batches if batch.start >= len(known)]
         return np.concatenate([known, _products(new, matrix)])
 
