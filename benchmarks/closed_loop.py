@@ -1,6 +1,6 @@
 """Plan, measure, identify, compensate, and look at what was attained: every criterion in the same closed loop.
 
-    python benchmarks/closed_loop.py configs/closed-loop.yaml --out results/closed-loop
+    python -m benchmarks.closed_loop configs/closed-loop.yaml --out results/closed-loop
 
 The robot that is measured and commanded is the virtual laboratory's (an independent mechanics engine, large
 displacements), with true stiffnesses scattered about those of the robot file and with the noise and the load errors of
@@ -109,12 +109,12 @@ def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = Laborato
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     loop = loop_of(read_problem(options.config), options.scatter, make)
-    script = Path(sys.argv[0]).name if make is not LaboratoryBench else "closed_loop.py"
+    module = "closed_loop" if make is LaboratoryBench else "closed_loop_arm"
     plans = plans_by_criterion(loop.problem, options.seed, options.generations, options.refinements)
     attained, predicted = run(loop, plans, options.repetitions, options.seed)
     table = summary(attained, predicted)
     command = (
-        f"python benchmarks/{script} {options.config} --out {options.out} --repetitions {options.repetitions} "
+        f"python -m benchmarks.{module} {options.config} --out {options.out} --repetitions {options.repetitions} "
         f"--scatter {options.scatter:g} --seed {options.seed}"
     )
     if options.generations is not None:
@@ -285,9 +285,9 @@ def cells(table: pd.DataFrame) -> list[list[str]]:
             f"{row.percentile_95:.3f}",
             "–" if row.plan_by == BEST else f"{row.minus_best:+.3f} ± {row.minus_best_standard_error:.3f}",
             f"{row.rms:.3f} ± {row.rms_standard_error:.3f}",
-            "–" if np.isnan(row.predicted_total) else f"{row.predicted_total:.3f}",
+            "–" if np.isnan(predicted) else f"{predicted:.3f}",
         ]
-        for row in table.itertuples()
+        for row, predicted in zip(table.itertuples(), table["predicted_total"].astype(float), strict=True)
     ]
 
 

@@ -1,6 +1,6 @@
 """The closed loop of `closed_loop.py` for an arm, whose place an independent library takes.
 
-    python benchmarks/closed_loop_arm.py configs/closed-loop-arm.yaml --out results/closed-loop/arm
+    python -m benchmarks.closed_loop_arm configs/closed-loop-arm.yaml --out results/closed-loop/arm
 
 The arm that is measured and commanded is pinocchio's: its own reader of the URDF, kinematics and statics. Its joints
 stand in the full equilibrium of their springs with the links' weight and the load, at large displacements; the
@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pinocchio as pin
+from benchmarks.closed_loop import main
+from benchmarks.urdf_inertia import with_inertia
 
-from closed_loop import main
 from expdesign.arrays import FloatArray
 from expdesign.design.problem import DesignProblem
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.serial import SerialRobot
-from urdf_inertia import with_inertia
 
 _PASSES = 100
 _SETTLED = 1e-13

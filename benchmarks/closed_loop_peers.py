@@ -1,6 +1,6 @@
 """The closed loop of `closed_loop.py` for plans that other people's tools choose, at equal cost.
 
-    python benchmarks/closed_loop_peers.py configs/closed-loop.yaml --kept results/closed-loop/three-axes \
+    python -m benchmarks.closed_loop_peers configs/closed-loop.yaml --kept results/closed-loop/three-axes \
         --figaroh PYTHON --out results/closed-loop/peers-three-axes
 
 - FIGAROH's posture selection from a pool of measurements, by its D-optimal SOCP and by its DetMax exchange (in an
@@ -18,9 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
-
-from closed_loop import (
+from benchmarks.closed_loop import (
     BEST,
     COLUMNS,
     LaboratoryBench,
@@ -33,7 +31,10 @@ from closed_loop import (
     plan_of_decisions,
     summary,
 )
-from closed_loop_arm import ArmBench
+from benchmarks.closed_loop_arm import ArmBench
+from benchmarks.optimality.against_figaroh import figaroh
+from scipy.stats import qmc
+
 from expdesign.arrays import FloatArray
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.selection import choose_measurements
@@ -44,7 +45,6 @@ from expdesign.design.start import reachable_measurements
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import read_table
 from expdesign.robots.serial import SerialRobot
-from optimality.against_figaroh import figaroh
 
 KEPT = (BEST, "duir", "o1")
 FILLING = "space-filling (scipy.stats.qmc)"
@@ -136,7 +136,7 @@ def main() -> None:
 def text_of(table: pd.DataFrame, options: argparse.Namespace) -> str:
     """The result as Markdown."""
     command = (
-        f"python benchmarks/closed_loop_peers.py {options.config} --kept {options.kept} --figaroh PYTHON "
+        f"python -m benchmarks.closed_loop_peers {options.config} --kept {options.kept} --figaroh PYTHON "
         f"--out {options.out} --pool {options.pool} --repetitions {options.repetitions} --seed {options.seed}"
     )
     same = options.same_pool

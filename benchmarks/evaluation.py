@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+import expdesign.design.search as monitored
+from expdesign.arrays import FloatArray
 from expdesign.design.optimality.certificate import duir_lower_bound
 from expdesign.design.optimality.polish import polish
 from expdesign.design.problem_file import read_problem
@@ -32,7 +34,7 @@ class Watched(DesignPopulation):
 
     seconds = 0.0
 
-    def objectives(self, decisions):  # type: ignore[no-untyped-def]
+    def objectives(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
         start = time.process_time()
         found = super().objectives(decisions)
         Watched.seconds += time.process_time() - start
@@ -54,9 +56,7 @@ def main() -> None:
         population.objectives(decisions)
         times.append((time.process_time() - start) / SIZE * 1e6)
 
-    import expdesign.design.search as module  # noqa: PLC0415 (its evaluations are to be watched)
-
-    module.DesignPopulation = Watched  # type: ignore[misc]
+    monitored.DesignPopulation = Watched  # type: ignore[attr-defined]
     start = time.process_time()
     front = search(replace(problem, optimiser=replace(problem.optimiser, polish=False)))
     genetic = time.process_time() - start

@@ -15,6 +15,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from benchmarks.single_thread import ONE_THREAD
+
 import expdesign as xd
 from expdesign.design.problem_file import problem_from_document
 from expdesign.files.yaml_reader import read_yaml
@@ -40,7 +42,7 @@ def once(config: str, objectives: list[str]) -> None:
 def measured(config: str, objectives: tuple[str, ...]) -> tuple[float, float]:
     """CPU time (s) of the search, and of the whole run with reading and imports."""
     command = [sys.executable, "-m", "benchmarks.model_error_cost", config, "--once", *objectives]
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = {**os.environ, **ONE_THREAD}
     found = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     alone, whole = (float(word) for word in found.stdout.split())
     return alone, whole

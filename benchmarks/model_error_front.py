@@ -1,12 +1,13 @@
 """The front of total against MEIR, by NSGA-II from a given plan, and the time that a design costs.
 
 expdesign run configs/hexapod-h1.yaml --out results/mine
-python benchmarks/model_error_front.py configs/hexapod-h1.yaml results/mine/plan.csv --generations 250
+python -m benchmarks.model_error_front configs/hexapod-h1.yaml results/mine/plan.csv --generations 250
 """
 
 import argparse
 import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -14,8 +15,12 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from expdesign.api.inputs import problem_of, table_of
+from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import read_plan
+from expdesign.design.problem import DesignProblem
+from expdesign.design.space import DesignSpace
+from expdesign.design.variables import Rows
 from expdesign.model_error.hidden_physics import hidden_physics
 from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.settings import Assumptions
@@ -24,13 +29,13 @@ from expdesign.robots.robot import CONDITION_LIMIT
 POPULATION = 80
 
 
-def decisions_of(space, configurations, loads):
+def decisions_of(space: DesignSpace, configurations: FloatArray, loads: FloatArray) -> FloatArray:
     """Genes (m, g) of a plan."""
     quantities = np.concatenate([configurations, loads], axis=1)
     decisions = np.zeros((len(configurations), space.decisions))
     for index, variable in enumerate(space.variables):
         values = quantities[:, list(variable.columns)]
-        if variable.discrete:
+        if isinstance(variable.domain, Rows):
             distances = np.linalg.norm(variable.domain.table[None] - values[:, None], axis=-1)
             decisions[:, index] = distances.argmin(axis=1)
         else:
@@ -38,16 +43,16 @@ def decisions_of(space, configurations, loads):
     return decisions
 
 
-class Front(Problem):
+class Front(Problem):  # type: ignore[misc]
     """Total and MEIR of the active physics over designs within the robot's limits."""
 
-    def __init__(self, problem, impact, measurements):
+    def __init__(self, problem: DesignProblem, impact: ModelErrorImpact, measurements: int) -> None:
         self.problem, self.impact, self.measurements = problem, impact, measurements
         space = problem.space
         low, high = np.tile(space.lower, measurements), np.tile(space.upper, measurements)
         super().__init__(n_var=len(low), n_obj=2, n_ieq_constr=1, xl=low, xu=high)
 
-    def _evaluate(self, x, out, *args, **kwargs):
+    def _evaluate(self, x: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         problem = self.problem
         configurations, loads = problem.space.decode(x.reshape(len(x), self.measurements, -1))
         assessment = problem.assess(configurations, loads)

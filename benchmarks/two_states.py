@@ -14,6 +14,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from benchmarks.single_thread import ONE_THREAD
+
 HERE = Path(__file__).parents[1]
 CONFIGS = ("configs/bipod.yaml", "configs/hexapod-h1.yaml", "configs/ur5.yaml")
 SIZE = 100
@@ -47,8 +49,7 @@ print(json.dumps(least))
 
 def _python(checkout: Path, *arguments: str) -> tuple[str, float]:
     """Output and processor seconds of this interpreter with the package of a checkout."""
-    single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    environment = {**os.environ, **single, "PYTHONPATH": str(checkout / "src")}
+    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(checkout / "src")}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
         [sys.executable, *arguments], cwd=checkout, env=environment, capture_output=True, text=True, check=True

@@ -4,6 +4,7 @@ the project's files are checked.
 
 import importlib.util
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,9 +20,21 @@ _GALLERY = "gallery/index.md"
 
 def on_config(config: Any) -> Any:
     """A new page is one file: it need not be added to the list."""
-    named = {page for entry in config.nav for page in entry.values()}
-    config.nav += sorted(page.name for page in Path(config.docs_dir).glob("*.md") if page.name not in named)
+    named = set(_named(config.nav))
+    more = sorted(page.name for page in Path(config.docs_dir).glob("*.md") if page.name not in named)
+    if more:
+        config.nav.append({"More": more})
     return config
+
+
+def _named(entries: list[dict[str, Any]]) -> Iterator[str]:
+    """Pages in the list and in its sections."""
+    for entry in entries:
+        for page in entry.values():
+            if isinstance(page, str):
+                yield page
+            else:
+                yield from _named(page)
 
 
 def on_files(files: Any, config: Any) -> Any:

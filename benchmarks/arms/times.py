@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from benchmarks.arms.plant import Faults, recordings, usual_faults
+from benchmarks.single_thread import ONE_THREAD
 
 ROWS = (100, 300, 700, 2000, 5000)
 KINDS = {
@@ -84,8 +85,7 @@ def main() -> None:
             if any(entry["kind"] == kind and entry["rows"] == rows for entry in done):
                 continue
             command = [sys.executable, "-m", "benchmarks.arms.times", "--one", kind, str(rows)]
-            single = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-            run = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, **single})
+            run = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, **ONE_THREAD})
             done.append(json.loads(run.stdout.splitlines()[-1]))
             file.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
             print(done[-1], flush=True)

@@ -7,19 +7,18 @@ later.csv (further series of the same experiment), which it may not.
 from __future__ import annotations
 
 import argparse
-import os
 import secrets
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import yaml
+from benchmarks.single_thread import single_threaded
 
 from .cases import INSIDE, OUTSIDE, Case, Order, draw_case
 from .robots import HEXAPODS
@@ -102,22 +101,6 @@ def generate(count: int, seed: int, only: Sequence[str] = (), jobs: int = 2) -> 
             print(f"\rgenerated {done} of {count}", end="", file=sys.stderr, flush=True)
             yield case
     print(file=sys.stderr)
-
-
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """Processes started in here do their linear algebra in one thread: small matrices are slower in several."""
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def _drawn(job: tuple[int, int, Order]) -> Case:

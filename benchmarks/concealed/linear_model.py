@@ -7,6 +7,7 @@ derivative dq/dX is taken numerically, from the inverse kinematics alone.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from virtual_laboratory import Robot
 from virtual_laboratory.kinematics import leg_lengths
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 POSE = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 WRENCH = ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm")

@@ -73,15 +73,14 @@ class Examination:
         return outcome
 
     def judge(self, case: concealed.Case, outcome: Outcome) -> Case:
-        times = {"wall_s": outcome.wall_s, "cpu_s": outcome.cpu_s}
         folder = self.answers(case.truth["case"])
         if outcome.problem:
-            return Case(case.truth, None, problem=outcome.problem, **times)
+            return Case(case.truth, None, problem=outcome.problem, wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
         try:
             answer = read_answer(folder / "diagnosis.json", len(case.truth["true_stiffness"]))
         except NoAnswerError as error:
-            return Case(case.truth, None, problem=str(error), **times)
-        return Case(case.truth, answer, later=self._held_out(case, folder), **times)
+            return Case(case.truth, None, problem=str(error), wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
+        return Case(case.truth, answer, later=self._held_out(case, folder), wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
 
     def _held_out(self, case: concealed.Case, folder: Path) -> HeldOut | None:
         model = folder / "model.yaml"

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmarks.single_thread import ONE_THREAD
 
 SHIPPED = ("hexapod-h1", "hexapod-120kg", "rubin-camera", "ur5", "bipod")
 RESULT = Path("results/fronts/before-and-after.md")
@@ -43,7 +44,7 @@ print(json.dumps([values.tolist(), begun, first[-1], searched - begun, bounded -
 
 def measured(config: Path, sources: Path) -> list[Any]:
     """Front, and seconds of starting, until the first front, of the search and of the bounds."""
-    environment = {**os.environ, "PYTHONPATH": str(sources), "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(sources)}
     command = [sys.executable, "-c", _MEASURE, str(config)]
     done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
     found: list[Any] = json.loads(done.stdout.splitlines()[-1])

@@ -1,9 +1,11 @@
 """What the front of a run lacks against long searches: `python -m benchmarks.fronts.proof [NUMBER ...]`.
 
-Every configuration (`configurations.py`) is searched with the default settings, and then by long searches with other
-seeds, a larger population and many times the generations. Hypervolumes are of (DUIR, FEIR), in parts of that of all
-these fronts together, with a reference point a tenth of their common extent beyond their worst values. Seconds are
-processor seconds of one thread. Results are kept one by one, so that an interrupted proof goes on where it stopped.
+Every configuration (`configurations.py`) is searched with the default settings, and then by five long searches. Each of
+these repeats the search with further seeds, a larger population and more generations, until it has taken four times
+the processor time of the default search: twenty times all together. Hypervolumes are of (DUIR, FEIR), in parts of
+that of all these fronts together, with a reference point a tenth of their common extent beyond their worst values.
+Seconds are processor seconds of one thread. Results are kept one by one, so that an interrupted proof goes on where it
+stopped.
 `--earlier` names a folder of results that another version kept: their fronts count among those that are known.
 """
 
@@ -30,8 +32,10 @@ from expdesign.design.search import search
 from .configurations import problem
 
 FOLDER = Path("results/fronts")
-SEEDS, EFFORT, POPULATION = (1001,), 6, 200
-"""Seeds of the long searches, their generations in those of the settings, and their population."""
+SEEDS, EFFORT, POPULATION = (1001, 2001, 3001, 4001, 5001), 2, 200
+"""First seeds of the long searches, their generations in those of the settings, and their population."""
+TIMES = 4.0
+"""Processor seconds of a long search in those of the default one."""
 
 
 def searched(found: DesignProblem) -> dict[str, Any]:
@@ -44,6 +48,18 @@ def searched(found: DesignProblem) -> dict[str, Any]:
     return {"front": values.tolist(), "seconds": seconds, "missing": front.missing, "kktpm": largest}
 
 
+def repeated(found: DesignProblem, seconds: float) -> dict[str, Any]:
+    """Searches with one seed after another until they took `seconds`: the front of all that they found."""
+    spent = 0.0
+    searches: list[dict[str, Any]] = []
+    while spent < seconds:
+        seed = found.optimiser.seed + len(searches)
+        searches.append(searched(replace(found, optimiser=replace(found.optimiser, seed=seed))))
+        spent += searches[-1]["seconds"]
+    values = np.concatenate([each["front"] for each in searches])
+    return {"front": values[non_dominated(values)].tolist(), "seconds": spent, "searches": len(searches)}
+
+
 def measured(number: int, kept: Path) -> dict[str, Any]:
     """The searches of configuration `number`, from the file that keeps them where it is there."""
     if kept.exists():
@@ -53,10 +69,10 @@ def measured(number: int, kept: Path) -> dict[str, Any]:
         found = problem(number, Path(folder))
     settings = found.optimiser
     searched(replace(found, optimiser=replace(settings, population=4, generations=2)))  # what is compiled once
-    result: dict[str, Any] = {"default": searched(found), "long": []}
-    for seed in SEEDS:
-        longer = replace(settings, seed=seed, generations=EFFORT * settings.generations, population=POPULATION)
-        result["long"].append(searched(replace(found, optimiser=longer)))
+    default = searched(found)
+    longer = replace(settings, generations=EFFORT * settings.generations, population=POPULATION)
+    long = [repeated(replace(found, optimiser=replace(longer, seed=s)), TIMES * default["seconds"]) for s in SEEDS]
+    result: dict[str, Any] = {"default": default, "long": long}
     kept.parent.mkdir(parents=True, exist_ok=True)
     kept.write_text(json.dumps(result), encoding="utf-8")
     return result
@@ -102,8 +118,9 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
         "",
         f"Command: `{command}`. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on "
         f"a shared machine. Configurations {numbers} ({len(rows)}) of `python -m benchmarks.fronts.configurations`; "
-        f"the default searches have their numbers as seeds, the {len(SEEDS)} long ones {seeds}, {EFFORT} times the "
-        f"generations and a population of {POPULATION}.",
+        f"the default searches have their numbers as seeds; the {len(SEEDS)} long ones begin with {seeds}, have "
+        f"{EFFORT} times the generations and a population of {POPULATION}, and are repeated with the next seeds until "
+        f"each has taken {TIMES:g} times as long as the default search.",
         "",
         f"- hypervolume of the default search in parts of that of all fronts of a configuration together: median "
         f"{np.median(parts):.4f}, worst {parts.min():.4f}; at least 0.998 in {many} of {len(parts)}, at least 0.99 in "

@@ -55,7 +55,7 @@ class Hidden:
 class ArmFactory:
     """Arms as a design problem describes them."""
 
-    kinds = (
+    kinds: tuple[str, ...] = (
         "payload_com_offset", "payload_mass_error", "load_direction_tilt", "platform_compliance", "base_compliance",
         "joint_compliance", "joint_backlash", "leg_nonlinear_stiffness", "friction_hysteresis",
         "encoder_periodic_error", "instrument_misalignment", "instrument_scale",

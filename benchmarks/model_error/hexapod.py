@@ -58,7 +58,7 @@ class OneWeight(Element):
 class HexapodFactory:
     """Hexapods as a design problem describes them."""
 
-    kinds = (
+    kinds: tuple[str, ...] = (
         "payload_com_offset", "payload_mass_error", "load_direction_tilt", "platform_compliance", "base_compliance",
         "passive_joint_compliance", "leg_coupling", "leg_nonlinear_stiffness", "leg_backlash", "friction_hysteresis",
         "encoder_periodic_error", "instrument_misalignment", "instrument_scale",

@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -101,10 +102,10 @@ def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
         except (RuntimeError, FileNotFoundError) as error:
             print(f"FIGAROH does not run with {python} (see `--python`): {error}", file=sys.stderr)
             return
-        plan, seconds = timed(lambda r=rows: choose_d_optimal(r, count, np.random.default_rng(seed)))
+        plan, seconds = timed(partial(choose_d_optimal, rows, count, np.random.default_rng(seed)))
         table.append(row(problem, size, "this program, O1", decisions, rows, list(plan.chosen), seconds))
         bound = plan.bound
-        selection, seconds = timed(lambda g=decisions: choose_measurements(problem, g))
+        selection, seconds = timed(partial(choose_measurements, problem, decisions))
         index = [int(np.flatnonzero((decisions == one).all(axis=1))[0]) for one in selection.variables]
         table.append(row(problem, size, "this program, DUIR", decisions, rows, index, seconds))
         socp, detmax, ours, best = ({key: float(entry[key]) for key in NUMBERS} for entry in table[-4:])

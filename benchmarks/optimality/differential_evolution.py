@@ -16,10 +16,11 @@ import argparse
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
@@ -42,7 +43,7 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
     history: list[tuple[float, float]] = []
     spent = time.process_time()
 
-    def penalised(vectors: FloatArray) -> FloatArray:
+    def penalised(vectors: FloatArray, /) -> Any:
         columns = np.atleast_2d(vectors.T)
         values, violations = single.objectives(single.decisions(columns))
         found: FloatArray = np.where((violations > 0.0).any(axis=1), 10.0 + violations.max(axis=1), values[:, 0])
@@ -54,9 +55,14 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
     lower, upper = np.tile(space.lower, space.measurements), np.tile(space.upper, space.measurements)
     integral = np.tile(space.discrete, space.measurements)
     start = starting_designs(problem, 100, np.random.default_rng(seed))
+
+    def enough(intermediate_result: OptimizeResult) -> None:
+        if time.process_time() - spent > seconds:
+            raise StopIteration
+
     differential_evolution(
         penalised,
-        list(zip(lower, upper, strict=True)),
+        Bounds(lower, upper),
         init=start,
         integrality=integral,
         vectorized=True,
@@ -65,7 +71,7 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
         tol=0.0,
         polish=False,
         rng=np.random.default_rng(seed),
-        callback=lambda *args, **kwargs: time.process_time() - spent > seconds,
+        callback=enough,
     )
     ours: list[tuple[float, float]] = []
     begun, looking = time.process_time(), 0.0

@@ -26,7 +26,7 @@ def main() -> None:
     # Its solver fails on numbers that are not of the order of one; the choice does not depend on their unit.
     matrices = matrices / np.trace(matrices, axis1=1, axis2=2).mean()
 
-    class Remembering(Detmax):
+    class Remembering(Detmax):  # type: ignore[misc]
         """DetMax, whose last set is otherwise lost: its `cur_set` stays empty."""
 
         def get_critD(self, set):  # type: ignore[no-untyped-def]

@@ -100,7 +100,7 @@ def program(problem: DesignProblem, seed: int) -> Trace:
 def genetic(which: str, problem: DesignProblem, script: OrdinaryScript, seconds: float, seed: int) -> Trace:
     """NSGA-II generation by generation: the script with pymoo's own operators, or the program's without gradients."""
     trace, watch = Trace(NAMES[which]), Stopwatch()
-    for values in _generations(*(_plain(problem, seed) if which == "plain" else (script, {})), seed):
+    for values in _generations(*(_plain(problem, seed) if which == "plain" else (script, {})), seed=seed):
         trace.add(watch, values)
         if trace.seconds[-1][0] > seconds:
             break
@@ -118,7 +118,7 @@ def _plain(problem: DesignProblem, seed: int) -> tuple[DesignPopulation, dict[st
     }
 
 
-def _generations(population: object, parts: dict[str, object], seed: int) -> Iterator[FloatArray]:
+def _generations(population: object, parts: dict[str, object], *, seed: int) -> Iterator[FloatArray]:
     algorithm = NSGA2(pop_size=100, **parts)
     algorithm.setup(population, termination=("n_gen", 10**9), seed=seed)
     while True:

@@ -14,7 +14,7 @@ from pymoo.core.problem import ElementwiseProblem
 GRAVITY = 9.80665
 
 
-class OrdinaryScript(ElementwiseProblem):
+class OrdinaryScript(ElementwiseProblem):  # type: ignore[misc]
     """DUIR and FEIR of a payload on a hexapod (fixed-xyz), read from a configuration with one or more targets."""
 
     def __init__(self, path: Path) -> None:

@@ -99,7 +99,8 @@ class Rows:
 
     def remembered(self, values: Array, step: Callable[[Array, Array, int], Array]) -> Array:
         """States (N, k) of a memory: `step(state, change, row)` from the rest at every series' start."""
-        found, state = np.zeros_like(values), np.zeros(values.shape[1])
+        found = np.zeros_like(values)
+        state: Array = np.zeros(values.shape[1])
         for row in range(len(values)):
             if self.first[row] == row:
                 state, before = np.zeros(values.shape[1]), np.zeros(values.shape[1])

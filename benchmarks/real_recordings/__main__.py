@@ -14,7 +14,7 @@ from pathlib import Path
 from benchmarks.real_recordings.page import page
 from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
 from benchmarks.real_recordings.transfer import transfer
-from benchmarks.real_recordings.unmarked import unmarked
+from benchmarks.real_recordings.unmarked import form, unmarked
 
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.identification.identify import identify
@@ -48,8 +48,7 @@ def run(case: Case, root: Path) -> dict[str, object]:
         "target": case.target,
         "known": case.known,
         "effects": "; ".join(
-            f"{f.physics} at {f.component}" + (f" ({f.variant.split(' over ')[0]})" if f.variant else "")
-            for f in result.findings
+            f"{f.physics} at {f.component}" + (f" ({form(f)})" if f.variant else "") for f in result.findings
         ),
         "coverage": result.errors.coverage if math.isfinite(result.errors.coverage) else None,
         "stable": None if stable is None else stable.same,

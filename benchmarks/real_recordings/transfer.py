@@ -7,12 +7,15 @@ import numpy as np
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.reader import read_recordings
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
 
 _FIXED = 1e-6
 """Standard deviation, in typical sizes, of what is carried over from one condition to another."""
@@ -34,19 +37,24 @@ def transfer(result: Diagnosis, file: Path) -> Transfer:
     robot = result.robot
     recordings = read_recordings(file, robot)
     reading = reading_of(robot, recordings)
-    assert recordings.deviations is not None
-    whitening = Whitening(recordings.deviations, recordings.series)
     judged = np.ones(len(recordings), dtype=bool) if reading.linear else recordings.test
-    data = Data(recordings, row_data(recordings, robot), whitening, reading=reading)
-    everything = Sample.of(data, np.ones(len(recordings), dtype=bool))
+    every = everything(robot, recordings, reading)
     errors = []
     for found in (result.base, result.model.fit):
         chain = Chain(robot, found.chain.effects, reading=reading)
         values = found.values
         if not reading.linear:
-            values = _placed(chain, found, Sample.of(data, ~recordings.test)).values
-        errors.append(rms(everything.residuals(chain, values), judged))
+            values = _placed(chain, found, every.restricted(~recordings.test)).values
+        errors.append(rms(every.residuals(chain, values), judged))
     return Transfer(file.stem, *errors)
+
+
+def everything(robot: Robot, recordings: Recordings, reading: Reading) -> Sample:
+    """All rows of recordings, those marked `test` as well, with the deviations that they state."""
+    assert recordings.deviations is not None
+    whitening = Whitening(recordings.deviations, recordings.series)
+    data = Data(recordings, row_data(recordings, robot), whitening, reading=reading)
+    return Sample.of(data, np.ones(len(recordings), dtype=bool))
 
 
 def _placed(chain: Chain, found: Fit, sample: Sample) -> Fit:

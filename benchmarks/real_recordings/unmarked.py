@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 
-import numpy as np
+from benchmarks.real_recordings.transfer import everything
 
-from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
-from expdesign.diagnosis.sample import Sample, rms
-from expdesign.identification.fit import Data
-from expdesign.identification.whitening import Whitening
+from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.sample import rms
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 
@@ -37,13 +35,15 @@ def unmarked(robot: Robot, recordings: Recordings, marked: Diagnosis) -> Unmarke
     """
     result = diagnose(robot, recordings.rows(~recordings.test))
     found = result.model.fit
-    assert recordings.deviations is not None
-    whitening = Whitening(recordings.deviations, recordings.series)
-    data = Data(recordings, row_data(recordings, robot), whitening, reading=found.chain.reading)
-    residuals = Sample.of(data, np.ones(len(recordings), dtype=bool)).residuals(found.chain, found.values)
+    residuals = everything(robot, recordings, found.chain.reading).residuals(found.chain, found.values)
     one, other = _names(marked), _names(result)
     return Unmarked(result.verdict, rms(residuals, recordings.test), len(one & other), len(one ^ other))
 
 
+def form(finding: Finding) -> str:
+    """Form of a finding without the range that its law is over."""
+    return finding.variant.split(" over ")[0]
+
+
 def _names(result: Diagnosis) -> set[tuple[str, str, str]]:
-    return {(f.physics, str(f.component), f.variant.split(" over ")[0]) for f in result.findings}
+    return {(f.physics, str(f.component), form(f)) for f in result.findings}

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan2, cos, hypot, sin
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import LaboratoryError
 
-Vector: TypeAlias = NDArray[np.float64]
-Matrix: TypeAlias = NDArray[np.float64]
+Vector: TypeAlias = NDArray[np.floating[Any]]
+Matrix: TypeAlias = NDArray[np.floating[Any]]
 
 ORIENTATIONS = ("fixed-xyz", "moving-xyz")
 

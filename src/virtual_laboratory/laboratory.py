@@ -67,7 +67,7 @@ class Laboratory:
         """Measure every row: fill in `dx_m` ..., and `sx_m` ... where there is noise."""
         states = self.states(rows)
         rng = np.random.default_rng(self._seed)
-        deflections = states.shown - states.shown_unloaded
+        deflections: Vector = states.shown - states.shown_unloaded
         if not self.robot.planar:
             deflections[:, 3:] = (deflections[:, 3:] + np.pi) % (2 * np.pi) - np.pi
         for element in self.elements:

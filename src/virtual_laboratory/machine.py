@@ -55,7 +55,7 @@ class Machine:
             for index, law in element.leg_laws(self.legs).items():
                 self._laws[index].append(law)
         self._stiffness = np.asarray(stiffness, dtype=float)
-        self._lengths = np.ones(len(self.legs))
+        self._lengths: Vector = np.ones(len(self.legs))
         self._further = np.zeros(len(self.legs))
 
     def _build(self, elements: Sequence[Element]) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ..hidden import UnsuitableError, plain
 from ..linear_model import Array
@@ -49,7 +50,7 @@ def draw_arm(rng: np.random.Generator) -> tuple[dict[str, Any], str, Array]:
     return robot | {"actuator_stiffness": described}, text, 1.0 / true
 
 
-def _rows(rng: np.random.Generator) -> tuple[pd.DataFrame, Array]:
+def _rows(rng: np.random.Generator) -> tuple[pd.DataFrame, NDArray[np.bool_]]:
     """Series of loads at configurations, and which of the rows are the judge's: inside and between the others."""
     count = int(rng.integers(14, 26))
     commands = rng.uniform([-1.5, -0.9, 0.5, -1.2, -1.3, -1.5], [1.5, 0.6, 1.9, 1.2, 1.3, 1.5], (count, 6)).round(4)
@@ -132,7 +133,12 @@ def _attempt(physics: str, rng: np.random.Generator) -> Case:
     later = written[aside].reset_index(drop=True)
     for axis, name in enumerate(DEFLECTION):
         later[f"true_{name}"], later[f"base_{name}"] = true[aside][:, axis], (matrices[aside] @ base)[:, axis]
-    truth = {"family": "none" if physics == "none" else "alone", "robot": "arm", "made_for": [physics], "without": []}
+    truth: dict[str, Any] = {
+        "family": "none" if physics == "none" else "alone",
+        "robot": "arm",
+        "made_for": [physics],
+        "without": [],
+    }
     truth |= {"effects": effects, "mismatch_in_std": mismatch(true), "true_stiffness": 1.0 / compliance}
     truth |= {"rows": int((~aside).sum()), "series": int(rows.loc[~aside, "series"].nunique())}
     return Case(robot, written[~aside].reset_index(drop=True), later, plain(truth), {"arm.urdf": urdf})

@@ -8,7 +8,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..generate import fresh_seed, single_threaded
+from benchmarks.single_thread import single_threaded
+
+from ..generate import fresh_seed
 from ..unlisted.cases import Case
 from .judgement import Judged, judge
 from .questions import drawn, questions, read_case, write_question, write_truth

@@ -10,11 +10,13 @@ kept while the criterion falls (H. Akaike, IEEE Trans. Autom. Control 19 (1974) 
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from expdesign.arrays import as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import RowData
@@ -72,7 +74,7 @@ class Selection:
             best = following
         return best
 
-    def _ranked(self, present: Fitted, taken: set[object]) -> list[Effect]:
+    def _ranked(self, present: Fitted, taken: Set[object]) -> list[Effect]:
         """The candidates that explain most of the residuals to first order."""
         robot, sample = self.question.robot, self.sample
         chain = Chain(robot, present.effects)
@@ -103,12 +105,19 @@ class Selection:
         low, high = chain.bounds()
         before = np.ones(len(self.question.robot.stiffness)) if before is None else before
         best: Fitted | None = None
+
+        def residuals(values: Array) -> Array:
+            return sample.residuals(chain, values).ravel()
+
+        def slopes(values: Array) -> Array:
+            return -as_matrix(sample.residuals_with_sensitivities(chain, values)[1])
+
         for start in starts:
             first = np.clip(np.concatenate([before, start]), low + 1e-9, high - 1e-9)
             found = least_squares(
-                lambda values: sample.residuals(chain, values).ravel(),
+                residuals,
                 first,
-                jac=lambda values: -sample.residuals_with_sensitivities(chain, values)[1].reshape(-1, len(values)),
+                jac=slopes,
                 bounds=(low, high),
                 x_scale=chain.scales(),
                 max_nfev=40,

@@ -8,21 +8,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from expdesign.api.load import load
 from expdesign.chain.row import RowData, row_data
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import points_from_table, recordings_from_table
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
+from expdesign.robots.robot_file import read_robot
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 ALARM = 0.01
 """p-value of the base model's chi-squared test below which there is a mismatch."""
 
@@ -45,7 +46,7 @@ class Question:
     @classmethod
     def read(cls, folder: Path) -> Question:
         """The question of a case folder."""
-        robot = load(folder / "robot.yaml").robot  # type: ignore[union-attr]
+        robot = read_robot(folder / "robot.yaml")
         seen, points = pd.read_csv(folder / "recordings.csv"), pd.read_csv(folder / "points.csv")
         if "split" in seen:
             seen = seen[seen["split"] != "test"].drop(columns="split")

@@ -172,9 +172,9 @@ def _case(
     for each in sized:
         together = together | each
     clean = bench.clean(together)
-    recorded = clean + bench.noise
-    for each in together.build():
-        recorded = each.spoil(recorded, experiment.std, rng)
+    recorded: Array = clean + bench.noise
+    for element in together.build():
+        recorded = element.spoil(recorded, experiment.std, rng)
     listed = [name for name in order.physics if name in LISTED]
     truth = {
         "family": order.family,

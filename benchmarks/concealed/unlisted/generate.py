@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from benchmarks.single_thread import single_threaded
 
-from ..generate import case_name, fresh_seed, single_threaded
+from ..generate import case_name, fresh_seed
 from ..robots import HEXAPODS
 from .cases import FAMILIES, LISTED, OTHER_FORMS, RECIPES, UNLISTED, Case, Order, draw_case
 

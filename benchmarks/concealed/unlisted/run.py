@@ -17,7 +17,9 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ..generate import fresh_seed, single_threaded
+from benchmarks.single_thread import single_threaded
+
+from ..generate import fresh_seed
 from .cases import FAMILIES, Case
 from .generate import counts_of, generate, orders, write_truth
 from .judgement import Judged, judge

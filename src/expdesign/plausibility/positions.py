@@ -17,7 +17,7 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
 from expdesign.errors import NotIdentifiableError
 from expdesign.plausibility.finding import Finding, extent
-from expdesign.recordings.measurand import POSITION, POSITIONS
+from expdesign.recordings.measurand import POSITION
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.kinematic_tree import PAYLOAD_COLUMNS
 from expdesign.robots.robot import Robot
@@ -43,7 +43,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     """What speaks against units, signs and frames of positions of markers, beside commands of a serial robot."""
     rows = np.flatnonzero(~recordings.test)
     train = recordings.rows(rows[:: -(-len(rows) // _ROWS) or 1])
-    if train.measurand is not POSITIONS or robot.links is None:
+    if robot.links is None:
         return []
     payloads = _payloads(recordings, robot)
     if payloads or len(train) < _FEWEST:
@@ -136,5 +136,5 @@ def _misfit(train: Recordings, robot: Robot) -> float | None:
         return None
     assert isinstance(reading, MarkerPosition)
     left = registration_residuals(reading, robot, train)
-    spread = np.sqrt(((train.deflections - train.deflections.mean(axis=0)) ** 2).mean())
-    return float(np.sqrt((left**2).mean()) / spread) if spread > 0.0 else None
+    spread = _spread(train.deflections)
+    return float(np.sqrt((left**2).sum(axis=1).mean())) / spread if spread > 0.0 else None

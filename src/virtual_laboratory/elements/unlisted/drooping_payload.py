@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ...kinematics import Pose
+from ...kinematics import Matrix, Pose
 from ...loads import Load
 from .law import Unlisted
 
@@ -34,7 +34,8 @@ class DroopingPayload(Unlisted):
         return ("payload",)
 
     def build(self, machine: Machine) -> None:
-        turned, axis = [np.eye(3)], np.asarray(self.axis, dtype=float)
+        turned: list[Matrix] = [np.eye(3)]
+        axis = np.asarray(self.axis, dtype=float)
 
         def turn(platform: Pose) -> None:
             turned[0] = platform.rotation
