@@ -64,9 +64,9 @@ class Present:
         """Fᵀy = L⁻¹·Hᵀy, shape (r,)."""
         return np.asarray(solve_triangular(self.lower, self._products[1], lower=True, check_finite=False))
 
-    @cached_property
+    @property
     def factor(self) -> FloatArray:
-        """F with P = I − F·Fᵀ, shape (M, r)."""
+        """F with P = I − F·Fᵀ, which is too large to be kept with every state of a search, shape (M, r)."""
         return np.asarray(solve_triangular(self.lower, self.design.T, lower=True, check_finite=False)).T
 
     @cached_property
@@ -178,9 +178,10 @@ class Present:
 
     def _precisions(self, blocks: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
         """Readings of every block and their P_BB = I − F_B·F_Bᵀ, regular however little the other blocks determine."""
+        factor = self.factor
         for block in np.unique(blocks):
             inside = np.flatnonzero(blocks == block)
-            own = self.factor[inside]
+            own = factor[inside]
             yield inside, (1.0 + 1e-9) * np.eye(len(inside)) - own @ own.T
 
 

@@ -65,6 +65,7 @@ class Screen:
         self._atoms: list[Atom] = []
         self._width = 0
         self._products: OrderedDict[int, FloatArray] = OrderedDict()
+        self._matrices: dict[int, FloatArray] = {}
         self._partial: dict[tuple[int, bytes], FloatArray] = {}
         self._base = np.zeros((0, base.base.shape[1] + 1))
         self.add(atoms)
@@ -85,6 +86,12 @@ class Screen:
             self._batches.append(_Batch(np.array(numbers), turns, columns, self._width, np.stack(grams)))
             self._width += width * len(numbers)
         self._base = self._extended(self._base, np.column_stack([self._start.base, self._start.readings]))
+
+    def directions(self, index: int) -> FloatArray:
+        """Those of one law (M, f), made once for all that ask."""
+        if index not in self._matrices:
+            self._matrices[index] = self._atoms[index].directions
+        return self._matrices[index]
 
     def gains(
         self, present: Present, indices: Sequence[int], only: Sequence[int] | None = None
@@ -118,7 +125,7 @@ class Screen:
         """Products of those asked for with one law's directions; kept where these are all, shape (columns, f)."""
         known = self._products.pop(index, None)
         if known is None or len(known) < self._width:
-            matrix = self._atoms[index].directions
+            matrix = self.directions(index)
             if not every:
                 key = index, columns.tobytes()
                 if key not in self._partial:

@@ -201,7 +201,7 @@ class LawSearch:
         return grown
 
     def _beside(self, current: Chosen, index: int, variance: float) -> Chosen:
-        state = current.state.beside(self.atoms[index].directions, variance).refitted()
+        state = current.state.beside(self._screen.directions(index), variance).refitted()
         return self._chosen((*current.indices, index), state)
 
     def _finer(self, grown: Chosen) -> Chosen:
@@ -218,7 +218,7 @@ class LawSearch:
                 continue
             self._add(better[0])
             indices = (*grown.indices[: left[0]], *grown.indices[left[0] + 1 :], len(self.atoms) - 1)
-            trial = self._chosen(indices, rest.beside(better[0].directions, better[1]).refitted())
+            trial = self._chosen(indices, rest.beside(self._screen.directions(indices[-1]), better[1]).refitted())
             if trial.evidence > grown.evidence and trial.error <= _ALIKE * grown.error:
                 grown = trial
 
