@@ -34,7 +34,7 @@ begun = time.process_time()
 first = []
 front = search(problem, lambda state: first.append(time.process_time() - begun) if len(first) < 2 else None)
 searched = time.process_time()
-designs = next(iter(vars(front).values()))  # earlier versions have another name for them
+designs = front.decisions if hasattr(front, "decisions") else front.genes  # as earlier versions called them
 duir_lower_bound(problem, designs), total_lower_bound(problem, designs)
 bounded = time.process_time()
 values = np.stack([front.criteria[name] for name in front.objectives], axis=1)
@@ -81,8 +81,8 @@ def main() -> None:
     lines = [
         "# A run before and now",
         "",
-        f"Command: `python -m benchmarks.fronts.before_after --against SRC`, SRC of the version before exchanges and "
-        f"continuation. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on a "
+        f"Command: `python -m benchmarks.fronts.before_after --against SRC`, SRC of the version before bounds went on "
+        f"from known weights. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on a "
         "shared machine; seeds as in the configurations; the report and the writing of files are not counted.",
         "",
         "| configuration | | start (s) | first front (s) | search (s) | bounds (s) | all (s) | designs | least DUIR "

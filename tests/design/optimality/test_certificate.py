@@ -145,14 +145,15 @@ def test_weak_duality_holds_for_any_weights() -> None:
         assert dual.bound(float(dual.sensitivities(rows).max())) <= best * (1.0 + 1e-9)
 
 
-def test_the_bound_of_a_finite_space_is_what_the_relaxation_over_all_of_it_gives() -> None:
+@pytest.mark.parametrize("measurements", [24, pytest.param(60, marks=pytest.mark.slow)])
+def test_the_bound_of_a_finite_space_is_what_the_relaxation_over_all_of_it_gives(measurements: int) -> None:
     here = problem(*CASES["bipod-grid"])
     bound = duir_lower_bound(here)
     assert "all 80 measurements" in bound.certified_on
     assert bound.value is not None
-    many = problem(BIPOD, {**CASES["bipod-grid"][1], "experiment.measurements": 24})
+    many = problem(BIPOD, {**CASES["bipod-grid"][1], "experiment.measurements": measurements})
     scaled = duir_lower_bound(many).value
-    assert scaled == pytest.approx(bound.value * np.sqrt(2 / 24), rel=1e-3)
+    assert scaled == pytest.approx(bound.value * np.sqrt(2 / measurements), rel=1e-3)
     # So many measurements can follow the optimal weights closely.
     designs = polish(many, random_designs(many, 10, 3))
     assert values(many, designs, "duir").min() < 1.01 * duir_lower_bound(many).value

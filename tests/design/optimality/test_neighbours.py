@@ -80,7 +80,7 @@ def test_a_straight_front_is_filled_evenly() -> None:
 
 
 def test_rounds_of_exchanges_lose_nothing_and_the_front_is_drawn_without_gaps() -> None:
-    here = problem(HEXAPOD, {"optimiser.population": 40, "optimiser.generations": 60, "optimiser.polish": True})
+    here = problem(HEXAPOD, {"optimiser.population": 40, "optimiser.generations": 200, "optimiser.polish": True})
     polishing = Polishing(here)
     polishing.take(designs(here, 12))
     point = polishing.front.max(axis=0) + 1.0
@@ -91,9 +91,5 @@ def test_rounds_of_exchanges_lose_nothing_and_the_front_is_drawn_without_gaps() 
     assert all(later >= earlier * (1.0 - 1e-9) for earlier, later in pairwise(volumes[:-1]))
     assert volumes[-1] >= volumes[-2] * (1.0 - 1e-3)
     front = polishing.front[non_dominated(polishing.front)]
-    # Between two valleys a front may have a break.
-    gaps = np.sort(gap_shares(front[np.argsort(front[:, 0])]))[::-1]
-    assert gaps[1:].sum() < 5.0 * GAPS
-    assert gaps[0] < 0.03
-    # After three rounds the next ones are expected to bring something.
-    assert 0.0 <= polishing.missing() < 0.3
+    assert gap_shares(front[np.argsort(front[:, 0])]).sum() < 10.0 * GAPS
+    assert 0.0 <= polishing.missing() < 0.1

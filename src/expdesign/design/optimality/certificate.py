@@ -72,7 +72,7 @@ class Certificate:
         problem: DesignProblem,
         load_errors: float,
         effort: Effort = THOROUGH,
-        tolerance: float = 1e-7,
+        tolerance: float = 1e-6,
         candidates: FloatArray | None = None,
     ) -> None:
         self._problem, self._tolerance = problem, tolerance
@@ -116,9 +116,11 @@ class Certificate:
         """Solve the relaxation over candidates, search for better ones, add them, and so on."""
         pool = self.pool
         candidates = pool.first(front)
+        candidates = candidates if pool.complete else pool.distinct(candidates)
+        known: FloatArray | None = None
         rows = pool.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
         for _ in range(rounds if len(candidates) else 0):
-            weights = optimal_weights(self.relaxation, rows, self._tolerance)
+            weights = optimal_weights(self.relaxation, rows, self._tolerance, known)
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = pool.largest(dual, candidates, rows)
@@ -139,6 +141,9 @@ class Certificate:
             # Candidates that are far from mattering are dropped, so that the pool stays small.
             candidates = pool.distinct(np.concatenate([candidates[listed], found.candidates]))
             rows = pool.rows(candidates)
+            # None of the listed ones repeats another.
+            known = np.zeros(len(candidates))
+            known[: len(listed)] = weights.candidates[listed]
 
     def _text(self, words: str, gap: float, last: Refinement) -> str:
         m = self._problem.space.measurements

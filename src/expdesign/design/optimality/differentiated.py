@@ -6,6 +6,8 @@ backward pass gives the gradients of a whole batch.
 """
 
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 
 import numpy as np
 
@@ -27,22 +29,36 @@ class Piece:
 
     value: FloatArray
     _result: FloatArray
-    _designs: "Differentiated"
+    designs: "Differentiated"
     _sign: float = 1.0
+
+    @property
+    def signed(self) -> FloatArray:
+        """The value, recorded."""
+        return self._sign * self._result
 
     def gradient(self) -> FloatArray:
         """With respect to the design variables (0 for discrete ones), shape (b, m, g)."""
-        return to_variables(self._designs.problem, self.quantity_gradient())
+        return to_variables(self.designs.problem, self.quantity_gradient())
 
     def quantity_gradient(self) -> FloatArray:
         """With respect to every quantity of the measurements, free or fixed, shape (b, m, z); 0 where it has none."""
-        found = gradient(self._result, np.full(self.value.shape, self._sign), self._designs.quantities)
-        regular = self._designs.regular
+        found = gradient(self._result, np.full(self.value.shape, self._sign), self.designs.quantities)
+        regular = self.designs.regular
         return found if regular.all() else np.where(regular[:, None, None], found, 0.0)
 
     def negated(self) -> "Piece":
         """The same with the other sign."""
-        return Piece(-self.value, self._result, self._designs, -self._sign)
+        return Piece(-self.value, self._result, self.designs, -self._sign)
+
+
+def weighted_gradient(pieces: list[Piece], weights: FloatArray) -> FloatArray:
+    """Gradient (b, m, g) of the sum of pieces of the same designs with weights (j, b), by one backward pass."""
+    designs = pieces[0].designs
+    with np.errstate(all="ignore"):
+        terms = [piece.signed * weight for piece, weight in zip(pieces, weights, strict=True) if weight.any()]
+        total = reduce(add, terms, np.zeros(len(designs.regular)))
+    return Piece(plain(total), total, designs).gradient()
 
 
 class Differentiated:

@@ -20,6 +20,8 @@ from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.problem import DesignProblem
 
 _VANISHING = 1e-8
+_NEAR, _TURNS = 0.5, 20
+"""Part of a range beyond which a constraint does not matter, and how often the bounds pointed at may change."""
 
 
 def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | None = None) -> FloatArray:
@@ -83,15 +85,23 @@ def _violation(
     rows = np.zeros((n, m * r))
     for i in range(m):
         rows[i * width : (i + 1) * width, i * r : (i + 1) * r] = limit_gradients[i].T
-    constraints = np.concatenate([rows, -np.eye(n), np.eye(n)], axis=1)
-    gaps = np.concatenate([slack, limits.ravel(), -position, position - 1.0])
-    norms = np.linalg.norm(constraints, axis=0)
-    useful = (norms > 0.0) & (gaps[j:] > -0.5 * np.maximum(norms, 1.0))
-    keep = np.concatenate([np.ones(j, dtype=bool), useful])
-    stationary = np.concatenate([gradients, constraints], axis=1)[:, keep]
-    total = np.concatenate([np.ones(j), np.zeros(constraints.shape[1])])[keep]
-    system = np.vstack([stationary, total, np.diag(gaps[keep])])
-    right = np.zeros(len(system))
+    norms, gaps = np.linalg.norm(rows, axis=0), limits.ravel()
+    useful = (norms > 0.0) & (gaps > -_NEAR * np.maximum(norms, 1.0))
+    stationary = np.concatenate([gradients, rows[:, useful]], axis=1)
+    gaps = np.concatenate([slack, gaps[useful]])
+    fixed = np.vstack([np.arange(len(gaps)) < j, np.diag(gaps)])
+    right = np.zeros(n + len(fixed))
     right[n] = 1.0
-    _, residual = nnls(system, right, maxiter=50 * system.shape[1])
-    return float(residual**2)
+    # A bound with the gap g takes what it can of a component ρ that points at it: min over v of (ρ − v)² + (v·g)².
+    left, least = stationary[:, :j].sum(axis=1), np.inf
+    lower, upper = (np.where(gap < _NEAR, gap**2 / (1.0 + gap**2), 1.0) for gap in (position, 1.0 - position))
+    for _ in range(_TURNS):
+        towards = left > 0.0
+        weight = np.where(towards, lower, upper)
+        multipliers, residual = nnls(np.vstack([np.sqrt(weight)[:, None] * stationary, fixed]), right)
+        left = stationary @ multipliers
+        change = (np.where(left > 0.0, lower, upper) - weight) @ left**2
+        least = min(least, float(residual**2 + change))
+        if ((left > 0.0) == towards).all():
+            break
+    return least

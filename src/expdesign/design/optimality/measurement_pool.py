@@ -196,7 +196,7 @@ class MeasurementPool:
         search = MinimaxSearch(self._problem, pieces)
         variables = self._at_best_load(dual, starts)
         for _ in range(effort.passes):
-            ends = search.minimise(variables[:, None], iterations=effort.steps, tolerance=1e-8)[:, 0]
+            ends = search.minimise(variables[:, None], iterations=effort.steps, tolerance=1e-6, inner=1e-7)[:, 0]
             variables = self._at_best_load(dual, ends)
             if np.array_equal(variables[:, self._loads.index], ends[:, self._loads.index]):
                 break

@@ -6,7 +6,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, criterion_values
-from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series
+from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series, weighted_gradient
 from expdesign.design.problem import DesignProblem
 from expdesign.instrument.deflection_noise import series_by_pose
 
@@ -90,25 +90,54 @@ class Scalarised:
 
     def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
         designs = Differentiated.of_designs(self._objectives.problem, variables)
-        weights = self._weights[index]
-        columns, slopes = [], []
-        for k in self._used:
-            concerned = weights[:, k] > 0.0
-            if not concerned.any():
-                concerned[0] = True  # Every call has as many pieces.
-            some = self._objectives.criteria[k].costly and not concerned.all()
-            chosen = Differentiated.of_designs(self._objectives.problem, variables[concerned]) if some else designs
-            places = np.flatnonzero(concerned) if some else slice(None)
-            for piece in self._objectives.pieces(int(k), chosen):
-                column, slope = np.full(len(variables), _ABSENT), np.zeros(variables.shape)
-                with np.errstate(invalid="ignore"):
-                    value = (piece.value - self._centres[index, k][places]) * weights[places, k]
-                column[places] = np.where(weights[places, k] > 0.0, value, _ABSENT)
-                slope[places] = piece.gradient() * weights[places, k, None, None]
-                columns.append(column)
-                slopes.append(slope)
-        values = np.where(designs.regular[:, None], np.stack(columns, axis=1), np.nan)
-        return values, np.stack(slopes, axis=1)
+        costly = self._objectives.costly[self._used]
+        values, slopes = self._shared(designs, index, self._used[~costly])
+        for k in self._used[costly]:
+            value, slope = self._alone(designs, variables, index, int(k))
+            values, slopes = np.concatenate([values, value], axis=1), np.concatenate([slopes, slope], axis=1)
+        return np.where(designs.regular[:, None], values, np.nan), slopes
+
+    def _shared(self, designs: Differentiated, index: IntArray, criteria: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Values (b, j) and gradients (b, j, m, g), j the largest number of pieces that count for any one design: a
+        backward pass costs the same whether it is of one criterion everywhere or of another for every design.
+        """
+        found = [(k, piece) for k in criteria for piece in self._objectives.pieces(int(k), designs)]
+        columns = np.array([k for k, _ in found], dtype=np.int64)
+        number = int((self._weights[:, columns] > 0.0).sum(axis=1).max(initial=0))
+        weights = self._weights[index][:, columns]
+        place = np.cumsum(weights > 0.0, axis=1) - 1
+        values = np.full((len(index), number), _ABSENT)
+        slopes = np.empty(
+            (len(index), number, *designs.quantities.shape[1:2], self._objectives.problem.space.decisions)
+        )
+        for j in range(number):
+            chosen = np.where((place == j) & (weights > 0.0), weights, 0.0)
+            with np.errstate(invalid="ignore"):
+                for column, (k, piece) in enumerate(found):
+                    value = (piece.value - self._centres[index, k]) * chosen[:, column]
+                    values[:, j] = np.where(chosen[:, column] > 0.0, value, values[:, j])
+            slopes[:, j] = weighted_gradient([piece for _, piece in found], chosen.T)
+        return values, slopes
+
+    def _alone(
+        self, designs: Differentiated, variables: FloatArray, index: IntArray, k: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Values (b, j) and gradients (b, j, m, g) of a costly criterion, of the designs that it concerns alone."""
+        weights = self._weights[index, k]
+        concerned = weights > 0.0
+        if not concerned.any():
+            concerned[0] = True  # Every call has as many pieces.
+        some = not concerned.all()
+        chosen = Differentiated.of_designs(self._objectives.problem, variables[concerned]) if some else designs
+        pieces = self._objectives.pieces(k, chosen)
+        values = np.full((len(variables), len(pieces)), _ABSENT)
+        slopes = np.zeros((len(variables), len(pieces), *variables.shape[1:]))
+        for j, piece in enumerate(pieces):
+            with np.errstate(invalid="ignore"):
+                value = (piece.value - self._centres[index, k][concerned]) * weights[concerned]
+            values[concerned, j] = np.where(weights[concerned] > 0.0, value, _ABSENT)
+            slopes[concerned, j] = piece.gradient() * weights[concerned, None, None]
+        return values, slopes
 
 
 _ABSENT = -1e4

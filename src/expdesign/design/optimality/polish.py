@@ -227,7 +227,7 @@ class Polishing:
         """Pursue the points along the front to the end, and follow the front from one to the next."""
         if not self._free or len(self.pool) == 0:
             return
-        self.along(_LONG, max(_ALONG, self._points // 4))
+        self.along(2 * _FIRST, max(_ALONG, self._points // 4))
         # What became the worst on the way counts before the front is followed from there.
         self.review()
         yield
@@ -364,7 +364,8 @@ class Polishing:
         pieces = self._objectives.scalarised(centres, weights)
         search = MinimaxSearch(self.problem, pieces, self._objectives.tie(starts))
         steps = max(2, round(self._part * iterations))
-        return search.minimise(starts, iterations=steps, radius=0.1, inner=1e-9 if iterations >= _LONG else 1e-4)
+        tolerance, inner = (1e-8, 1e-7) if iterations > _FIRST else (1e-6, 1e-4)
+        return search.minimise(starts, iterations=steps, radius=0.1, tolerance=tolerance, inner=inner)
 
 
 def _spread(front: FloatArray, count: int, shift: float) -> FloatArray:

@@ -6,7 +6,7 @@ measurements there are (Nocedal & Wright 2006, chapters 16 and 18.5, for the met
 should be scaled so that steps, and changes of φ, are of the order of 1.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -42,6 +42,13 @@ class Programs:
     high: FloatArray
     penalty: FloatArray
 
+    def with_limits(self, rows: IntArray) -> "Programs":
+        """The same with some of the limit rows (b, m, r') of every measurement."""
+        limits = np.take_along_axis(self.limits, rows, axis=2)
+        return replace(
+            self, limits=limits, limit_gradients=np.take_along_axis(self.limit_gradients, rows[..., None], axis=2)
+        )
+
 
 @dataclass(frozen=True)
 class Solutions:
@@ -56,8 +63,22 @@ class Solutions:
         self.step[index], self.pieces[index], self.limits[index] = iterate.d, iterate.lam, iterate.mu
 
 
+def _reachable(q: Programs) -> IntArray:
+    """Limit rows (b, m, r'), as many for every measurement, with all those that any d within the bounds violates."""
+    far = np.maximum(q.high, -q.low).reshape(len(q.low), q.limits.shape[1], 1, -1)
+    reachable = q.limits + (np.abs(q.limit_gradients) * far).sum(axis=3) > 0.0
+    number = int(reachable.sum(axis=2).max(initial=0))
+    return np.sort(np.argsort(~reachable, axis=2, kind="stable")[..., :number], axis=2)
+
+
 def solve(programs: Programs, tolerance: float = _TOLERANCE) -> Solutions:
     """Solve all programs to a relative duality gap (fewer digits where rounding does not permit more)."""
+    rows = _reachable(programs)
+    if rows.shape[2] < programs.limits.shape[2]:
+        found = solve(programs.with_limits(rows), tolerance)
+        limits = np.zeros(programs.limits.shape)
+        np.put_along_axis(limits, rows, found.limits, axis=2)
+        return Solutions(found.step, found.pieces, limits)
     iterate = _Iterate(programs)
     solutions = Solutions(iterate.d.copy(), iterate.lam.copy(), iterate.mu.copy())
     left = np.arange(len(iterate.d))
@@ -153,7 +174,7 @@ class _Iterate:
 
     def advance(self, target: FloatArray, residuals: _Residuals, moving: BoolArray) -> None:
         """One Newton step towards complementarity products equal to `target` (b,), for the programs that move."""
-        q, n, (batch, m, _, g) = self.q, self.n, self.shape
+        q, n, (batch, m, rows, g) = self.q, self.n, self.shape
         aim, around = target[:, None], target[:, None, None]
         weight = self.lam / self.slack
         wide = self.room / self.mu + self.soft / self.rest
@@ -161,10 +182,12 @@ class _Iterate:
         from_limit = residuals.limits + (around / self.mu - self.room) - (around / self.rest - self.soft)
         weighted = weight[..., None] * q.gradients
         matrix = np.empty((batch, n + 1, n + 1))
-        matrix[:, :n, :n] = q.hessian + q.gradients.swapaxes(1, 2) @ weighted
-        blocks = (q.limit_gradients / wide[..., None]).swapaxes(2, 3) @ q.limit_gradients
-        for i in range(m):
-            matrix[:, i * g : (i + 1) * g, i * g : (i + 1) * g] += blocks[:, i]
+        np.matmul(q.gradients.swapaxes(1, 2), weighted, out=matrix[:, :n, :n])
+        matrix[:, :n, :n] += q.hessian
+        if rows:
+            blocks = (q.limit_gradients / wide[..., None]).swapaxes(2, 3) @ q.limit_gradients
+            for i in range(m):
+                matrix[:, i * g : (i + 1) * g, i * g : (i + 1) * g] += blocks[:, i]
         index = np.arange(n)
         matrix[:, index, index] += self.above_dual / self.above + self.below_dual / self.below
         matrix[:, :n, n] = matrix[:, n, :n] = -weighted.sum(axis=1)
@@ -207,16 +230,19 @@ class _Iterate:
 
 
 def _solve_linear(matrices: FloatArray, right: FloatArray) -> FloatArray:
-    """Solutions (b, n) of the linear systems, scaled to unit diagonals; of a singular one, with a small ridge."""
+    """Solutions (b, n) of linear systems, which are scaled to unit diagonals in place; of a singular one, with a small
+    ridge.
+    """
     diagonal = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))
-    diagonal = np.where(diagonal > 0.0, diagonal, 1.0)
-    scaled = matrices / (diagonal[:, :, None] * diagonal[:, None])
+    unit = 1.0 / np.where(diagonal > 0.0, diagonal, 1.0)
+    matrices *= unit[:, :, None]
+    matrices *= unit[:, None]
+    scaled = (right * unit)[..., None]
     try:
-        solution = np.linalg.solve(scaled, (right / diagonal)[..., None])[..., 0]
+        solution = np.linalg.solve(matrices, scaled)[..., 0]
     except np.linalg.LinAlgError:
-        ridge = 1e-10 * np.eye(matrices.shape[1])
-        solution = np.linalg.solve(scaled + ridge, (right / diagonal)[..., None])[..., 0]
-    result: FloatArray = solution / diagonal
+        solution = np.linalg.solve(matrices + 1e-10 * np.eye(matrices.shape[1]), scaled)[..., 0]
+    result: FloatArray = solution * unit
     return result
 
 

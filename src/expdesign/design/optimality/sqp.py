@@ -23,7 +23,6 @@ Tie = Callable[[FloatArray, IntArray], FloatArray]
 """Projection of changes of variables (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
 
 PENALTY = 10.0
-_PAD = 16
 _INVALID = 1e6
 _CORRECTIONS = 2
 _FAR = -0.7
@@ -153,12 +152,16 @@ class MinimaxSearch:
         if self._tie is not None:
             change = self._tie(change, index)
         moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
+        beyond = np.arange(len(moved))
         for _ in range(_CORRECTIONS):
             # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
-            shift = self._back_within_limits(moved, singular)
+            shift = self._back_within_limits(moved[beyond], singular)
             if self._tie is not None:
-                shift = self._tie(shift, index)
-            moved = np.clip(moved + shift, self._space.lower, self._space.upper)
+                shift = self._tie(shift, index[beyond])
+            moved[beyond] = np.clip(moved[beyond] + shift, self._space.lower, self._space.upper)
+            beyond = beyond[(shift != 0.0).any(axis=(1, 2))]
+            if beyond.size == 0:
+                break
         return moved
 
     def _back_within_limits(self, variables: FloatArray, singular: bool) -> FloatArray:
@@ -184,17 +187,11 @@ class MinimaxSearch:
         return shift
 
     def _evaluate(self, variables: FloatArray, index: IntArray) -> _Points:
-        # Batches of few different sizes, because the engine keeps a function for every size.
-        missing = -len(variables) % _PAD if len(variables) > 1 else 0
-        padded = np.concatenate([variables, np.repeat(variables[-1:], missing, axis=0)])
-        which = np.concatenate([index, np.repeat(index[-1:], missing)])
-        values, gradients = self._pieces(padded, which)
-        slopes = gradients[: len(variables)]
+        values, slopes = self._pieces(variables, index)
         if self._tie is not None:
             parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
             slopes = np.stack(parts, axis=1)
         slopes = np.nan_to_num(slopes[..., self._free] * self._span)
-        values = values[: len(variables)]
         values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, _INVALID)
         limits, limit_gradients = self._limits.rows(variables)
         limit_gradients = limit_gradients[..., self._free] * self._span

@@ -77,16 +77,24 @@ class Weights:
     value: float
 
 
-def optimal_weights(relaxation: Relaxation, rows: FloatArray, tolerance: float = 1e-7) -> Weights:
+def optimal_weights(
+    relaxation: Relaxation, rows: FloatArray, tolerance: float = 1e-7, known: FloatArray | None = None
+) -> Weights:
     """Solve the relaxation over candidates with maps R (j, k, q), by Newton's method on few of them at a time.
 
     Candidates enter as their sensitivities call for it, so that the cost of a step is linear in their number. It ends
-    when the bound over these candidates is within the tolerance of the value, relative, both squares.
+    when the bound over these candidates is within the tolerance of the value, relative, both squares. It begins with
+    `known` weights (j,) of some of them where they are given.
     """
     count = len(rows)
-    chosen = _start(relaxation, rows)
-    weights = np.full(len(chosen), 1.0 / len(chosen))
     mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
+    if known is None:
+        chosen = _start(relaxation, rows)
+        weights = np.full(len(chosen), 1.0 / len(chosen))
+    else:
+        support = np.flatnonzero(known > 0.0)
+        sensitivities = dual_of(relaxation, rows[support], known[support], mixture).sensitivities(rows)
+        chosen, weights = _joined(support, known[support], sensitivities)
     value = np.inf
     for _ in range(_ROUNDS):
         weights, mixture, value = _newton(relaxation, rows[chosen], weights, 1e-2 * tolerance)
@@ -96,15 +104,23 @@ def optimal_weights(relaxation: Relaxation, rows: FloatArray, tolerance: float =
         if dual.bound(largest) >= (1.0 - tolerance) * value:
             break
         keep = weights > 1e-6
-        wanted = np.argsort(-sensitivities, kind="stable")[:20]
-        added = np.setdiff1d(wanted, chosen[keep])
-        if added.size == 0:
+        before = chosen[keep]
+        chosen, weights = _joined(before, weights[keep], sensitivities)
+        if len(chosen) == len(before):
             break
-        chosen = np.concatenate([chosen[keep], added])
-        weights = np.concatenate([0.95 * weights[keep] / weights[keep].sum(), np.full(len(added), 0.05 / len(added))])
     full = np.zeros(count)
     full[chosen] = weights
     return Weights(full, mixture, value)
+
+
+def _joined(chosen: IntArray, weights: FloatArray, sensitivities: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Chosen candidates and weights with those that matter most, which share a twentieth of the weight."""
+    weights = weights / weights.sum()
+    added = np.setdiff1d(np.argsort(-sensitivities, kind="stable")[:20], chosen)
+    if added.size:
+        chosen = np.concatenate([chosen, added])
+        weights = np.concatenate([0.95 * weights, np.full(len(added), 0.05 / len(added))])
+    return chosen, weights
 
 
 def dual_of(relaxation: Relaxation, rows: FloatArray, weights: FloatArray, mixture: FloatArray) -> Dual:
