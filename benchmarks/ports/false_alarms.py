@@ -21,10 +21,11 @@ _LOGS = np.linspace(np.log(1e-3), np.log(1e6), 64)
 
 def largest_gains(dictionary: Dictionary, base: Present, noise: FloatArray) -> FloatArray:
     """Of every column of the noise (M, R), the largest gain by any entry, shape (R,)."""
-    projected = noise - base.factor @ (base.factor.T @ noise)
+    factor = base.factor
+    projected = noise - factor @ (factor.T @ noise)
     best = np.zeros(noise.shape[1])
     for atom in dictionary.atoms:
-        through = base.factor.T @ atom.directions
+        through = factor.T @ atom.directions
         values, vectors = np.linalg.eigh(atom.directions.T @ atom.directions - through.T @ through)
         values = np.maximum(values, 0.0)
         squares = (vectors.T @ (atom.directions.T @ projected)) ** 2

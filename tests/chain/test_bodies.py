@@ -64,11 +64,14 @@ def test_every_effect_is_neutral_has_exact_sensitivities_and_a_name_of_the_inter
     np.testing.assert_allclose(exact @ direction, slope, rtol=0.0, atol=1e-5 * max(np.abs(slope).max(), 1e-12))
 
 
-def test_a_long_series_in_one_call_is_the_same_as_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_series_in_few_calls_is_the_same_as_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chain_module, "_LARGEST_CALL", 16)
     effects = (SupportFriction.from_text(BODY, "base", "oblique"), SupportCreep.from_text(BODY, "base"))
     values = np.array([2e-6, 1e-6, 30.0, 0.7, *(1e-6 * np.arange(1.0, 7.0)), 40.0])
     data = row_data(LIFTING, BODY)
-    whole = Chain(BODY, effects).predict_with_sensitivities(data, values)
+    chain = Chain(BODY, effects)
+    whole = chain.predict_with_sensitivities(data, values)
+    assert max(count for _, count in chain._several_rows) == 16 < np.bincount(data.series).max()
     plain = Chain(BODY, effects).predict(data, values)
     monkeypatch.setattr(chain_module, "LONG_SERIES", 10**9)
     for found, expected in zip(whole, Chain(BODY, effects).predict_with_sensitivities(data, values), strict=True):

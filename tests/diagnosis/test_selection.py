@@ -8,6 +8,7 @@ from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 from expdesign.chain.effect import Effect
+from expdesign.diagnosis import selection as selection_module
 from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
@@ -38,6 +39,17 @@ def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
     assert kept
     for entry in search.log.entries:
         assert set(entry) == {"step", "effects", "chi2", "penalised_misfit", "kept", "reason"}
+
+
+def test_models_that_are_no_longer_kept_do_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    recordings = simulated(NAME, PLAY, parameters=[1.5e-5])
+    every = search_of(recordings)
+    expected = every.run()
+    monkeypatch.setattr(selection_module, "_MOST_KEPT", 3 * expected.fit.sensitivities.nbytes)
+    few = search_of(recordings)
+    assert few.run().keys == expected.keys
+    assert len(few.models) <= 5 < len(every.models)
+    assert few.tried == every.tried
 
 
 def test_an_effect_costs_its_parameters_and_the_places_where_it_was_looked_for() -> None:

@@ -23,7 +23,9 @@ from expdesign.robots.robot import Robot
 from expdesign.symbolic import BatchFunction
 
 LONG_SERIES = 30
-"""Rows from which a series with memory is worked through in one call, instead of all series at once row by row."""
+"""Rows from which a series with memory is worked through in few calls, instead of all series at once row by row."""
+_LARGEST_CALL = 64
+"""Most rows of one such call: powers of two up to it make up every length."""
 
 
 class Chain:
@@ -69,7 +71,7 @@ class Chain:
             self.slices.append(slice(start, start + len(effect.parameters)))
             start += len(effect.parameters)
         self.states = sum(effect.states for effect in effects)
-        self._whole_series: dict[tuple[bool, int], ca.Function] = {}
+        self._several_rows: dict[tuple[bool, int], ca.Function] = {}
 
     @property
     def linear(self) -> bool:
@@ -279,20 +281,26 @@ class Chain:
     def _run_series_by_series(
         self, rows: RowData, values: FloatArray, *, derivatives: bool
     ) -> tuple[FloatArray, FloatArray | None]:
-        """The same as `_run` for few long series: each is one call of the engine."""
+        """The same as `_run` for few long series: each is worked through in few calls of the engine."""
         count, width, n = len(rows), len(self.parameters), self.width
-        step = self._step if derivatives else self._plain_step
         deflections, sensitivities = np.zeros((count, n)), np.zeros((count, n, width))
         for number in range(int(rows.series.max()) + 1):
             chosen = np.flatnonzero(rows.series == number)
             chosen = chosen[np.argsort(rows.position[chosen], kind="stable")]
-            key = (derivatives, len(chosen))
-            if key not in self._whole_series:
-                self._whole_series[key] = step.mapaccum(len(chosen))
-            inputs = rows.values[chosen].T
-            repeated = np.repeat(values[:, None], len(chosen), axis=1)
-            output = np.asarray(self._whole_series[key](np.zeros(step.size_in(0)), inputs, repeated)[1]).T
-            deflections[chosen] = output[:, :n]
-            if derivatives:
-                sensitivities[chosen] = output[:, n:].reshape(len(chosen), width, n).swapaxes(1, 2)
+            state = np.zeros((self._step if derivatives else self._plain_step).size1_in(0))
+            while chosen.size:
+                part, chosen = np.split(chosen, [min(_LARGEST_CALL, 1 << (chosen.size.bit_length() - 1))])
+                repeated = np.repeat(values[:, None], part.size, axis=1)
+                states, found = self._consecutive(derivatives, part.size)(state, rows.values[part].T, repeated)
+                state, output = np.asarray(states)[:, -1], np.asarray(found).T
+                deflections[part] = output[:, :n]
+                if derivatives:
+                    sensitivities[part] = output[:, n:].reshape(len(part), width, n).swapaxes(1, 2)
         return deflections, sensitivities if derivatives else None
+
+    def _consecutive(self, derivatives: bool, count: int) -> ca.Function:
+        """`count` rows of a series in one call. Only few sizes are made, because each keeps what its rows need."""
+        key = (derivatives, count)
+        if key not in self._several_rows:
+            self._several_rows[key] = (self._step if derivatives else self._plain_step).mapaccum(count)
+        return self._several_rows[key]

@@ -122,7 +122,9 @@ def diagnose(
     report("weighing alternatives")
     result = _with_verdict(frame, named)
     contested = result.verdict == "explained" and frame.kind.contested and frame.noise.known
-    return _with_laws(result, frame.judged, report) if result.verdict == "unexplained" or contested else result
+    if result.verdict == "unexplained" or contested:
+        result = _with_laws(result, frame.judged, report)
+    return _with_names(frame, result) if result.model is named.model else result
 
 
 @dataclass(frozen=True)
@@ -149,12 +151,11 @@ def _named(frame: Frame, *, outliers: bool) -> _Named:
 
 
 def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
-    """What named effects say of the recordings, and whether they explain them."""
+    """Whether named effects explain the recordings; `_with_names` says which they are, should they stay."""
     search, base, noise, model, errors = frame.search, frame.base, frame.noise, named.model, named.errors
     sample = search.sample
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
-    stable = stability(search, model)
-    found = findings(search, model, gains(search, model, frame.judged), spread, stable)
+    found = bool(model.candidates) or bool(model.outliers.any())
     before = (base.chi2, _dof(base, sample))
     after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
     p_before, p_after = (_p_value(each, noise) for each in (before, after))
@@ -173,7 +174,6 @@ def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
         frame.kind.require_plausible(frame.robot, frame.recordings, base)
     predictive = model
     if verdict == "unexplained":
-        found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
         predictive, errors = _predictive(search, model, errors, frame.judged)
     variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
     return Diagnosis(
@@ -187,14 +187,25 @@ def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
         p_before=p_before,
         p_after=p_after,
         location=locate(base, sample, frame.robot, frame.entries, variance),
-        findings=found,
+        findings=(),
         errors=errors,
         search=search,
         laws=None,
         method=frame.method,
         caveats=(*named.found.remarks, *caveats(sample, model, spread, errors)),
-        stability=stable,
     )
+
+
+def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
+    """The diagnosis with the effects of its model: their probabilities, and how often parts of the rows name them."""
+    search, model = frame.search, result.model
+    kept = search.sample.restricted(~model.outliers)
+    stable, spread = stability(search, model), dispersion(model.fit.residuals, kept)
+    found = findings(search, model, gains(search, model, frame.judged), spread, stable)
+    if result.verdict == "unexplained":
+        before, after = (frame.base.chi2, _dof(frame.base, search.sample)), (model.fit.chi2, _dof(model.fit, kept))
+        found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
+    return replace(result, findings=found, stability=stable)
 
 
 @dataclass(frozen=True)

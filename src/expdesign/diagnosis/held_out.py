@@ -9,6 +9,8 @@ from expdesign.diagnosis.sample import Sample, rms
 from expdesign.identification.fit import Fit, fit
 
 FOLDS = 5
+_ENOUGH = 1e-2
+"""Fall of χ² in one step below which a refit has settled: errors of left-out rows show no less."""
 _NORMAL_95 = 1.959963984540054
 
 
@@ -74,7 +76,8 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
         if not left_out.any() or not fitted.counts.any():
             continue
         for index, original in enumerate((base, model)):
-            refitted = fit(original.chain, fitted, original.values if original.chain.effects else None)
+            start = original.values if original.chain.effects else None
+            refitted = fit(original.chain, fitted, start, enough=_ENOUGH)
             squares[index] += _rms_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         within += within_intervals(refitted, fitted, left_out)
         squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())

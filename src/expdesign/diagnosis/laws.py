@@ -19,6 +19,7 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.identification.fit import Fit, fit
+from expdesign.ports.columns import Dense
 from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Dictionary, known_form
 from expdesign.ports.evidence import Present
@@ -213,9 +214,11 @@ def sought_laws(
     dictionary = Dictionary(robot, measured, base.values)
     kept = np.repeat(sample.counts, len(sample.recordings.axes))
     scales: dict[int, FloatArray] = {}
+    some = None if kept.all() else kept
     for candidate in library:
         for start, directions in enumerate(candidate.directions):
-            known = known_form(candidate.effect.component, directions[kept], (candidate, start))
+            columns = Dense(directions, some)
+            known = known_form(candidate.effect.component, columns, (candidate, start))
             if known is not None:
                 scales[len(dictionary.atoms)] = known[1]
                 dictionary.atoms.append(known[0])
@@ -262,8 +265,8 @@ def _fitted(
     where_of = {c: places(search.weighed(chosen, c)) for c in search.components(chosen)}
     for position, index in enumerate(chosen.indices):
         atom = atoms[index]
-        own = weights[first : first + atom.directions.shape[1]]
-        first += atom.directions.shape[1]
+        own = weights[first : first + atom.width]
+        first += atom.width
         rest = state.without(position)
         share = float(np.clip((state.readings @ (rest.projected - state.projected)) / excess, 0.0, 1.0))
         where = where_of[atom.component]

@@ -98,14 +98,14 @@ def many_laws(robot: Robot, sample: Sample, base: Fit) -> tuple[Law, ...]:
             widest[entry.component] = max(widest.get(entry.component, 0.0), entry.scales[0])
     found: list[Law] = []
     for atom in _guides(dictionary, base, sample):
-        zero = np.zeros(atom.directions.shape[1])
+        zero = np.zeros(atom.width)
         found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     for atom, entry in entries:
         seen = entry.inputs[0].kind
         smooth = entry.kernel == "squared_exponential" and entry.scales[0] == widest.get(entry.component)
         slides = (smooth and seen == "length") or (entry.kernel == "wiener" and seen == "joint_moment")
         if slides if entry.component not in turning else entry.kernel == "periodic":
-            zero = np.zeros(atom.directions.shape[1])
+            zero = np.zeros(atom.width)
             found.append(law_of(atom, 1.0, zero, dictionary.sight, robot, len(found) + 1)[0])
     return tuple(found)
 

@@ -43,9 +43,9 @@ def score(residuals: FloatArray, basis: FloatArray, directions: FloatArray, one_
     directions, those that would turn negative are dropped (an approximation of the constrained maximum).
     """
     free = directions - basis @ (basis.T @ directions)
-    gram = np.einsum("gmd,gme->gde", free, free)
-    whole = np.einsum("gmd,gmd->gd", directions, directions)
-    slope = np.einsum("gmd,m->gd", free, residuals)
+    gram = np.matmul(free.swapaxes(1, 2), free)
+    whole = (directions**2).sum(axis=1)
+    slope = residuals @ free
     return reduced_score(gram, whole, slope, one_sided)
 
 

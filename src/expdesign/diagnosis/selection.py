@@ -32,6 +32,8 @@ _PROMISING, _ALWAYS = 0.5, 3
 _KINDS = 20.0
 _ENOUGH = 1e-2
 """Fall of χ² in one step below which a fit of the search has settled; decisions turn on differences of several."""
+_MOST_KEPT = 300_000_000
+"""Bytes of derivatives of models that are kept; beyond, those not asked for longest are fitted anew if needed."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,8 @@ class Search:
         self.report = report
         self.log = Log()
         self.models: dict[tuple[tuple[str, ...], bytes], Model] = {}
+        self.tried: set[tuple[tuple[str, ...], bytes]] = set()
+        self._kept = 0
         self._chains: dict[tuple[str, ...], Chain] = {}
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
         self.base = self._fitted((), np.zeros(len(sample.counts), dtype=bool), [np.zeros(0)])
@@ -308,10 +312,17 @@ class Search:
         smaller: Model | None = None,
     ) -> Model:
         key = (tuple(sorted(c.effect.key for c in chosen)), outliers.tobytes())
-        if key not in self.models:
+        if key in self.models:
+            self.models[key] = self.models.pop(key)  # asked for last
+        else:
             order = sorted(range(len(chosen)), key=lambda i: chosen[i].effect.key)
             sorted_parts = [parts[i] for i in order]
-            self.models[key] = self._fitted(tuple(chosen[i] for i in order), outliers, sorted_parts, smaller)
+            found = self._fitted(tuple(chosen[i] for i in order), outliers, sorted_parts, smaller)
+            self.models[key] = found
+            self.tried.add(key)
+            self._kept += found.fit.sensitivities.nbytes
+            while self._kept > _MOST_KEPT and len(self.models) > 1:
+                self._kept -= self.models.pop(next(iter(self.models))).fit.sensitivities.nbytes
         return self.models[key]
 
     def _fitted(

@@ -98,7 +98,7 @@ def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
     blocks = np.repeat(blocks_of(sample), len(sample.recordings.axes))[kept]
     slopes = np.hstack([atom.directions for atom in atoms])
     forms = list(dict.fromkeys(_form(atom) for atom in atoms))
-    group = np.concatenate([np.full(atom.directions.shape[1], forms.index(_form(atom))) for atom in atoms])
+    group = np.concatenate([np.full(atom.width, forms.index(_form(atom))) for atom in atoms])
     misfit = float(np.sqrt((present.readings**2).mean()))
     width = slopes.shape[1]
     free = np.full(width, np.inf)
@@ -162,7 +162,7 @@ def _in_chain(
     laws: list[Law] = []
     starts, forms, first = [np.asarray(base.values)], [], 0
     for atom in atoms:
-        width = atom.directions.shape[1]
+        width = atom.width
         own = slice(first, first + width)
         first += width
         group = int(priors.group[own.start])

@@ -1,7 +1,7 @@
 """All laws that recordings could show, as whitened directions of the readings with unit mean prior variance."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.ports.columns import Columns, Dense, Mapped, Term
 from expdesign.ports.families import look_back
 from expdesign.ports.features import Basis, basis_of
 from expdesign.ports.law import Injection, ports_of
@@ -28,7 +29,8 @@ class Atom:
 
     Attributes:
         component: where it acts.
-        directions: whitened derivatives of the readings that count with respect to its weights, shape (M, f).
+        columns: whitened derivatives Φ of the readings that count with respect to its weights, shape (M, f).
+        gram: ΦᵀΦ, shape (f, f).
         entry: the law, whose channels have gains that make the mean prior variance of the readings 1; None for physics
             of known form.
         basis: features of the law.
@@ -36,10 +38,21 @@ class Atom:
     """
 
     component: Component
-    directions: FloatArray
+    columns: Columns
+    gram: FloatArray
     entry: Entry | None = None
     basis: Basis | None = None
     named: tuple[Any, int] | None = None
+
+    @property
+    def directions(self) -> FloatArray:
+        """Φ itself, which is made every time that it is asked for, shape (M, f)."""
+        return self.columns.matrix()
+
+    @property
+    def width(self) -> int:
+        """Number of weights."""
+        return self.columns.width
 
 
 class Dictionary:
@@ -71,8 +84,8 @@ class Dictionary:
             robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
         )
         self.atoms: list[Atom] = []
-        self._maps: dict[str, FloatArray] = {}
-        known: dict[object, Basis | None] = {}
+        self._maps: dict[str, tuple[FloatArray, FloatArray]] = {}
+        known = _Known()
         efforts = len(robot.stiffness) + 2 * robot.coordinates.n
         look_back(self.sight, [Quantity("effort", index) for index in range(efforts)])
         for port in ports_of(robot):
@@ -81,15 +94,15 @@ class Dictionary:
             maps = port_map(port, robot, measured, values, effects)
             if not np.any(maps):
                 continue
-            self._maps[port.name] = maps
+            self._maps[port.name] = maps, maps[measured.counts]
             entries = list(port.entries(self.sight))
             self.sight.look([quantity for entry in entries for quantity in entry.quantities])
-            made = (_atom(entry, maps, self.sight, known) for entry in entries)
+            made = (_atom(entry, self._maps[port.name], self.sight, known) for entry in entries)
             self.atoms += [atom for atom in made if atom is not None]
 
     def made(self, entry: Entry) -> Atom | None:
         """The atom of another entry at a known port; gains of its channels are taken anew."""
-        return _atom(entry, self._maps[entry.port], self.sight, {})
+        return _atom(entry, self._maps[entry.port], self.sight, _Known())
 
 
 def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]) -> FloatArray:
@@ -102,37 +115,56 @@ def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, e
     return maps
 
 
-def _atom(entry: Entry, maps: FloatArray, sight: Sight, known: dict[object, Basis | None]) -> Atom | None:
-    counts = sight.counts
+@dataclass(frozen=True)
+class _Known:
+    """Features that several laws share.
+
+    Attributes:
+        bases: by inputs, kernel, scales and rank; None for a kernel that vanishes on all of them.
+        values: of the same, by the group of inputs that they are taken at, in the rows that count.
+        amplitudes: in the rows that count.
+    """
+
+    bases: dict[object, Basis | None] = field(default_factory=dict)
+    values: dict[object, FloatArray] = field(default_factory=dict)
+    amplitudes: dict[Quantity | None, FloatArray] = field(default_factory=dict)
+
+
+def _atom(entry: Entry, maps: tuple[FloatArray, FloatArray], sight: Sight, known: _Known) -> Atom | None:
+    """`maps`: in all rows, and in those that count."""
     pooled = tuple(dict.fromkeys(channel.inputs for channel in entry.channels))
     key = (pooled, entry.kernel, entry.scales, entry.rank)
-    if key not in known:
-        inputs = np.concatenate([_inputs(sight, group)[counts] for group in pooled])
+    if key not in known.bases:
+        inputs = np.concatenate([_inputs(sight, group) for group in pooled])
         rank = max(1, min(entry.rank, MOST_FEATURES // max(entry.blocks, 1)))
-        known[key] = basis_of(entry.kernel, np.array(entry.scales), inputs, rank)
-    basis = known[key]
+        known.bases[key] = basis_of(entry.kernel, np.array(entry.scales), inputs, rank)
+    basis = known.bases[key]
     if basis is None:
         return None
-    features = {group: basis.values(_inputs(sight, group)) for group in pooled}
-    rank = basis.rank
-    channels = _commensurable(entry.channels, maps, sight)
-    rows, readings, _ = maps.shape
-    directions = np.zeros((rows, readings, entry.blocks * rank))
+    channels = _commensurable(entry.channels, maps[0], sight)
+    terms = []
     for channel in channels:
-        amplitude = channel.gain * (1.0 if channel.amplitude is None else sight.values(channel.amplitude))
-        driven = features[channel.inputs] * np.reshape(amplitude, (-1, 1))
-        part = slice(channel.block * rank, (channel.block + 1) * rank)
-        directions[:, :, part] += maps[:, :, channel.output, None] * driven[:, None, :]
-    flat = directions.reshape(rows * readings, -1)[np.repeat(counts, readings)]
-    size = float((flat**2).sum() / max(int(counts.sum()) * readings, 1))
+        if (*key, channel.inputs) not in known.values:
+            known.values[*key, channel.inputs] = basis.values(_inputs(sight, channel.inputs))
+        if channel.amplitude not in known.amplitudes:
+            one = np.ones(int(sight.counts.sum()))
+            known.amplitudes[channel.amplitude] = (
+                one if channel.amplitude is None else _inputs(sight, (channel.amplitude,))[:, 0]
+            )
+        features = known.values[*key, channel.inputs]
+        terms.append(Term(channel.output, channel.block, features, known.amplitudes[channel.amplitude], channel.gain))
+    columns = Mapped(maps[1], tuple(terms), entry.blocks)
+    flat = columns.matrix()
+    gram = flat.T @ flat
+    size = float(gram.trace() / max(len(flat), 1))
     if not np.isfinite(size) or size <= 0.0:
         return None
     factor = 1.0 / np.sqrt(size)
     scaled = tuple(replace(channel, gain=channel.gain * factor) for channel in channels)
-    return Atom(entry.component, flat * factor, replace(entry, channels=scaled), basis)
+    return Atom(entry.component, replace(columns, scale=factor), gram / size, replace(entry, channels=scaled), basis)
 
 
-def known_form(component: Component, directions: FloatArray, named: tuple[Any, int]) -> tuple[Atom, FloatArray] | None:
+def known_form(component: Component, directions: Dense, named: tuple[Any, int]) -> tuple[Atom, FloatArray] | None:
     """Physics of known form with parameters of unknown size, and what its weights are in units of these (d,).
 
     Args:
@@ -140,16 +172,19 @@ def known_form(component: Component, directions: FloatArray, named: tuple[Any, i
         directions: whitened derivatives of the readings (M, d).
         named: see `Atom`.
     """
-    sizes = np.sqrt((directions**2).mean(axis=0))
+    matrix = directions.matrix()
+    gram = matrix.T @ matrix
+    sizes = np.sqrt(gram.diagonal() / len(matrix))
     shown = sizes > 0.0
     if not shown.any() or not np.isfinite(sizes).all():
         return None
     scale = np.where(shown, 1.0 / np.where(shown, sizes, 1.0), 0.0) / np.sqrt(shown.sum())
-    return Atom(component, directions * scale, named=named), scale
+    return Atom(component, replace(directions, scale=scale), gram * np.outer(scale, scale), named=named), scale
 
 
-def _inputs(sight: Sight, quantities: tuple[object, ...]) -> FloatArray:
-    return np.column_stack([sight.values(quantity) for quantity in quantities])  # type: ignore[arg-type]
+def _inputs(sight: Sight, quantities: tuple[Quantity, ...]) -> FloatArray:
+    """In the rows that count, shape (N, d)."""
+    return np.column_stack([sight.values(quantity)[sight.counts] for quantity in quantities])
 
 
 def _commensurable(channels: tuple[Channel, ...], maps: FloatArray, sight: Sight) -> tuple[Channel, ...]:

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_solve, solve_triangular
 from scipy.linalg.lapack import dtrtri
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
@@ -83,10 +83,7 @@ class Everything:
 
     def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
         """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
-        precision = _precision(priors, self.factors, self.noise)
-        gram = self.slopes.T @ self.slopes
-        live = _live(gram, precision)
-        lower = np.linalg.cholesky(_regular(gram[np.ix_(live, live)], precision[live]))
+        live, lower = _factored(self.slopes.T @ self.slopes, _precision(priors, self.factors, self.noise))
         root = solve_triangular(lower, self.slopes[:, live].T, lower=True, check_finite=False).T
         errors = np.empty_like(self.residuals)
         for block in np.unique(blocks):
@@ -225,9 +222,8 @@ def _again(found: Everything, priors: Priors) -> Everything:
     precision = _precision(priors, found.factors, found.noise)
     readings = found.residuals + found.slopes @ (found.values - priors.mean)
     gram, right = found.slopes.T @ found.slopes, found.slopes.T @ readings
-    live, step = _live(gram, precision), np.zeros_like(right)
-    # Columns in different units make the matrix look ill-conditioned; Cholesky's factors do not mind the scaling.
-    step[live] = cho_solve(cho_factor(_regular(gram[np.ix_(live, live)], precision[live]), lower=True), right[live])
+    (live, lower), step = _factored(gram, precision), np.zeros_like(right)
+    step[live] = cho_solve((lower, True), right[live])
     return replace(found, values=priors.mean + step, residuals=readings - found.slopes @ step)
 
 
@@ -241,16 +237,19 @@ def _left_out(root: FloatArray, residuals: FloatArray) -> FloatArray:
     return (residuals + root @ inner) / _ALONE
 
 
-def _live(gram: FloatArray, precision: FloatArray) -> BoolArray:
-    """Parameters that the readings move at all: of others, held beforehand, nothing is learnt, shape (p,)."""
+def _factored(gram: FloatArray, precision: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """Which parameters the readings move at all, shape (p,), and L with G + P = L·Lᵀ of these.
+
+    Of the others, held beforehand, nothing is learnt. Columns in different units make the matrix look ill-conditioned;
+    Cholesky's factors do not mind the scaling.
+    """
     live: BoolArray = gram.diagonal() > _DEAD * precision
-    return live
+    return live, np.linalg.cholesky(_regular(gram[np.ix_(live, live)], precision[live]))
 
 
 def _posterior(gram: FloatArray, right: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(G + P)⁻¹·b and the diagonal of (G + P)⁻¹, both (p,), from L⁻¹ with G + P = L·Lᵀ."""
-    live = _live(gram, precision)
-    lower = np.linalg.cholesky(_regular(gram[np.ix_(live, live)], precision[live]))
+    live, lower = _factored(gram, precision)
     root, _ = dtrtri(lower, lower=1)
     step, variances = np.zeros_like(right), 1.0 / np.where(live, 1.0, np.maximum(precision, 1e-300))
     step[live], variances[live] = root.T @ (root @ right[live]), (root**2).sum(axis=0)

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtri
 from scipy.optimize import minimize
 
 from expdesign.arrays import FloatArray, IntArray
@@ -38,57 +39,77 @@ class Present:
     variances: tuple[float, ...] = ()
 
     @cached_property
-    def _factors(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """H, prior precisions, lower L, and F with P = I − F·Fᵀ."""
-        design = np.hstack([self.base, *self.laws])
-        widths = [law.shape[1] for law in self.laws]
-        precision = np.concatenate(
-            [self.precision, *(np.full(w, 1.0 / v) for w, v in zip(widths, self.variances, strict=True))]
-        )
-        normal = design.T @ design + np.diag(precision)
+    def _products(self) -> tuple[FloatArray, FloatArray]:
+        """HᵀH and Hᵀy, which do not change with the sizes."""
+        design = self.design
+        return design.T @ design, design.T @ self.readings
+
+    @property
+    def design(self) -> FloatArray:
+        """H, shape (M, r)."""
+        return np.hstack([self.base, *self.laws])
+
+    @cached_property
+    def lower(self) -> FloatArray:
+        """L with L·Lᵀ = HᵀH + diag(prior precisions), shape (r, r)."""
+        sizes = zip(self.laws, self.variances, strict=True)
+        precision = [self.precision, *(np.full(law.shape[1], 1.0 / size) for law, size in sizes)]
+        normal = self._products[0] + np.diag(np.concatenate(precision))
         normal[np.diag_indices_from(normal)] *= 1.0 + 1e-10
-        lower = np.linalg.cholesky(normal)
-        return design, precision, lower, solve_triangular(lower, design.T, lower=True).T
+        result: FloatArray = np.linalg.cholesky(normal)
+        return result
+
+    @cached_property
+    def reduced(self) -> FloatArray:
+        """Fᵀy = L⁻¹·Hᵀy, shape (r,)."""
+        return np.asarray(solve_triangular(self.lower, self._products[1], lower=True, check_finite=False))
 
     @property
     def factor(self) -> FloatArray:
-        """F with P = I − F·Fᵀ, shape (M, r)."""
-        return self._factors[3]
+        """F with P = I − F·Fᵀ, which is too large to be kept with every state of a search, shape (M, r)."""
+        return np.asarray(solve_triangular(self.lower, self.design.T, lower=True, check_finite=False)).T
 
     @cached_property
     def projected(self) -> FloatArray:
         """P·y, shape (M,)."""
-        result: FloatArray = self.readings - self.factor @ (self.factor.T @ self.readings)
-        return result
+        return self.readings - self.factor @ self.reduced
 
     @cached_property
     def log_evidence(self) -> float:
         """Up to a constant that depends on the base alone."""
-        _, _, lower, _ = self._factors
-        volume = 2.0 * float(np.log(lower.diagonal()).sum())
+        volume = 2.0 * float(np.log(self.lower.diagonal()).sum())
         volume += sum(law.shape[1] * np.log(v) for law, v in zip(self.laws, self.variances, strict=True))
-        return -0.5 * (float(self.readings @ self.projected) + volume)
+        return -0.5 * (float(self.readings @ self.readings - self.reduced @ self.reduced) + volume)
 
     @cached_property
     def weights(self) -> FloatArray:
         """Posterior mean of c and all weights."""
-        _, _, lower, factor = self._factors
-        return np.asarray(solve_triangular(lower.T, factor.T @ self.readings))
+        return np.asarray(solve_triangular(self.lower, self.reduced, lower=True, trans=1, check_finite=False))
 
     def with_variances(self, variances: Sequence[float]) -> "Present":
         """The same laws with other sizes."""
-        return Present(self.base, self.precision, self.readings, self.laws, tuple(variances))
+        return self._with(self.laws, variances, self._products)
 
     def beside(self, law: FloatArray, variance: float) -> "Present":
         """With one more law."""
-        laws, variances = (*self.laws, law), (*self.variances, variance)
-        return Present(self.base, self.precision, self.readings, laws, variances)
+        (gram, right), cross = self._products, self.design.T @ law
+        products = np.block([[gram, cross], [cross.T, law.T @ law]]), np.append(right, law.T @ self.readings)
+        return self._with((*self.laws, law), (*self.variances, variance), products)
 
     def without(self, index: int) -> "Present":
         """With one law less."""
-        laws = self.laws[:index] + self.laws[index + 1 :]
+        widths = [self.base.shape[1], *(law.shape[1] for law in self.laws)]
+        kept = np.repeat(np.arange(len(widths)) != index + 1, widths)
+        products = self._products[0][np.ix_(kept, kept)], self._products[1][kept]
         variances = self.variances[:index] + self.variances[index + 1 :]
-        return Present(self.base, self.precision, self.readings, laws, variances)
+        return self._with(self.laws[:index] + self.laws[index + 1 :], variances, products)
+
+    def _with(
+        self, laws: tuple[FloatArray, ...], variances: Sequence[float], products: tuple[FloatArray, FloatArray]
+    ) -> "Present":
+        changed = Present(self.base, self.precision, self.readings, laws, tuple(variances))
+        changed.__dict__["_products"] = products
+        return changed
 
     def refitted(self) -> "Present":
         """With the sizes that maximise the evidence together (L-BFGS-B on ln σ²).
@@ -103,8 +124,7 @@ class Present:
 
         def misfit(logs: FloatArray) -> tuple[float, FloatArray]:
             state = self.with_variances(np.exp(logs).tolist())
-            lower = state._factors[2]
-            inverse = solve_triangular(lower, np.eye(len(lower)), lower=True)
+            inverse, _ = dtrtri(state.lower, lower=1)
             variance = (inverse**2).sum(axis=0)
             weights = state.weights
             slope = []
@@ -119,7 +139,7 @@ class Present:
         bounds = [(np.log(_LEAST), np.log(_MOST))] * len(widths)
         found = minimize(
             misfit, np.log(self.variances), jac=True, method="L-BFGS-B", bounds=bounds,
-            options={"maxiter": 15, "ftol": 1e-7},
+            options={"maxiter": 15, "ftol": 1e-6},
         )  # fmt: skip
         return self.with_variances(np.exp(found.x).tolist())
 
@@ -131,27 +151,10 @@ class Present:
         Args:
             law: its directions Φ, shape (M, f).
         """
-        through = self.factor.T @ law
-        values, vectors = np.linalg.eigh(law.T @ law - through.T @ through)
-        values = np.maximum(values, 0.0)
-        squares = (vectors.T @ (law.T @ self.projected)) ** 2
-
-        def of(logs: FloatArray) -> FloatArray:
-            variance = np.exp(logs)[:, None]
-            share = 1.0 + variance * values
-            result: FloatArray = 0.5 * (variance * squares / share - np.log(share)).sum(axis=1)
-            return result
-
-        grid = np.linspace(np.log(_LEAST), np.log(_MOST), 42)
-        gains = of(grid)
-        best = int(np.argmax(gains))
-        if gains[best] <= 0.0:
-            return 0.0, _LEAST
-        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        fine = np.linspace(low, high, 15)
-        gains = of(fine)
-        best = int(np.argmax(gains))
-        return float(gains[best]), float(np.exp(fine[best]))
+        through = solve_triangular(self.lower, self.design.T @ law, lower=True, check_finite=False)
+        slope = law.T @ self.readings - through.T @ self.reduced
+        gains, variances = largest_gains((law.T @ law - through.T @ through)[None], slope[None])
+        return float(gains[0]), float(variances[0])
 
     def left_out(self, blocks: IntArray) -> FloatArray:
         """Errors of readings predicted without the block that they belong to, e_B = (P_BB)⁻¹(P·y)_B, shape (M,).
@@ -175,7 +178,36 @@ class Present:
 
     def _precisions(self, blocks: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
         """Readings of every block and their P_BB = I − F_B·F_Bᵀ, regular however little the other blocks determine."""
+        factor = self.factor
         for block in np.unique(blocks):
             inside = np.flatnonzero(blocks == block)
-            own = self.factor[inside]
+            own = factor[inside]
             yield inside, (1.0 + 1e-9) * np.eye(len(inside)) - own @ own.T
+
+
+def largest_gains(grams: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Largest gains of log evidence by single laws, and the σ² that reach them, shape (n,) each.
+
+    Args:
+        grams: ΦᵀPΦ of every law, shape (n, f, f).
+        slopes: ΦᵀPy, shape (n, f).
+    """
+    values, vectors = np.linalg.eigh(grams)
+    values = np.maximum(values, 0.0)[:, None]
+    squares = np.matmul(slopes[:, None], vectors) ** 2
+    first = np.arange(len(grams))
+
+    def best_of(logs: FloatArray) -> tuple[IntArray, FloatArray]:
+        variance = np.exp(logs)[..., None]
+        share = 1.0 + variance * values
+        gains = 0.5 * (variance * squares / share - np.log(share)).sum(axis=-1)
+        best = np.argmax(gains, axis=1)
+        return best, gains[first, best]
+
+    grid = np.linspace(np.log(_LEAST), np.log(_MOST), 42)
+    best, coarse = best_of(grid[None])
+    ends = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
+    fine = np.linspace(*ends, 15, axis=1)
+    best, gains = best_of(fine)
+    there = coarse > 0.0
+    return np.where(there, gains, 0.0), np.where(there, np.exp(fine[first, best]), _LEAST)

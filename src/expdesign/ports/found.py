@@ -24,8 +24,8 @@ def law_of(
     blocks, rank = entry.blocks, basis.rank
     gram = np.zeros((rank, rank))
     for block in range(blocks):
-        own = atom.directions[:, block * rank : (block + 1) * rank]
-        gram += own.T @ own
+        own = slice(block * rank, (block + 1) * rank)
+        gram += atom.gram[own, own]
     values, vectors = np.linalg.eigh(gram)
     kept = np.flatnonzero(variance * values > _TELLING)[::-1]
     turned = vectors[:, kept if kept.size else [-1]]

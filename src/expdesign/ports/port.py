@@ -73,10 +73,10 @@ class Entry:
         return self.channels[0].inputs
 
     @property
-    def quantities(self) -> set[Quantity]:
-        """Everything that the law needs to see."""
-        found = {quantity for channel in self.channels for quantity in channel.inputs}
-        return found | {channel.amplitude for channel in self.channels if channel.amplitude is not None}
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Everything that the law needs to see, each once, in the order of its channels."""
+        every = [q for channel in self.channels for q in (*channel.inputs, channel.amplitude)]
+        return tuple(dict.fromkeys(quantity for quantity in every if quantity is not None))
 
 
 class Port(ABC):

@@ -8,6 +8,7 @@ search goes on to further ones, laws that lost their worth are left out, and of 
 left-out series best, within 5 % the one with the largest evidence. At last the laws of each component are exchanged.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from expdesign.chain.component import Component
 from expdesign.ports.dictionary import Atom, Dictionary
 from expdesign.ports.evidence import Present
 from expdesign.ports.refinement import refined
+from expdesign.ports.screen import Screen
 
 ALARM = 8.0
 """Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about
@@ -31,8 +33,6 @@ _STARTS, _LIKE = 2, 0.8
 """Components that the search goes on from, and the share of the best one's gain that they need."""
 _ALIKE = 1.05
 """Factor on left-out errors within which evidence decides."""
-_UNSEEN = 1e-4
-"""Sum of squares of a combination of weights, at unit variance, below which no law is large enough to show it."""
 _SEVERAL = 25.0
 """Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
 _WANDERS = 20.0
@@ -88,10 +88,8 @@ class LawSearch:
     def __init__(self, dictionary: Dictionary, base: Present, blocks: IntArray) -> None:
         self.dictionary, self.base, self.blocks = dictionary, base, blocks
         self.atoms = dictionary.atoms
-        self._slim: list[FloatArray] = []
-        self._dearer = np.zeros(0)
-        for atom in self.atoms:
-            self._know(atom)
+        self._screen = Screen(base, self.atoms)
+        self._dearer = np.array([_dearer(atom) for atom in self.atoms])
         self._listed = len(self.atoms)
         self._seen: dict[tuple[int, ...], tuple[Proposal, list[Chosen]]] = {}
         self.log: list[str] = []
@@ -124,11 +122,10 @@ class LawSearch:
             current = self._pruned(grown)
         return current
 
-    def propose(self, state: Present) -> Proposal:
-        """The whole dictionary beside some laws."""
-        pairs = [state.gain(directions) for directions in self._slim]
-        gains, variances = np.array(pairs).reshape(-1, 2).T
-        return Proposal(gains - self._dearer, variances)
+    def propose(self, beside: Chosen, only: Sequence[int] | None = None) -> Proposal:
+        """The whole dictionary beside some laws, or `only` some of it."""
+        gains, variances = self._screen.gains(beside.state, beside.indices, only)
+        return Proposal(gains - (self._dearer if only is None else self._dearer[only]), variances)
 
     def components(self, chosen: Chosen) -> list[Component]:
         """Where the laws are, each component once."""
@@ -164,13 +161,8 @@ class LawSearch:
 
     def _add(self, atom: Atom) -> None:
         self.atoms.append(atom)
-        self._know(atom)
-
-    def _know(self, atom: Atom) -> None:
-        """Directions without combinations of weights that the readings do not show, and what the entry costs."""
-        values, vectors = np.linalg.eigh(atom.directions.T @ atom.directions)
-        self._slim.append(atom.directions @ vectors[:, values > _UNSEEN])
-        self._dearer = np.append(self._dearer, _SEVERAL * _of_each(atom) + _WANDERS * _wanders(atom))
+        self._screen.add([atom])
+        self._dearer = np.append(self._dearer, _dearer(atom))
 
     def _chosen(self, indices: tuple[int, ...], state: Present) -> Chosen:
         evidence = state.log_evidence - float(self._dearer[list(indices)].sum())
@@ -183,7 +175,7 @@ class LawSearch:
     def _proposed(self, current: Chosen, alarm: float, most: int) -> tuple[Proposal, list[Chosen]]:
         """Gains of all entries beside the present laws, and the trials; remembered, since ends are weighed again."""
         if current.indices not in self._seen:
-            proposal = self.propose(current.state)
+            proposal = self.propose(current)
             near = self._near(proposal) if proposal.gains.max(initial=0.0) >= alarm else []
             trials = [self._at(current, component, proposal, alarm, most) for component in near]
             self._seen[current.indices] = proposal, trials
@@ -201,16 +193,15 @@ class LawSearch:
         best = own[int(np.argmax(proposal.gains[own]))]
         grown = self._beside(current, best, float(proposal.variances[best]))
         for _ in range(min(_AT_ONE, most - len(current.indices)) - 1):
-            pairs = [grown.state.gain(self._slim[i]) for i in own]
-            gains = np.array([gain for gain, _ in pairs]) - self._dearer[own]
-            if gains.max() < alarm:
+            further = self.propose(grown, own)
+            if further.gains.max() < alarm:
                 break
-            best = int(np.argmax(gains))
-            grown = self._beside(grown, own[best], pairs[best][1])
+            best = int(np.argmax(further.gains))
+            grown = self._beside(grown, own[best], float(further.variances[best]))
         return grown
 
     def _beside(self, current: Chosen, index: int, variance: float) -> Chosen:
-        state = current.state.beside(self.atoms[index].directions, variance).refitted()
+        state = current.state.beside(self._screen.directions(index), variance).refitted()
         return self._chosen((*current.indices, index), state)
 
     def _finer(self, grown: Chosen) -> Chosen:
@@ -227,7 +218,7 @@ class LawSearch:
                 continue
             self._add(better[0])
             indices = (*grown.indices[: left[0]], *grown.indices[left[0] + 1 :], len(self.atoms) - 1)
-            trial = self._chosen(indices, rest.beside(better[0].directions, better[1]).refitted())
+            trial = self._chosen(indices, rest.beside(self._screen.directions(indices[-1]), better[1]).refitted())
             if trial.evidence > grown.evidence and trial.error <= _ALIKE * grown.error:
                 grown = trial
 
@@ -250,7 +241,7 @@ class LawSearch:
         while position < len(current.indices):
             rest = current.indices[:position] + current.indices[position + 1 :]
             beside = self._chosen(rest, current.state.without(position))
-            proposal = self.propose(beside.state)
+            proposal = self.propose(beside)
             best = int(np.argmax(proposal.gains))
             changed = self._beside(beside, best, float(proposal.variances[best]))
             if best not in current.indices and changed.evidence > current.evidence + _SWAP:
@@ -273,6 +264,11 @@ def preferred(trials: list[Chosen]) -> Chosen:
     """Of several: the least left-out error, and within 5 % of it the largest evidence."""
     least = min(trial.error for trial in trials)
     return max((t for t in trials if t.error <= _ALIKE * least), key=lambda t: t.evidence - ALARM * t.components)
+
+
+def _dearer(atom: Atom) -> float:
+    """Log evidence that an entry has to bring beyond others."""
+    return _SEVERAL * _of_each(atom) + _WANDERS * _wanders(atom)
 
 
 def _of_each(atom: Atom) -> bool:

@@ -120,7 +120,7 @@ def _key_figures(result: Diagnosis) -> KeyFigures:
     items = [
         KeyFigure("Verdict", result.verdict),
         KeyFigure("Held out, base model", words.number(errors.test_before), unit, note),
-        KeyFigure("Models tried", str(len(result.search.models))),
+        KeyFigure("Models tried", str(len(result.search.tried))),
     ]
     if _added(result):
         items.insert(2, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))

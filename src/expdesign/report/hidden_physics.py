@@ -53,8 +53,7 @@ def noticed_by(
         text = "none on the front"
         if len(noticing):
             best = int(noticing[np.argmin(total[noticing])])
-            more = 100.0 * (total[best] / total[front.recommended] - 1.0)
-            text = f"design {best + 1}, +{words.number(more, 2)} %"
+            text = f"design {best + 1}, +{_dearer(front, best)} %"
         found[each.physics, each.component, each.variant] = "this plan" if each.error <= 1.0 else text
     return found
 
@@ -77,10 +76,9 @@ def cheapest_sentence(front: Front) -> str | None:
         return (
             f"No design on the front hides less than that within {100.0 * _CHEAP:.0f}\u00a0% of the least total error."
         )
-    more = 100.0 * (total[best] / total[front.recommended] - 1.0)
     text = (
         f"Design {best + 1} hides {words.number(float(meir[best]))} tolerances instead of "
-        f"{words.number(float(meir[front.recommended]))}, for {words.number(more, 2)}\u00a0% more total error"
+        f"{words.number(float(meir[front.recommended]))}, for {_dearer(front, best)}\u00a0% more total error"
     )
     if set(front.objectives) == {"total", "meir"}:
         return f"{text}."
@@ -88,6 +86,12 @@ def cheapest_sentence(front: Front) -> str | None:
     return (
         f"{text}; by these two alone, {words.count(kept, 'design')} of the front {'is' if kept == 1 else 'are'} best."
     )
+
+
+def _dearer(front: Front, design: int) -> str:
+    """Total error of a design beyond that of the recommended one, in per cent."""
+    total = front.criteria["total"]
+    return words.number(100.0 * float(total[design] / total[front.recommended] - 1.0), 2)
 
 
 def by_component(physics: tuple[HiddenPhysics, ...]) -> list[HiddenPhysics]:
