@@ -23,6 +23,8 @@ from expdesign.design.problem import DesignProblem
 TOLERANCE = 1e-4
 """Relative gap of the squared criterion at which the refinement of candidates ends."""
 _ROUNDS, _SHORTLIST = 25, 2000
+_FINEST = 1e-9
+"""Tolerance of the relaxation at which it is not made finer where a round did not improve the bound."""
 
 
 def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
@@ -118,19 +120,24 @@ class Certificate:
         candidates = pool.first(front)
         candidates = candidates if pool.complete else pool.distinct(candidates)
         known: FloatArray | None = None
+        tolerance, best = self._tolerance, 0.0
         rows = pool.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
         for _ in range(rounds if len(candidates) else 0):
-            weights = optimal_weights(self.relaxation, rows, self._tolerance, known)
+            weights = optimal_weights(self.relaxation, rows, tolerance, known)
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = pool.largest(dual, candidates, rows)
+            bound = dual.bound(found.largest)
+            # Near singular information Q hangs on weights that hardly count for the value.
+            tolerance = tolerance if bound > best else max(0.1 * tolerance, _FINEST)
+            best = max(bound, best)
             sensitivities = dual.sensitivities(rows)
             sensitivities[support] = np.inf
             listed = np.argsort(-sensitivities, kind="stable")[:_SHORTLIST]
             yield Refinement(
                 *pool.measurements(candidates[listed], weights.candidates[listed]),
                 weights.value,
-                dual.bound(found.largest),
+                bound,
                 found.words,
                 self.relaxation.count,
                 dual,
