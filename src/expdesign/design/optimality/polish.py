@@ -34,7 +34,7 @@ RELAXED = ("duir", "total")
 """Criteria whose ends designs of the convex relaxation are near."""
 _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
-_STARTS, _STAGES, _GOALS, _CHILDREN = 48, (6, 8), 8, 32
+_STARTS, _STAGES, _GOALS, _NEAR, _CHILDREN = 48, (6, 8), 8, 4, 32
 _PASSES, _MOST, _CORRECTED, _HOLES, _WIDE = 3, 300, 80, 4, 5e-3
 _GENERATIONS, _PATIENCE = 20, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
@@ -189,8 +189,7 @@ class Polishing:
         singles = self._restarts * total
         keep = np.concatenate([np.arange(0, singles, self._restarts), np.arange(singles, len(centres))])
         shares = np.ones(len(keep))
-        for index, criterion in enumerate(self._objectives.criteria):
-            shares[index] = 1.0 if criterion.name in RELAXED else float(_GOALS)
+        shares[:total] = [_NEAR if criterion.name in RELAXED else _GOALS for criterion in self._objectives.criteria]
         return centres[keep], weights[keep], shares / shares.sum()
 
     def along(self, iterations: int = _FIRST, points: int | None = None) -> float:
