@@ -38,7 +38,8 @@ CONTESTED = 10.0
 _SINGLE = 0.02
 """Share of the rows that may be single mistakes beside laws."""
 _GAINS = 0.98
-"""Factor on the left-out error that laws have to reach before predictions are made with them."""
+"""Factor on the left-out error that laws have to reach before predictions are made with them: where a named form
+predicts as well, it stays."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ def laws_beside(
         return Beside(laws, aside, False)
     none = np.zeros_like(aside)
     alone = held_out(base, rival.fit, search.sample, none, aside).test_after
-    return Beside(laws, aside, laws.after < (_GAINS if worth == 0.0 else 1.0) * alone)
+    return Beside(laws, aside, laws.after < _GAINS * alone)
 
 
 def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool) -> LeftOut:
