@@ -19,6 +19,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from . import cases as concealed
@@ -73,14 +74,15 @@ class Examination:
         return outcome
 
     def judge(self, case: concealed.Case, outcome: Outcome) -> Case:
+        judged = partial(Case, case.truth, wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
         folder = self.answers(case.truth["case"])
         if outcome.problem:
-            return Case(case.truth, None, problem=outcome.problem, wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
+            return judged(None, problem=outcome.problem)
         try:
             answer = read_answer(folder / "diagnosis.json", len(case.truth["true_stiffness"]))
         except NoAnswerError as error:
-            return Case(case.truth, None, problem=str(error), wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
-        return Case(case.truth, answer, later=self._held_out(case, folder), wall_s=outcome.wall_s, cpu_s=outcome.cpu_s)
+            return judged(None, problem=str(error))
+        return judged(answer, later=self._held_out(case, folder))
 
     def _held_out(self, case: concealed.Case, folder: Path) -> HeldOut | None:
         model = folder / "model.yaml"

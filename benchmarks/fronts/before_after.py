@@ -73,6 +73,12 @@ def compared(config: Path, before: Path) -> list[str]:
     return rows
 
 
+def _revision(sources: Path) -> str:
+    """The commit of a checkout."""
+    command = ["git", "-C", str(sources), "rev-parse", "--short", "HEAD"]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--against", type=Path, required=True, help="folder `src` of the other version")
@@ -81,9 +87,9 @@ def main() -> None:
     lines = [
         "# A run before and now",
         "",
-        f"Command: `python -m benchmarks.fronts.before_after --against SRC`, SRC of the version before bounds went on "
-        f"from known weights. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on a "
-        "shared machine; seeds as in the configurations; the report and the writing of files are not counted.",
+        f"Command: `python -m benchmarks.fronts.before_after --against SRC`, SRC of {_revision(arguments.against)}. "
+        f"Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on a shared "
+        "machine; seeds as in the configurations; the report and the writing of files are not counted.",
         "",
         "| configuration | | start (s) | first front (s) | search (s) | bounds (s) | all (s) | designs | least DUIR "
         "| hypervolume |",
