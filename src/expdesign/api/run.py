@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,14 @@ from expdesign.api.inputs import Config, PathLike, problem_of
 from expdesign.design.budget_search import search_within_budget
 from expdesign.design.front import Front
 from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_bounds
+from expdesign.design.parts import Executor, one_after_another
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import design_minutes, pareto_frame, plan_of, plans_frame
 from expdesign.design.search import Follow, Progress, joined
+from expdesign.design.second_process import TwoProcesses, second_process_helps
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
@@ -113,6 +116,7 @@ def run(
     follow: Follow = lambda state: None,
     seconds: float | None = None,
     timed: bool = True,
+    workers: int = 1,
 ) -> Run:
     """Find the Pareto front of a configuration's objectives, and lower bounds of DUIR and of the total error.
 
@@ -123,6 +127,7 @@ def run(
         seconds: after which the search ends with what is there (the bounds follow); without a limit, the same input
             gives the same front.
         timed: whether the record says how long it took; without that, the same input gives the same bytes.
+        workers: number of processes, of which more than two are no use; the results are the same.
 
     Raises:
         InputError: the configuration is wrong, or leaves nothing to choose; or the search was ended before any plan
@@ -148,8 +153,9 @@ def run(
             ended = f"generation {state.generation} of {state.generations}" + (f", {state.note}" if state.note else "")
         return bool(ended)
 
-    problem, front = search_within_budget(problem, searching)
-    duir, total = _bounds(problem, front, report)
+    with TwoProcesses() if workers > 1 and second_process_helps() else nullcontext(one_after_another) as executor:
+        problem, front = search_within_budget(problem, searching, executor)
+        duir, total = _bounds(problem, front, report, executor)
     better = [bounds.whole.plan for bounds in (duir, total) if bounds.whole.plan is not None]
     front = joined(problem, front, np.stack(better)) if better else front
     record = run_record(problem, front, duir, total)
@@ -168,10 +174,16 @@ def run(
     return Run(problem, front, record)
 
 
-def _bounds(problem: DesignProblem, front: Front, report: Report) -> tuple[CriterionBounds, CriterionBounds]:
-    report("bounding", 0, 2, "DUIR")
-    duir = criterion_bounds(problem, 0.0, front.decisions)
-    report("bounding", 1, 2, "total")
-    total = criterion_bounds(problem, 1.0, front.decisions)
-    report("bounding", 2, 2, "")
+def _bounds(
+    problem: DesignProblem, front: Front, report: Report, executor: Executor
+) -> tuple[CriterionBounds, CriterionBounds]:
+    report("bounding", 0, 2, "DUIR and total")
+    count = 0
+
+    def done(index: int) -> None:
+        nonlocal count
+        count += 1
+        report("bounding", count, 2, ("DUIR", "total")[index])
+
+    duir, total = executor(problem)(criterion_bounds, [(0.0, front.decisions), (1.0, front.decisions)], done)
     return duir, total

@@ -27,6 +27,9 @@ def command(
     seconds: Annotated[
         float | None, typer.Option(min=0.0, help="End the search after so many seconds with what is there.")
     ] = None,
+    workers: Annotated[
+        int, typer.Option(min=1, help="Processes of this machine; the results are the same. More than 2 are no use.")
+    ] = 2,
     port: Annotated[int, typer.Option(help="Of the page of --watch on this machine; any that is free if 0.")] = 0,
 ) -> None:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.
@@ -36,10 +39,10 @@ def command(
     folder = out or new_folder(config.stem)
     require_writable(folder)
     if watch:
-        result, page = _watched(config, folder, port, seconds)
+        result, page = _watched(config, folder, port, seconds, workers)
     else:
         with stages() as report:
-            result = xd.run(config, report=report, seconds=seconds)
+            result = xd.run(config, report=report, seconds=seconds, workers=workers)
         page = result.save(folder)
     front = result.front
     best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
@@ -58,7 +61,7 @@ def command(
     print(page)
 
 
-def _watched(config: Path, folder: Path, port: int, seconds: float | None) -> tuple[xd.Run, Path]:
+def _watched(config: Path, folder: Path, port: int, seconds: float | None, workers: int) -> tuple[xd.Run, Path]:
     """The run with a page on which it can be looked at and ended, and the path of its report."""
     from expdesign.watching.server import serve  # noqa: PLC0415 (needed here alone)
     from expdesign.watching.watched import Watched  # noqa: PLC0415
@@ -74,7 +77,7 @@ def _watched(config: Path, folder: Path, port: int, seconds: float | None) -> tu
                 report(title, done, total, text)
                 watched.stage(title, done, total, text)
 
-            result = xd.run(problem, report=both, follow=watched.follow, seconds=seconds)
+            result = xd.run(problem, report=both, follow=watched.follow, seconds=seconds, workers=workers)
         watched.stage("writing", 0, 0, "")
         page = result.save(folder)
         watched.ended("ended" if "ended_by_hand" in result.record else "finished")

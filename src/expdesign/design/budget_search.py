@@ -10,6 +10,7 @@ import numpy as np
 
 from expdesign.design.budget import Structure
 from expdesign.design.front import Front
+from expdesign.design.parts import Executor, one_after_another
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import Follow, search
 from expdesign.errors import ExpdesignError, InfeasibleError, NotIdentifiableError
@@ -19,7 +20,9 @@ TRIALS = 8
 _POPULATION, _GENERATIONS = 12, 8
 
 
-def search_within_budget(problem: DesignProblem, report: Follow = lambda progress: None) -> tuple[DesignProblem, Front]:
+def search_within_budget(
+    problem: DesignProblem, report: Follow = lambda progress: None, executor: Executor = one_after_another
+) -> tuple[DesignProblem, Front]:
     """The Pareto front of the structure that serves the targets best, and the problem with that structure.
 
     Without a budget, the problem's own front. The same problem and seed give the same front.
@@ -29,14 +32,14 @@ def search_within_budget(problem: DesignProblem, report: Follow = lambda progres
         NotIdentifiableError: no structure identifies what the targets need.
     """
     if problem.budget is None:
-        return problem, search(problem, report)
+        return problem, search(problem, report, executor)
     structures = problem.budget.structures()
     if len(structures) > TRIALS:
         chosen = np.unique(np.linspace(0, len(structures) - 1, TRIALS).round().astype(int))
         structures = [structures[index] for index in chosen]
     best = structures[0] if len(structures) == 1 else _best(problem, structures)
     fitted = with_structure(problem, best)
-    return fitted, search(fitted, report)
+    return fitted, search(fitted, report, executor)
 
 
 def with_structure(problem: DesignProblem, structure: Structure) -> DesignProblem:

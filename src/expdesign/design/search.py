@@ -20,6 +20,7 @@ from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.polish import GAIN, Polishing
 from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
+from expdesign.design.parts import Executor, one_after_another
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.start import require_identifiable, starting_designs
@@ -56,10 +57,12 @@ Follow = Callable[[Progress], bool | None]
 """Called with the state of a search; returns True to end it with the designs that are there."""
 
 
-def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Front:
+def search(
+    problem: DesignProblem, report: Follow = lambda progress: None, executor: Executor = one_after_another
+) -> Front:
     """The Pareto front of the problem's objectives.
 
-    The same problem and seed give the same front, bit for bit, unless `report` ends the search.
+    The same problem and seed give the same front, bit for bit, whatever executes it, unless `report` ends the search.
 
     Raises:
         InfeasibleError: no pose is within the robot's limits.
@@ -85,7 +88,7 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None) -> Fr
     population = DesignPopulation(working)
     _require_finite(problem, first)
     known.add(*population.objectives(first))
-    polishing = Polishing(working)
+    polishing = Polishing(working, executor=executor)
     if polished:
         for note in _coarse(polishing, first):
             known.add_front(polishing.front, note)

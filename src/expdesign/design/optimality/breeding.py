@@ -9,7 +9,9 @@ every aim has parents of its own (MOEA/D, Zhang & Li 2007).
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.design.optimality.neighbours import Neighbours, achieved
+from expdesign.design.optimality.neighbours import Neighbours
+from expdesign.design.optimality.sum_exchange import achieved
+from expdesign.design.optimality.variants import variants
 
 _ELITE = 12
 """Parents of an aim."""
@@ -66,7 +68,7 @@ class Breeding:
         rows, place = np.arange(count), draw(m, size=count)
         others = elite.reshape(-1, g)[draw(number * m, size=count)]
         if self._neighbours.discrete:
-            varied = self._neighbours.variants(children)[rows, place]
+            varied = variants(self._neighbours.problem, children)[rows, place]
             own = varied[rows, draw(varied.shape[1], size=count)]
             others = np.where((rows % 3 == 2)[:, None], own, others)
         children[rows, place] = others

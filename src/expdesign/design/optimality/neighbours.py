@@ -12,43 +12,44 @@ from itertools import pairwise
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.additive import Additive, additive
 from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.sum_exchange import achieved, exchanged_by_sums, exchanges_are_sums
+from expdesign.design.optimality.variants import variants
+from expdesign.design.parts import Parts, by_halves, one_after_another
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
-_LIBRARY, _RANDOM, _DRAWN, _LEVELS, _SWEEPS, _DRAWS = 100, 24, 60, 6, 8, 6
+_LIBRARY, _RANDOM, _DRAWN, _DRAWS = 100, 24, 60, 6
 _STOCK, _OFFERED, _JUDGED = 100, 6000, 60_000
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
-_ADDITIVE = ("duir", "feir", "total")
-_TOGETHER = 10_000_000
-"""Largest number of entries of the sums that are formed at once."""
-
-
-def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
-    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
-        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
-    return found
 
 
 class Neighbours:
     """Exchanges of measurements, and which of them serve an aim.
 
+    Attributes:
+        problem: the design problem.
+
     Args:
         problem: the design problem.
         objectives: by whose values designs are judged.
         generator: of what is drawn.
+        parts: does the exchanges of many designs; here, one after another, where left out.
     """
 
-    def __init__(self, problem: DesignProblem, objectives: Objectives, generator: np.random.Generator) -> None:
-        self._problem, self._objectives, self._generator = problem, objectives, generator
-        self._space = problem.space
-        self._names = [criterion.name for criterion in objectives.criteria]
-        known = not set(self._names) - set(_ADDITIVE)
-        self._additive = additive(problem, 1.0) if known and problem.space.most_poses is None else None
-        self._draws = problem.noise.shared_reference or problem.constraints is not None or self._additive is None
+    def __init__(
+        self,
+        problem: DesignProblem,
+        objectives: Objectives,
+        generator: np.random.Generator,
+        parts: Parts | None = None,
+    ) -> None:
+        self.problem, self._objectives, self._generator = problem, objectives, generator
+        self._space, self._parts = problem.space, parts or one_after_another(problem)
+        self._names = tuple(criterion.name for criterion in objectives.criteria)
+        self._sums = exchanges_are_sums(problem, self._names)
+        self._draws = problem.noise.shared_reference or problem.constraints is not None or not self._sums
         # On a grid, what gradients do elsewhere is done by steps to neighbours.
         self._gridded = bool((self._space.discrete & (self._space.upper > 1.0)).sum() > 1)
         self._library = np.zeros((0, self._space.decisions))
@@ -72,10 +73,9 @@ class Neighbours:
         """
         found, aims = [], []
         own = np.arange(len(parents))
-        if self._additive is not None and len(self._library):
-            found.append(
-                self._by_sums(self._additive, self._offered(_STOCK), parents, centres, weights, drawn, self._gridded)
-            )
+        if self._sums and len(self._library):
+            offered = self._offered(_STOCK)
+            found.append(self._by_sums(offered, parents, centres, weights, drawn, self._gridded))
             aims.append(np.tile(own, 1 + drawn))
         if self._draws:
             found.append(self._by_draws(parents, centres, weights))
@@ -91,21 +91,20 @@ class Neighbours:
         """Designs (b', m, g) of a grid or list at which no exchange with any measurement of many helps, from parents
         (b, m, g) and from designs at random, for aims with `centres` and `weights` (b, k); none for other spaces.
         """
-        if self._additive is None or not self._gridded:
+        if not self._sums or not self._gridded:
             return parents[:0]
         listed = self._offered(_OFFERED // self._space.measurements)
         starts = max(1, _JUDGED // (len(parents) * self._space.measurements * len(listed)))
-        varied = self._problem.noise.shared_reference
-        return self._by_sums(self._additive, listed, parents, centres, weights, starts, varied)
+        varied = self.problem.noise.shared_reference
+        return self._by_sums(listed, parents, centres, weights, starts, varied)
 
     @property
     def discrete(self) -> bool:
         """Whether anything has to be chosen that gradients cannot."""
-        return bool(self._space.discrete.any()) or self._problem.noise.shared_reference
+        return bool(self._space.discrete.any()) or self.problem.noise.shared_reference
 
     def _by_sums(
         self,
-        sums: Additive,
         common: FloatArray,
         parents: FloatArray,
         centres: FloatArray,
@@ -113,48 +112,12 @@ class Neighbours:
         drawn: int,
         varied: bool,
     ) -> FloatArray:
-        """Designs (b·(1 + drawn), m, g) at which no single exchange with measurements (l, g) nor, where `varied`, with
-        their own variants helps.
+        """Designs (b·(1 + drawn), m, g) at which no exchange with measurements (l, g) helps, from parents (b, m, g) and
+        from as many drawn at random, `drawn` times.
         """
-        (batch, m, g), count = parents.shape, len(common)
-        shared, pose = sums.parts(common), self._space.of_pose
-        plans = self._drawn(count, drawn * batch)
-        designs = np.concatenate([parents, common[plans]])
-        there = np.concatenate([sums.parts(parents.reshape(-1, g)).reshape(batch, m, -1), shared[plans]])
-        centres, weights = np.tile(centres, (1 + drawn, 1)), np.tile(weights, (1 + drawn, 1))
-        score = self._score(sums, sums.sums(there, designs[..., pose]), centres, weights)
-        moving = np.arange(len(designs))
-        together = max(1, _TOGETHER // (count * shared.shape[1]))
-        for _ in range(_SWEEPS):
-            helped = np.zeros(len(designs), dtype=bool)
-            for place in range(m):
-                for start in range(0, len(moving), together):
-                    part = moving[start : start + together]
-                    new, summands = common[None], shared[None]
-                    if varied:
-                        more = self._options(designs[part], place)
-                        own = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
-                        everywhere = (len(part), count)
-                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), more], axis=1)
-                        summands = np.concatenate(
-                            [np.broadcast_to(summands, (*everywhere, shared.shape[1])), own], axis=1
-                        )
-                    # Sums of what remains, not differences, which would lose digits.
-                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
-                    options = sums.joined(rest, others[..., pose], summands, new[..., pose])
-                    scores = self._score(sums, options, centres[part, None], weights[part, None])
-                    best = scores.argmin(axis=1)
-                    found = scores[np.arange(len(part)), best]
-                    better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
-                    index = part[better]
-                    source = np.flatnonzero(better) if varied else np.zeros(len(index), dtype=np.int64)
-                    designs[index, place] = new[source, best[better]]
-                    there[index, place] = summands[source, best[better]]
-                    score[index], helped[index] = found[better], True
-            moving = np.flatnonzero(helped)
-            if moving.size == 0:
-                break
-        return designs
+        designs = np.concatenate([parents, common[self._drawn(len(common), drawn * len(parents))]])
+        aims = [np.tile(part, (1 + drawn, 1)) for part in (centres, weights)]
+        return by_halves(self._parts, exchanged_by_sums, (designs, *aims), (self._names, common, varied))
 
     def _drawn(self, listed: int, count: int) -> IntArray:
         """Plans (count, m) of a list's measurements at random, each with one of them repeated none to m times."""
@@ -170,37 +133,16 @@ class Neighbours:
         """
         if not self._gridded:
             return self._library
-        space, drawn = self._space, reachable_measurements(self._problem, number, self._generator)
+        space, drawn = self._space, reachable_measurements(self.problem, number, self._generator)
         # What a measurement tells is largest at extreme loads.
         ends = np.where(self._generator.random(drawn.shape) < 0.5, space.lower, space.upper)
         return np.concatenate([self._library, np.unique(np.where(space.discrete, drawn, ends), axis=0)])
-
-    def _options(self, designs: FloatArray, place: int) -> FloatArray:
-        """Variants (b, v, g) of the measurement of designs (b, m, g) at a place; where references are shared, also at
-        the poses of the other ones.
-        """
-        own = designs[:, place, None]
-        found = [self.variants(own)[:, 0]]
-        if self._problem.noise.shared_reference:
-            space, others = self._space, np.delete(designs, place, axis=1)
-            found.append(np.where(space.of_pose, others, own))
-            found.append(self.variants(others, ~space.of_pose).reshape(len(designs), -1, space.decisions))
-        return np.concatenate(found, axis=1)
-
-    def _score(self, sums: Additive, options: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-        with np.errstate(all="ignore"):
-            noise, force = sums.variances(options)
-            both = {"duir": noise, "feir": force, "total": noise + force}
-            values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)
-            score = achieved(values, centres, weights)
-        usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
-        return usable
 
     def _by_draws(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
         """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
         some drawn at random. The first exchange may also be for the worse.
         """
-        random = reachable_measurements(self._problem, _RANDOM, self._generator)
+        random = reachable_measurements(self.problem, _RANDOM, self._generator)
         common = np.concatenate([self._library, random])
         found, score = self._best_drawn(parents, common, centres, weights)
         moving = np.arange(len(parents))
@@ -218,18 +160,18 @@ class Neighbours:
     ) -> tuple[FloatArray, FloatArray]:
         """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
         batch, m, _ = parents.shape
-        draw, own = self._generator.integers, self.variants(parents)
+        draw, own = self._generator.integers, variants(self.problem, parents)
         trials = np.repeat(parents[:, None], _DRAWN, axis=1)
         first, second = np.indices((batch, _DRAWN))
         place = draw(m, size=(batch, _DRAWN))
         varied = own[first, place, draw(own.shape[2], size=(batch, _DRAWN))]
         listed = common[draw(len(common), size=(batch, _DRAWN))]
-        if self._problem.noise.shared_reference:
+        if self.problem.noise.shared_reference:
             # Another load at the pose of a measurement that the plan has: they share their reference.
             there = parents[first, draw(m, size=(batch, _DRAWN))]
             listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
         new = np.where((second % 2 == 0)[..., None], varied, listed)
-        if self._problem.noise.shared_reference:
+        if self.problem.noise.shared_reference:
             # Half of the new poses are taken by the whole series, which a single measurement would break up.
             whole = second % 4 >= 2
             trials = self.with_series(trials, place, np.where(whole[..., None], new, parents[first, place]))
@@ -276,25 +218,3 @@ class Neighbours:
         same = (designs == old)[..., space.of_pose].all(axis=-1)
         moved: FloatArray = np.where(same[..., None] & space.of_pose, new[..., None, :], designs)
         return moved
-
-    def variants(self, parents: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
-        """The measurements of designs (b, m, g), each with one variable changed, all or those wanted (g,), shape
-        (b, m, v, g).
-        """
-        space, found = self._space, []
-        for decision in np.arange(space.decisions) if wanted is None else np.flatnonzero(wanted):
-            low, high = space.lower[decision], space.upper[decision]
-            if not space.discrete[decision]:
-                values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
-            elif high < _LEVELS:
-                values = [np.full(parents.shape[:2], level) for level in np.arange(high + 1.0)]
-            else:
-                values = [np.clip(parents[..., decision] + step, low, high) for step in (-1.0, 1.0)]
-                values += [np.full(parents.shape[:2], end) for end in (low, high)]
-            for value in values:
-                changed = parents.copy()
-                changed[..., decision] = value
-                found.append(changed)
-        if self._problem.noise.shared_reference and wanted is None:
-            found += [np.where(space.of_pose, np.roll(parents, k, axis=1), parents) for k in range(1, parents.shape[1])]
-        return np.stack(found, axis=2)

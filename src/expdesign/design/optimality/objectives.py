@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.criteria.criterion import Criterion, criterion_values
+from expdesign.criteria.criterion import Criterion, criterion_values, known_criteria
 from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series, weighted_gradient
 from expdesign.design.problem import DesignProblem
 from expdesign.instrument.deflection_noise import series_by_pose
@@ -25,6 +25,12 @@ class Objectives:
         self.criteria = (*problem.objectives, *further)
         self.count = len(problem.objectives)
         self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self.criteria]
+
+    @classmethod
+    def with_total(cls, problem: DesignProblem) -> "Objectives":
+        """The objectives of a problem and, where it is none of them, `total`."""
+        total = known_criteria()["total"]
+        return cls(problem, () if total in problem.objectives else (total,))
 
     def pieces(self, index: int, designs: Differentiated) -> list[Piece]:
         """Smooth functions of which objective `index` is the largest, that one first."""

@@ -13,15 +13,16 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.design.front import GAPS, drawn_through, gap_shares, non_dominated, reference_point
 from expdesign.design.optimality.breeding import Breeding
 from expdesign.design.optimality.continuation import predictions
+from expdesign.design.optimality.descents import Pace, descended
 from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.neighbours import Neighbours, achieved
+from expdesign.design.optimality.neighbours import Neighbours
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.seeds import relaxed_designs
-from expdesign.design.optimality.sqp import MinimaxSearch
+from expdesign.design.optimality.sum_exchange import achieved
+from expdesign.design.parts import Executor, by_halves, one_after_another
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
 
@@ -74,8 +75,10 @@ class Polishing:
         complete: whether the pool is the front of all designs there are.
     """
 
-    def __init__(self, problem: DesignProblem, points: int | None = None) -> None:
-        self.problem = problem
+    def __init__(
+        self, problem: DesignProblem, points: int | None = None, executor: Executor = one_after_another
+    ) -> None:
+        self.problem, self._executor = problem, executor
         space = problem.space
         # The cost of a step grows with the cube of the number of variables: with very many, few points are pursued, and
         # not to the end.
@@ -91,13 +94,12 @@ class Polishing:
         self.complete = False
 
     def _set(self, problem: DesignProblem) -> None:
-        known = known_criteria()
-        further: tuple[Criterion, ...] = () if known["total"] in problem.objectives else (known["total"],)
         self.problem = problem
-        self._objectives = Objectives(problem, further)
+        self._parts = self._executor(problem)
+        self._objectives = Objectives.with_total(problem)
         self._count = self._objectives.count
         self._values: FloatArray = np.zeros((0, len(self._objectives.criteria)))
-        self._neighbours = Neighbours(problem, self._objectives, self._generator)
+        self._neighbours = Neighbours(problem, self._objectives, self._generator, self._parts)
         shape = (problem.space.measurements, problem.space.decisions, len(self._objectives.criteria))
         self._breeding = Breeding(self._neighbours, self._generator, shape)
         if len(self.pool):
@@ -374,11 +376,10 @@ class Polishing:
         return np.where(np.isfinite(found), found, 1e30)
 
     def _minimise(self, starts: FloatArray, centres: FloatArray, weights: FloatArray, iterations: int) -> FloatArray:
-        pieces = self._objectives.scalarised(centres, weights)
-        search = MinimaxSearch(self.problem, pieces, self._objectives.tie(starts))
+        brief = iterations <= 2 * _FIRST
         steps = max(2, round(self._part * iterations))
-        tolerance, inner = (1e-8, 1e-7) if iterations > _FIRST else (1e-6, 1e-4)
-        return search.minimise(starts, iterations=steps, radius=0.1, tolerance=tolerance, inner=inner)
+        pace = Pace(steps, 1e-6, 1e-4) if brief else Pace(steps, 1e-8, 1e-7)
+        return by_halves(self._parts, descended, (starts, centres, weights), (pace,))
 
 
 def _spread(front: FloatArray, count: int, shift: float) -> FloatArray:

@@ -1,0 +1,116 @@
+"""Exchange of measurements until none helps, where criteria are sums over them (Fedorov 1972; `additive.py`)."""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.design.optimality.additive import additive
+from expdesign.design.optimality.variants import variants
+from expdesign.design.problem import DesignProblem
+
+_ADDITIVE = ("duir", "feir", "total")
+_SWEEPS = 8
+_TOGETHER = 10_000_000
+"""Largest number of entries of the sums that are formed at once."""
+
+
+def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
+    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
+        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
+    return found
+
+
+def exchanges_are_sums(problem: DesignProblem, names: tuple[str, ...]) -> bool:
+    """Whether criteria with these names depend on sums over measurements, of which each may be exchanged by itself."""
+    return not set(names) - set(_ADDITIVE) and problem.space.most_poses is None
+
+
+def exchanged_by_sums(
+    problem: DesignProblem,
+    designs: FloatArray,
+    centres: FloatArray,
+    weights: FloatArray,
+    names: tuple[str, ...],
+    common: FloatArray,
+    varied: bool,
+) -> FloatArray:
+    """Designs (b, m, g) at which no exchange of one measurement helps, until which they are improved.
+
+    Args:
+        problem: the design problem.
+        designs: shape (b, m, g).
+        centres: of the aims, shape (b, k).
+        weights: of the aims, shape (b, k).
+        names: of the criteria, k.
+        common: measurements for which any is exchanged, shape (l, g).
+        varied: whether measurements are exchanged for their own variants too.
+    """
+    return _SumExchange(problem, names).improved(designs, centres, weights, common, varied)
+
+
+class _SumExchange:
+    def __init__(self, problem: DesignProblem, names: tuple[str, ...]) -> None:
+        self._problem, self._space, self._names = problem, problem.space, names
+        self._sums = additive(problem, 1.0)
+
+    def improved(
+        self, designs: FloatArray, centres: FloatArray, weights: FloatArray, common: FloatArray, varied: bool
+    ) -> FloatArray:
+        sums, designs = self._sums, designs.copy()
+        (batch, m, g), count = designs.shape, len(common)
+        shared, pose = sums.parts(common), self._space.of_pose
+        there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
+        score = self._score(sums.sums(there, designs[..., pose]), centres, weights)
+        moving = np.arange(len(designs))
+        together = max(1, _TOGETHER // (count * shared.shape[1]))
+        for _ in range(_SWEEPS):
+            helped = np.zeros(len(designs), dtype=bool)
+            for place in range(m):
+                for start in range(0, len(moving), together):
+                    part = moving[start : start + together]
+                    new, summands = common[None], shared[None]
+                    if varied:
+                        more = self._options(designs[part], place)
+                        own = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
+                        everywhere = (len(part), count)
+                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), more], axis=1)
+                        summands = np.concatenate(
+                            [np.broadcast_to(summands, (*everywhere, shared.shape[1])), own], axis=1
+                        )
+                    # Sums of what remains, not differences, which would lose digits.
+                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
+                    options = sums.joined(rest, others[..., pose], summands, new[..., pose])
+                    scores = self._score(options, centres[part, None], weights[part, None])
+                    best = scores.argmin(axis=1)
+                    found = scores[np.arange(len(part)), best]
+                    better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
+                    index = part[better]
+                    source = np.flatnonzero(better) if varied else np.zeros(len(index), dtype=np.int64)
+                    designs[index, place] = new[source, best[better]]
+                    there[index, place] = summands[source, best[better]]
+                    score[index], helped[index] = found[better], True
+            moving = np.flatnonzero(helped)
+            if moving.size == 0:
+                break
+        return designs
+
+    def _options(self, designs: FloatArray, place: int) -> FloatArray:
+        """Variants (b, v, g) of the measurement of designs (b, m, g) at a place; where references are shared, also at
+        the poses of the other ones.
+        """
+        own = designs[:, place, None]
+        found = [variants(self._problem, own)[:, 0]]
+        if self._problem.noise.shared_reference:
+            space, others = self._space, np.delete(designs, place, axis=1)
+            found.append(np.where(space.of_pose, others, own))
+            found.append(variants(self._problem, others, ~space.of_pose).reshape(len(designs), -1, space.decisions))
+        return np.concatenate(found, axis=1)
+
+    def _score(self, options: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            noise, force = self._sums.variances(options)
+            both = {"duir": noise, "feir": force, "total": noise + force}
+            values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)
+            score = achieved(values, centres, weights)
+        usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
+        return usable
