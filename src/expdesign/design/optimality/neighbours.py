@@ -20,7 +20,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.design.start import reachable_measurements
 
 _LIBRARY, _RANDOM, _DRAWN, _DRAWS = 100, 24, 60, 6
-_STOCK, _OFFERED, _JUDGED = 100, 6000, 60_000
+_STOCK, _OFFERED, _JUDGED, _SOME = 100, 6000, 60_000, 20
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
 
@@ -97,6 +97,15 @@ class Neighbours:
         starts = max(1, _JUDGED // (len(parents) * self._space.measurements * len(listed)))
         varied = self.problem.noise.shared_reference
         return self._by_sums(listed, parents, centres, weights, starts, varied)
+
+    def improved(self, designs: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """Designs (b, m, g) of a grid or list after exchanges with own variants and some of the library until none
+        helps, for aims with `centres` and `weights` (b, k); of other spaces as they are.
+        """
+        if not self._sums or not self._gridded or self.problem.noise.shared_reference or len(designs) == 0:
+            return designs
+        some = self._library[self._generator.permutation(len(self._library))[:_SOME]]
+        return by_halves(self._parts, exchanged_by_sums, (designs, centres, weights), (self._names, some, True))
 
     @property
     def discrete(self) -> bool:

@@ -37,9 +37,9 @@ _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
 _STARTS, _STAGES, _GOALS, _NEAR, _CHILDREN = 48, (6, 8), 8, 4, 32
 _PASSES, _MOST, _CORRECTED, _HOLES, _WIDE = 3, 300, 80, 4, 5e-3
-_GENERATIONS, _PATIENCE = 20, 100
+_GENERATIONS, _PATIENCE = 13, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
-_QUIET = 2
+_QUIET = 3
 """Rounds in succession that bring next to nothing, after which no further one is tried."""
 
 
@@ -222,6 +222,9 @@ class Polishing:
         centres, weights, shares = self._goals()
         aims = self._shared(shares, _CHILDREN)
         designs = self._breeding.children(centres, weights, aims)
+        # Half of them: what exchanges lead to from many is the same.
+        some = np.arange(0, len(designs), 2)
+        designs[some] = self._neighbours.improved(designs[some], centres[aims[some]], weights[aims[some]])
         parents = self._breeding.best(centres, weights)
         exchanged, of = self._neighbours.exchanged(parents, centres, weights, _DRAWN)
         designs, aims = np.concatenate([designs, exchanged]), np.concatenate([aims, of])
