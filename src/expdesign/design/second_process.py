@@ -10,6 +10,7 @@ import os
 import pickle
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from typing import Any, Self, TypeVar
@@ -61,7 +62,10 @@ class SecondProcess:
         context = multiprocessing.get_context("fork")
         here, there = context.Pipe()
         self._process = context.Process(target=_serve, args=(problem, there, here), daemon=True)
-        self._process.start()
+        with warnings.catch_warnings():
+            # Threads that show progress or serve a page hold no lock that the copy needs.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self._process.start()
         there.close()
         self._copy: Connection | None = here
 

@@ -16,6 +16,7 @@ from expdesign.design.optimality.neighbours import Neighbours
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.polish import Polishing
 from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
+from expdesign.design.optimality.variants import variants
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
 from expdesign.design.start import starting_designs
@@ -97,6 +98,35 @@ def test_exchanges_over_a_grid_reach_the_least_feir_of_all_designs(shared: bool)
     weights = np.eye(2)
     found = objectives.values(neighbours.anywhere(parents, np.zeros((2, 2)), weights))
     np.testing.assert_allclose(np.nanmin(found, axis=0), least, rtol=1e-9)
+
+
+def test_exchanges_of_children_leave_none_that_a_variant_of_one_measurement_improves() -> None:
+    here = problem(BIPOD, GRID)
+    objectives = Objectives(here)
+    neighbours = Neighbours(here, objectives, np.random.default_rng(1))
+    parents = designs(here, 12)
+    neighbours.learn(parents)
+    weights = np.repeat(np.eye(2), 6, axis=0)
+    found = neighbours.improved(parents, np.zeros((12, 2)), weights)
+    reached = (objectives.values(found) * weights).sum(axis=1)
+    assert (reached <= (objectives.values(parents) * weights).sum(axis=1) * (1.0 + 1e-12)).all()
+    options = variants(here, found)
+    for place in range(here.space.measurements):
+        for variant in range(options.shape[2]):
+            changed = found.copy()
+            changed[:, place] = options[:, place, variant]
+            values = (objectives.values(changed) * weights).sum(axis=1)
+            usable = np.isfinite(values)
+            assert usable.any()
+            assert (values[usable] >= reached[usable] * (1.0 - 1e-7)).all()
+
+
+def test_children_of_continuous_spaces_are_left_to_descents() -> None:
+    here = problem(HEXAPOD)
+    neighbours = Neighbours(here, Objectives(here), np.random.default_rng(1))
+    parents = designs(here, 4)
+    neighbours.learn(parents)
+    np.testing.assert_array_equal(neighbours.improved(parents, np.zeros((4, 2)), np.ones((4, 2))), parents)
 
 
 def test_a_space_of_few_designs_is_looked_at_as_a_whole() -> None:

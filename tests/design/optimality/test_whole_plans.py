@@ -12,6 +12,8 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality import whole_plans
 from expdesign.design.optimality.best_linear import best_linear_total
 from expdesign.design.optimality.certificate import Certificate
+from expdesign.design.optimality.columns import columns_of, sites_of
+from expdesign.design.optimality.outer_approximation import most_sensitive
 from expdesign.design.optimality.polish import polish
 from expdesign.design.optimality.whole_plans import GAP, BranchAndBound, WholePlans, criterion_bounds
 from expdesign.design.problem import DesignProblem
@@ -124,6 +126,21 @@ def test_no_load_between_the_extreme_ones_beats_the_bound(shared: bool, measurem
     assert values(here, found, "duir").min() >= whole.bound * (1.0 - 1e-9)
     # A bound a tenth higher would be beaten.
     assert min(values(here, found, "duir").min(), whole.best) < 1.1 * whole.bound
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_columns_of_no_pose_at_all_are_passed_over(shared: bool) -> None:
+    """Where no column of so many measurements can be in a better plan."""
+    here = problem(BIPOD, {**LIST, **(SHARED if shared else {})})
+    information = Certificate(here, 0.0).information
+    sites = sites_of(information)
+    assert not isinstance(sites, str)
+    last = Certificate(here, 0.0).result(None).last
+    assert last is not None
+    none = columns_of(sites, last.count, last.dual, np.inf, last.largest, 1e9)
+    assert not isinstance(none, str)
+    assert most_sensitive(none, last.dual, 10) == []
+    assert sum(part.seconds for part in none) == 0.0
 
 
 def test_a_list_for_a_hexapod_is_proved_best_to_a_thousandth() -> None:

@@ -18,6 +18,8 @@ from expdesign.design.optimality.series_pool import takes_series
 from expdesign.design.optimality.weights import Dual
 
 _MAPS, _AT_ONCE = 20_000_000, 2_000_000
+_FORMS, _GATHERED = 1e10, 1e8
+"""Multiplications per second of large forms, and entries per second that are gathered for columns."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,13 @@ class Columns:
         """N."""
         return self.boxes.shape[1]
 
+    @property
+    def seconds(self) -> float:
+        """Of a processor, as estimated, that it takes to see what they tell by one Q (`by_corner`)."""
+        boxes, corners, vertices = self.sites.boxes.mixtures.shape
+        forms = len(np.unique(self.pose)) * boxes * corners * vertices**2 / _FORMS
+        return forms + len(self) * self.size * corners * (vertices if self.sites.series else 1) / _GATHERED
+
     def take(self, keep: IntArray) -> "Columns":
         return replace(self, pose=self.pose[keep], boxes=self.boxes[keep])
 
@@ -84,6 +93,9 @@ class Columns:
         mixtures = self.sites.boxes.mixtures
         gram, shared = self.sites.quadratic(dual, self.size, poses)
         alone = ((mixtures @ gram[:, None]) * mixtures).sum(axis=3)
+        if not self.sites.series:
+            by_themselves = alone[group[:, None], self.boxes]
+            return by_themselves, by_themselves.max(axis=2).sum(axis=1)
         added = np.empty((len(self.pose), self.size, mixtures.shape[1]))
         total = np.empty(len(self.pose))
         together = max(1, _AT_ONCE // (self.size * mixtures.shape[1] * mixtures.shape[2]))

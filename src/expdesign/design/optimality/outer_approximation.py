@@ -51,7 +51,7 @@ class Master:
         unit: a value of the criterion squared, by which cuts are scaled.
 
     Attributes:
-        work: processor seconds of the linear programs so far, as estimated from their sizes.
+        work: processor seconds of the cuts and linear programs so far, as estimated from their sizes.
     """
 
     def __init__(self, relaxation: Relaxation, parts: list[Columns], unit: float) -> None:
@@ -89,6 +89,7 @@ class Master:
         return np.concatenate(arrays) if arrays else np.zeros((0, self._parameters, self._parameters))
 
     def _most(self, dual: Dual) -> FloatArray:
+        self.work += sum(part.seconds for part in self.parts)
         return np.concatenate([part.most(dual) for part in self.parts]) / self._unit
 
     def cut(self, dual: Dual) -> None:
@@ -259,7 +260,7 @@ class Master:
 def most_sensitive(parts: list[Columns], dual: Dual, number: int) -> list[Columns]:
     """The columns that tell most per measurement by a Q, of each number of measurements."""
     kept = []
-    for part in parts:
+    for part in (each for each in parts if len(each)):
         order: IntArray = np.argsort(-part.most(dual), kind="stable")[:number]
         kept.append(part.take(np.sort(order)))
     return kept
