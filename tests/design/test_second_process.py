@@ -92,7 +92,7 @@ def test_halves_come_back_in_the_order_of_the_rows(count: int, two: SecondProces
 
 @pytest.mark.skipif(not second_process_helps(), reason="one processor alone")
 def test_a_run_by_two_processes_gives_the_same_bytes(tmp_path: Path) -> None:
-    document = changed(HEXAPOD, {"optimiser.population": 12, "optimiser.generations": 20, "optimiser.polish": True})
+    document = changed(BIPOD, {"optimiser.population": 12, "optimiser.generations": 20, "optimiser.polish": True})
     config = tmp_path / "config.yaml"
     config.write_text(yaml.safe_dump(document), encoding="utf-8")
     one, two = (xd.run(config, timed=False, workers=workers) for workers in (1, 2))
