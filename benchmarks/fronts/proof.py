@@ -93,7 +93,8 @@ def row(number: int, result: dict[str, Any], earlier: dict[str, Any] | None) -> 
         "default": parts[0],
         "long": parts[1 : 1 + len(result["long"])],
         "earlier": parts[1 + len(result["long"]) :],
-        "feir": float((fronts[0][:, 1].min() - everything[:, 1].min()) / np.ptp(best[:, 1])),
+        # One design may be the best by both.
+        "feir": float((fronts[0][:, 1].min() - everything[:, 1].min()) / (np.ptp(best[:, 1]) or 1.0)),
         "duir": float(fronts[0][:, 0].min()) / least - 1.0,
         "missing": result["default"]["missing"],
         "kktpm": result["default"]["kktpm"],
