@@ -1,8 +1,9 @@
 """Time of whole runs by one process and by two: `python -m benchmarks.fronts.two_processes [CONFIG ...] [--rounds 2]`.
 
 Each run is a command of its own, as a user types it, report and files included, one and two processes in turn; of the
-rounds the shortest counts. What the runs write must not differ but for the time that they took. Wall seconds mean
-something on an idle machine only; processor seconds are those of both processes.
+rounds the shortest counts. Their fronts and plans must not differ; that of all files
+`tests/design/test_second_process.py` sees to. Wall seconds mean something on an idle machine only; processor seconds
+are those of both processes.
 """
 
 import argparse

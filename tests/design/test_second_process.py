@@ -69,8 +69,9 @@ def test_what_a_part_raises_here_ends_the_copy_whose_answer_nobody_takes(two: Se
 
 
 def test_parts_of_a_copy_that_is_lost_are_done_here(two: SecondProcess) -> None:
-    pid = os.getpid()
-    assert two(ends, [(number, pid) for number in range(4)]) == [0, 1, 2, 3]
+    pid, told = os.getpid(), list[int]()
+    assert two(ends, [(number, pid) for number in range(4)], told.append) == [0, 1, 2, 3]
+    assert sorted(told) == [0, 1, 2, 3]
     assert [done for *_, done in two(where, [(0,), (1,)])] == [pid, pid]
 
 

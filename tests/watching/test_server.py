@@ -5,7 +5,7 @@ import re
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -111,23 +111,31 @@ def test_who_looks_is_told_why_there_is_no_result(tmp_path: Path) -> None:
             seen.append(state_of(address))
             time.sleep(0.02)
 
+    viewers: list[threading.Thread] = []
+
     def attempt() -> None:
         with serve(Watched(problem, "out")) as watch:
-            viewer = threading.Thread(target=look, args=(watch.address,))
-            viewer.start()
+            viewers.append(threading.Thread(target=look, args=(watch.address,)))
+            viewers[0].start()
             while not seen:
                 time.sleep(0.01)
             raise InfeasibleError("no pose can be reached")
 
     with pytest.raises(InfeasibleError):
         attempt()
+    # The last answer has been sent by now, but perhaps not yet been noted by who asked.
+    viewers[0].join()
     assert seen[-1]["end"] == "failed"
     assert "no pose can be reached" in str(seen[-1]["message"])
 
 
-def _watching(monkeypatch: pytest.MonkeyPatch, end: bool) -> list[dict[str, object]]:
-    """A person who looks from the moment that the command says where, ends the run if `end`, and takes the report."""
+def _watching(monkeypatch: pytest.MonkeyPatch, end: bool) -> Callable[[], list[dict[str, object]]]:
+    """A person who looks from the moment that the command says where, ends the run if `end`, and takes the report.
+
+    What is called tells what was seen, when the person has looked at the last answer.
+    """
     seen: list[dict[str, object]] = []
+    viewers: list[threading.Thread] = []
 
     def look(address: str) -> None:
         headers = key_of(address)
@@ -140,10 +148,16 @@ def _watching(monkeypatch: pytest.MonkeyPatch, end: bool) -> list[dict[str, obje
         seen.append({"status": status, "page": page})
 
     def open_page(address: str) -> None:
-        threading.Thread(target=look, args=(address,)).start()
+        viewers.append(threading.Thread(target=look, args=(address,)))
+        viewers[0].start()
+
+    def seen_at_last() -> list[dict[str, object]]:
+        for viewer in viewers:
+            viewer.join()
+        return seen
 
     monkeypatch.setattr("expdesign.commands.run._open", open_page)
-    return seen
+    return seen_at_last
 
 
 @pytest.mark.parametrize("end", [False, True])
@@ -151,11 +165,12 @@ def test_the_command_with_somebody_who_looks(
     end: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     config = config_file(tmp_path)
-    seen = _watching(monkeypatch, end)
+    looked = _watching(monkeypatch, end)
     assert call("run", config, "--out", tmp_path / "out", "--watch") == 0
     said = capsys.readouterr()
     assert re.search(r"watch it at http://127\.0\.0\.1:\d+/", said.err)
     assert said.out.strip() == str(tmp_path / "out" / "report.html")
+    seen = looked()
     assert seen[-1] == {"status": 200, "page": (tmp_path / "out" / "report.html").read_bytes()}
     record = json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))
     assert seen[-2]["end"] == ("ended" if end else "finished")

@@ -19,6 +19,8 @@ from expdesign.design.parts import Done, Parts, one_after_another, unnoticed
 from expdesign.design.problem import DesignProblem
 
 R = TypeVar("R")
+_LOST = (EOFError, BrokenPipeError, ConnectionResetError)
+"""What a pipe raises whose other end is gone."""
 
 
 def second_process_helps() -> bool:
@@ -37,13 +39,16 @@ class TwoProcesses:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the copy that there is."""
         if self._present is not None:
             self._present.close()
-            self._present = None
 
     def __call__(self, problem: DesignProblem) -> Parts:
         """Does the parts of works on a problem from now on, and no longer of the one before."""
-        self.__exit__()
+        self.close()
         self._present = SecondProcess(problem)
         return self._present
 
@@ -80,29 +85,51 @@ class SecondProcess:
 
     def __call__(self, work: Callable[..., R], arguments: Sequence[tuple[Any, ...]], done: Done = unnoticed) -> list[R]:
         """`work(problem, *each)` of all arguments, in their order (see `Parts`); `work` is a function of a module."""
-        here = one_after_another(self._problem)
-        if self._copy is None or len(arguments) < 2:
-            return here(work, arguments, done)
+        theirs = range(1, len(arguments), 2)
+        if self._copy is None or not theirs:
+            return one_after_another(self._problem)(work, arguments, done)
         results: dict[int, R] = {}
-        try:
-            self._copy.send((work, list(arguments[1::2])))
-            for index in range(0, len(arguments), 2):
+
+        def do_here(indices: range) -> None:
+            for index in indices:
                 results[index] = work(self._problem, *arguments[index])
                 done(index)
-            answer = self._copy.recv()
-        except (EOFError, BrokenPipeError, ConnectionResetError):
-            self.close()
-            return here(work, arguments, done)
+
+        try:
+            asked = self._asked(work, [arguments[index] for index in theirs])
+            do_here(range(0, len(arguments), 2))
+            answer = self._answer() if asked else None
         except BaseException:
             # An answer that nobody takes would be taken for that of the next work.
             self.close()
             raise
         if isinstance(answer, BaseException):
             raise answer
-        for place, result in enumerate(answer):
-            results[1 + 2 * place] = result
-            done(1 + 2 * place)
+        if answer is None:
+            self.close()
+            do_here(theirs)
+        else:
+            for index, result in zip(theirs, answer, strict=True):
+                results[index] = result
+                done(index)
         return [results[index] for index in range(len(arguments))]
+
+    def _asked(self, work: Callable[..., R], arguments: list[tuple[Any, ...]]) -> bool:
+        """Whether there is still a copy that could be asked."""
+        assert self._copy is not None
+        try:
+            self._copy.send((work, arguments))
+        except _LOST:
+            return False
+        return True
+
+    def _answer(self) -> Any:
+        """Results of the copy, what it raised, or None where it is lost."""
+        assert self._copy is not None
+        try:
+            return self._copy.recv()
+        except _LOST:
+            return None
 
 
 def _serve(problem: DesignProblem, there: Connection, here: Connection) -> None:
@@ -123,7 +150,7 @@ def _serve(problem: DesignProblem, there: Connection, here: Connection) -> None:
             answer = _sendable(error)
         try:
             there.send(answer)
-        except (BrokenPipeError, ConnectionResetError):
+        except _LOST:
             return
 
 

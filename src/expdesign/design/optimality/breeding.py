@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.neighbours import Neighbours
-from expdesign.design.optimality.sum_exchange import achieved
+from expdesign.design.optimality.objectives import achieved
 from expdesign.design.optimality.variants import variants
 
 _ELITE = 12

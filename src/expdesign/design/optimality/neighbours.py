@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.objectives import Objectives
-from expdesign.design.optimality.sum_exchange import achieved, exchanged_by_sums, exchanges_are_sums
+from expdesign.design.optimality.objectives import Objectives, achieved
+from expdesign.design.optimality.sum_exchange import exchanged_by_sums, exchanges_are_sums
 from expdesign.design.optimality.variants import variants
 from expdesign.design.parts import Parts, by_halves, one_after_another
 from expdesign.design.problem import DesignProblem
@@ -105,7 +105,7 @@ class Neighbours:
         if not self._sums or not self._gridded or self.problem.noise.shared_reference or len(designs) == 0:
             return designs
         some = self._library[self._generator.permutation(len(self._library))[:_SOME]]
-        return by_halves(self._parts, exchanged_by_sums, (designs, centres, weights), (self._names, some, True))
+        return self._by_sums(some, designs, centres, weights, 0, True)
 
     @property
     def discrete(self) -> bool:

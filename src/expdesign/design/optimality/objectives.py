@@ -11,6 +11,13 @@ from expdesign.design.problem import DesignProblem
 from expdesign.instrument.deflection_noise import series_by_pose
 
 
+def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
+    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
+        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
+    return found
+
+
 class Objectives:
     """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted.
 

@@ -19,9 +19,8 @@ from expdesign.design.optimality.continuation import predictions
 from expdesign.design.optimality.descents import Pace, descended
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.neighbours import Neighbours
-from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.objectives import Objectives, achieved
 from expdesign.design.optimality.seeds import relaxed_designs
-from expdesign.design.optimality.sum_exchange import achieved
 from expdesign.design.parts import Executor, by_halves, one_after_another
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs

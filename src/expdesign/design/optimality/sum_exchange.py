@@ -4,6 +4,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.optimality.additive import additive
+from expdesign.design.optimality.objectives import achieved
 from expdesign.design.optimality.variants import variants
 from expdesign.design.problem import DesignProblem
 
@@ -11,13 +12,6 @@ _ADDITIVE = ("duir", "feir", "total")
 _SWEEPS = 8
 _TOGETHER = 10_000_000
 """Largest number of entries of the sums that are formed at once."""
-
-
-def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
-    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
-        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
-    return found
 
 
 def exchanges_are_sums(problem: DesignProblem, names: tuple[str, ...]) -> bool:
