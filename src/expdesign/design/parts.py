@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.problem import DesignProblem
 
 R = TypeVar("R")
@@ -36,7 +36,7 @@ _WORTHWHILE = 8
 
 
 def by_halves(
-    parts: Parts, work: Callable[..., FloatArray], rows: tuple[FloatArray, ...], common: tuple[Any, ...]
+    parts: Parts, work: Callable[..., FloatArray], rows: tuple[FloatArray | IntArray, ...], common: tuple[Any, ...]
 ) -> FloatArray:
     """`work(problem, *rows, *common)` (b, ...), of every other row by itself, whoever does that, so that results do not
     depend on it to the last bit.

@@ -69,17 +69,27 @@ class Additive:
         """
         return there.sum(axis=1)[:, None] + new
 
-    def variances(self, sums: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """DUIR² and s²·FEIR² of every alternative of the maximum over targets, (..., t), of sums (..., c)."""
+    def terms(self, sums: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """M, N and S, each (..., n, ·), of sums (..., c)."""
         sizes = np.cumsum([int(np.prod(shape)) for shape in self._shapes])[:-1]
         matrix, own, common = (
             part.reshape(*sums.shape[:-1], *shape)
             for part, shape in zip(np.split(sums, sizes, axis=-1), self._shapes, strict=True)
         )
+        return matrix, own, common
+
+    def gains(self, matrix: FloatArray) -> FloatArray:
+        """T·M⁻¹ of every alternative of the maximum over targets, (..., t, r, n), of informations M (..., n, n)."""
         # A ridge far below rounding of a regular matrix keeps a singular one from stopping the batch.
         size = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None]
         inverse = np.linalg.inv(matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(matrix.shape[-1]))
-        gain = self._targets @ inverse[..., None, :, :]
+        found: FloatArray = self._targets @ inverse[..., None, :, :]
+        return found
+
+    def variances(self, sums: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """DUIR² and s²·FEIR² of every alternative of the maximum over targets, (..., t), of sums (..., c)."""
+        matrix, own, common = self.terms(sums)
+        gain = self.gains(matrix)
         noise = np.einsum("...trp,trp->...t", gain, self._targets)
         turned = (gain @ own[..., None, :, :]) * gain
         force = turned.sum(axis=(-2, -1)) + ((gain @ common[..., None, :, :]) ** 2).sum(axis=(-2, -1))

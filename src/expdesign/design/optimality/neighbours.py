@@ -3,16 +3,18 @@
 Which pose or mass comes first, where exactly comes from gradients afterwards. Measurements are exchanged for those that
 other good designs have, for some at random, or for themselves with one variable at another of its values: an end of its
 range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Where DUIR and FEIR are
-sums over measurements (`additive.py`), every exchange is judged, one after the other until none helps (Fedorov 1972);
-else some of them, drawn at random.
+sums over measurements (`additive.py`), every exchange is judged, one after the other until none helps (Fedorov 1972),
+and of exchanges of two at once the most promising (`pair_exchange.py`); else some of them, drawn at random.
 """
 
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.design.optimality.objectives import Objectives, achieved
+from expdesign.design.optimality.pair_exchange import exchanged_in_pairs
 from expdesign.design.optimality.sum_exchange import exchanged_by_sums, exchanges_are_sums
 from expdesign.design.optimality.variants import variants
 from expdesign.design.parts import Parts, by_halves, one_after_another
@@ -21,6 +23,7 @@ from expdesign.design.start import reachable_measurements
 
 _LIBRARY, _RANDOM, _DRAWN, _DRAWS = 100, 24, 60, 6
 _STOCK, _OFFERED, _JUDGED, _SOME = 100, 6000, 60_000, 20
+_PAIRED, _PLACES = 150, 3
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
 
@@ -106,6 +109,25 @@ class Neighbours:
             return designs
         some = self._library[self._generator.permutation(len(self._library))[:_SOME]]
         return self._by_sums(some, designs, centres, weights, 0, True)
+
+    def paired(self, designs: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """Designs (b, m, g) after exchanges of some pairs of their measurements at once, as far as these help, for aims
+        with `centres` and `weights` (b, k); as they are where criteria are not sums over measurements.
+        """
+        m = self._space.measurements
+        if not self._sums or self.problem.noise.shared_reference or m < 2 or len(designs) == 0:
+            return designs
+        places = np.argsort(self._generator.random((len(designs), _PLACES, m)), axis=2)[..., :2]
+        offered = np.concatenate([self._library, self._stock])
+        return by_halves(self._parts, exchanged_in_pairs, (designs, centres, weights, places), (self._names, offered))
+
+    @cached_property
+    def _stock(self) -> FloatArray:
+        """Measurements (l, g) drawn once, half of their continuous variables at ends."""
+        drawn = reachable_measurements(self.problem, _PAIRED, self._generator)
+        ends = np.where(self._generator.random(drawn.shape) < 0.5, self._space.lower, self._space.upper)
+        moved = ~self._space.discrete & (self._generator.random(drawn.shape) < 0.5)
+        return np.where(moved, ends, drawn)
 
     @property
     def discrete(self) -> bool:

@@ -38,7 +38,7 @@ _STARTS, _STAGES, _GOALS, _NEAR, _CHILDREN = 48, (6, 8), 8, 4, 32
 _PASSES, _MOST, _CORRECTED, _HOLES, _WIDE = 3, 300, 80, 4, 5e-3
 _GENERATIONS, _PATIENCE = 13, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
-_QUIET = 3
+_QUIET = 4
 """Rounds in succession that bring next to nothing, after which no further one is tried."""
 
 
@@ -121,7 +121,8 @@ class Polishing:
         if len(designs) == 0:
             return 0.0
         found, values = self._usable(designs)
-        self._neighbours.learn(found)
+        # By chance, so that all aims have their share of what is kept.
+        self._neighbours.learn(found[self._generator.permutation(len(found))])
         self._breeding.learn(found, values)
         before = self.front
         pool, values = np.concatenate([self.pool, found]), np.concatenate([self._values, values])
@@ -221,6 +222,9 @@ class Polishing:
         centres, weights, shares = self._goals()
         aims = self._shared(shares, _CHILDREN)
         designs = self._breeding.children(centres, weights, aims)
+        # What a criterion alone is least at, exchanges of single measurements miss most.
+        alone = np.flatnonzero((weights[aims] > 0.0).sum(axis=1) == 1)
+        designs[alone] = self._neighbours.paired(designs[alone], centres[aims[alone]], weights[aims[alone]])
         # Half of them: what exchanges lead to from many is the same.
         some = np.arange(0, len(designs), 2)
         designs[some] = self._neighbours.improved(designs[some], centres[aims[some]], weights[aims[some]])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.design.optimality.additive import additive
+from expdesign.design.optimality.additive import Additive, additive
 from expdesign.design.optimality.objectives import achieved
 from expdesign.design.optimality.variants import variants
 from expdesign.design.problem import DesignProblem
@@ -42,6 +42,19 @@ def exchanged_by_sums(
     return _SumExchange(problem, names).improved(designs, centres, weights, common, varied)
 
 
+def scores_of(
+    sums: Additive, names: tuple[str, ...], options: FloatArray, centres: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """How far designs are from their aims, (...), by their sums (..., c); centres and weights (..., k) of `names`."""
+    with np.errstate(all="ignore"):
+        noise, force = sums.variances(options)
+        both = {"duir": noise, "feir": force, "total": noise + force}
+        values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in names], axis=-1)
+        score = achieved(values, centres, weights)
+    usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
+    return usable
+
+
 class _SumExchange:
     def __init__(self, problem: DesignProblem, names: tuple[str, ...]) -> None:
         self._problem, self._space, self._names = problem, problem.space, names
@@ -54,7 +67,7 @@ class _SumExchange:
         (batch, m, g), count = designs.shape, len(common)
         shared, pose = sums.parts(common), self._space.of_pose
         there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
-        score = self._score(sums.sums(there, designs[..., pose]), centres, weights)
+        score = scores_of(sums, self._names, sums.sums(there, designs[..., pose]), centres, weights)
         moving = np.arange(len(designs))
         together = max(1, _TOGETHER // (count * shared.shape[1]))
         for _ in range(_SWEEPS):
@@ -74,7 +87,7 @@ class _SumExchange:
                     # Sums of what remains, not differences, which would lose digits.
                     others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
                     options = sums.joined(rest, others[..., pose], summands, new[..., pose])
-                    scores = self._score(options, centres[part, None], weights[part, None])
+                    scores = scores_of(sums, self._names, options, centres[part, None], weights[part, None])
                     best = scores.argmin(axis=1)
                     found = scores[np.arange(len(part)), best]
                     better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
@@ -99,12 +112,3 @@ class _SumExchange:
             found.append(np.where(space.of_pose, others, own))
             found.append(variants(self._problem, others, ~space.of_pose).reshape(len(designs), -1, space.decisions))
         return np.concatenate(found, axis=1)
-
-    def _score(self, options: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-        with np.errstate(all="ignore"):
-            noise, force = self._sums.variances(options)
-            both = {"duir": noise, "feir": force, "total": noise + force}
-            values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)
-            score = achieved(values, centres, weights)
-        usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
-        return usable
