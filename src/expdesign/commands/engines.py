@@ -1,8 +1,7 @@
 """Where the work of a command is done: in this process, in processes of this machine, or on a cluster."""
 
-import os
-
 from expdesign.errors import InputError
+from expdesign.processors import processors
 from expdesign.sweeps.engine import Engine, Processes, Serial
 
 WORKERS = "Processes of this machine"
@@ -15,7 +14,7 @@ def engine_of(workers: int | None, cluster: str | None, default: int | None = No
     Args:
         workers: number of processes.
         cluster: address of a Dask scheduler.
-        default: number of processes where neither is given; as many as there are processors if left out.
+        default: number of processes where neither is given; as many as there are processors to use if left out.
 
     Raises:
         InputError: both are given, or one is wrong.
@@ -29,7 +28,7 @@ def engine_of(workers: int | None, cluster: str | None, default: int | None = No
         return Cluster(cluster)
     if workers is not None and workers < 1:
         raise InputError(f"{workers} is not a number of processes", where="--workers", remedy="Use at least 1.")
-    count = workers or default or os.cpu_count() or 1
+    count = workers or default or processors()
     return Serial() if count == 1 else Processes(count)
 
 

@@ -6,7 +6,6 @@ one after another, with the same results.
 """
 
 import multiprocessing
-import os
 import pickle
 import signal
 import sys
@@ -17,6 +16,7 @@ from typing import Any, Self, TypeVar
 
 from expdesign.design.parts import Done, Parts, one_after_another, unnoticed
 from expdesign.design.problem import DesignProblem
+from expdesign.processors import processors
 
 R = TypeVar("R")
 _LOST = (EOFError, BrokenPipeError, ConnectionResetError)
@@ -25,8 +25,7 @@ _LOST = (EOFError, BrokenPipeError, ConnectionResetError)
 
 def second_process_helps() -> bool:
     """Whether there is a second processor and this process can copy itself safely, which macOS does not promise."""
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return processors > 1 and "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
+    return processors() > 1 and "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
 
 
 class TwoProcesses:
