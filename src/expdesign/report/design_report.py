@@ -124,9 +124,10 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
             f" Whether any plan of whole measurements has a DUIR between the bound and {words.number(duir.min())} is "
             "open."
         )
-    if whole.get("finished") and whole["poses"] is None and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
+    if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
         within = words.number(100.0 * max(whole["gap"], 0.001), 2)
-        proved = f" The design with the least DUIR is the best plan there is, to {within}\u00a0%."
+        rests = "" if whole["exact"] else " as far as second differences over small boxes of poses can tell"
+        proved = f" The design with the least DUIR is the best plan there is, to {within}\u00a0%{rests}."
     return (
         f"No plan of {measurements} can bring the error from measurement noise (DUIR) below {words.number(bound)} "
         f"tolerances; the recommended design is within {words.number(recommended, 2)}\u00a0% of that{best}.{proved}"

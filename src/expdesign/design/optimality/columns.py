@@ -153,23 +153,14 @@ class Columns:
         return replace(self, pose=np.repeat(self.pose[column], len(halves)), boxes=boxes)
 
 
-def sites_of(information: MeasurementInformation, listed: FloatArray | None = None) -> Sites | str:
-    """The poses of a problem, where they are finitely many; or why whole plans cannot be bounded over them.
-
-    Args:
-        information: maps of single measurements.
-        listed: measurements (j, g) whose poses are taken where there are infinitely many.
-    """
+def sites_of(information: MeasurementInformation) -> Sites | str:
+    """The poses of a problem, where they are finitely many; or why whole plans cannot be bounded over them."""
     problem = information.problem
     series = takes_series(information)
     if problem.noise.shared_reference and not series:
         return "measurements that share references are not whole series where information is not convex in the load"
     loads = LoadRange.of(information) if information.convex_in_load else LoadRange(np.zeros(0, dtype=np.int64), (), ())
     poses = enumerated(problem, loads.index)
-    if poses is None and listed is not None:
-        poses = listed.copy()
-        poses[:, loads.index] = 0.0
-        poses = np.unique(poses, axis=0)
     if poses is None:
         return "not all poses and loads can be listed"
     axes = len(problem.noise.axes)

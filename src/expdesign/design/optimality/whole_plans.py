@@ -12,8 +12,11 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.best_linear import best_linear_total
 from expdesign.design.optimality.certificate import Certificate, with_split
 from expdesign.design.optimality.columns import Columns, Sites, columns_of, sites_of
+from expdesign.design.optimality.measurement_pool import usable
 from expdesign.design.optimality.outer_approximation import Master, most_sensitive
 from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
+from expdesign.design.optimality.region_tree import RegionTree
+from expdesign.design.optimality.regions import Regions
 from expdesign.design.optimality.tree import Tree
 from expdesign.design.problem import DesignProblem
 
@@ -21,9 +24,8 @@ GAP = 1e-3
 """Relative distance between a plan and the bound at which branch and bound ends."""
 LARGEST = 3000
 """Columns beyond which whole plans are not sought."""
-LISTED_FROM = 1.0
-"""Seconds from which on the plans at the poses that are known are bounded where there are infinitely many."""
-_LISTED = 60
+_COLUMNS = 0.5
+"""Part of the time that is for columns, where poses can be listed; boxes have the rest."""
 _LIKELY, _MARGIN = 300, 1.3
 _LOOKED_AT = 300_000
 """Columns among which those of better plans are sought, and as many for every second more."""
@@ -38,15 +40,14 @@ class WholePlans:
     """How far branch and bound got.
 
     Attributes:
-        bound: what no plan of whole measurements (at the listed poses) goes below; None where it was not attempted.
+        bound: what no plan of whole measurements goes below; None where it was not attempted.
         best: the least value of any plan that is known.
         plan: that plan (m, g) where it was found here, else None.
         finished: whether the bound was reached to `GAP`, and not only the end of the time.
-        columns: of the last integer program.
+        columns: of the last integer program, 0 where there was none.
         nodes: of all trees.
         words: what was done.
-        poses: number of poses to which the bound is limited, because there are infinitely many; None where it holds
-            for all plans.
+        exact: whether the bound is a proof, and does not rest on second differences through boxes of poses.
     """
 
     bound: float | None
@@ -56,17 +57,12 @@ class WholePlans:
     columns: int
     nodes: int
     words: str
-    poses: int | None = None
+    exact: bool = True
 
     def sentence(self, criterion: str) -> str:
         """What is proved, in words."""
         if self.bound is None or self.gap is None:
             return ""
-        if self.poses is not None:
-            return (
-                f"of plans at {self.poses} poses that the search met, none is better than the best one known by more "
-                f"than {self.gap:.2%}; over the continuum only the bound of the relaxation is one"
-            )
         if self.finished:
             return f"the best plan there is, to {100.0 * max(self.gap, GAP):.2g} %, has {criterion} {self.best:.5g}"
         return (
@@ -81,9 +77,9 @@ class WholePlans:
             "least_known": float(self.best) if np.isfinite(self.best) else None,
             "gap": self.gap,
             "finished": self.finished,
+            "exact": self.exact,
             "columns": self.columns,
             "nodes": self.nodes,
-            "poses": self.poses,
             "how": self.words,
         }
 
@@ -115,11 +111,8 @@ class BranchAndBound:
         self._free = problem.constraints is None and space.most_poses is None
         self._free &= not space.required.poses and not space.required.masses
         self._best, self._plan = np.inf, None
-        self._known: FloatArray | None = None
-        self._poses: int | None = None
         if known is not None and len(known):
-            values = self._values(known)
-            self._best, self._known = float(values.min()), known[int(values.argmin())]
+            self._best = float(self._values(known).min())
 
     def run(self) -> WholePlans:
         """Bound the whole plans from below as far as the work allows."""
@@ -128,39 +121,56 @@ class BranchAndBound:
             return self._not("there is no bound of the relaxation")
         if self._best <= relaxed * (1.0 + GAP):
             return self._found(relaxed, 0, "the relaxation's bound is reached")
+        listed = self._over_columns(relaxed, last)
+        bound, number, words = (relaxed, 0, [listed]) if isinstance(listed, str) else listed
+        if self._seconds <= 0.0 or not np.isfinite(self._best) or self._best <= bound * (1.0 + GAP):
+            return self._not(listed) if isinstance(listed, str) else self._found(bound, number, "; ".join(words))
+        regions = Regions(self._certificate.information)
+        tree = RegionTree(regions, self._certificate.relaxation, self._measurable)
+        halved = float(np.sqrt(tree.run(self._best**2, 1.9 * GAP, self._seconds)))
+        self._nodes += tree.nodes
+        rests = "" if regions.convex else ", where second differences tell how far from linear the sensitivity is"
+        words = [
+            *([] if isinstance(listed, str) else words),
+            f"boxes of measurements halved{rests}, {tree.nodes} nodes",
+        ]
+        exact = regions.convex or halved <= bound
+        return self._found(max(bound, halved), number, "; ".join(words), exact=exact)
+
+    def _over_columns(self, relaxed: float, last: Refinement) -> tuple[float, int, list[str]] | str:
+        """The bound over plans at listed poses, the number of columns and what was done; or why it is not sought."""
         sites = sites_of(self._certificate.information)
         if isinstance(sites, str):
-            if self._known is None or self._seconds < LISTED_FROM or not self._free:
-                return self._not(sites)
-            listed = np.concatenate([self._known, last.shortlist[: _LISTED - len(self._known)]])
-            sites = sites_of(self._certificate.information, listed)
-            if isinstance(sites, str):
-                return self._not(sites)
-            self._poses = len(sites.maps)
+            return sites
         parts = self._columns(sites, last, min(self._best, _MARGIN * relaxed))
         if isinstance(parts, str):
-            return self._not(parts)
-        self._search(most_sensitive(parts, last.dual, _LIKELY), last, relaxed, 0.0)
-        bound, number = relaxed, 0
-        while self._seconds > 0.0 or number == 0:
-            if not np.isfinite(self._best):
-                return self._not("no plan is known")
-            before = self._best
-            parts = self._columns(sites, last, before)
-            if isinstance(parts, str):
-                return self._not(parts)
-            number = sum(len(part) for part in parts)
-            plans = self._every_plan(parts)
-            if plans is not None:
-                return self._found(self._best, number, f"all {plans} plans that could be better were valued")
-            if number > LARGEST:
-                return self._not(f"{number} poses with parts of their loads are too many")
-            # A better plan leaves fewer columns, so that it is worth while to begin again.
-            part, ended = self._search(parts, last, relaxed, self._seconds)
-            bound = max(bound, part)
-            if ended:
-                break
-        return self._found(bound, number, "")
+            return parts
+        left = self._seconds * (1.0 - _COLUMNS)
+        self._seconds -= left
+        try:
+            self._search(most_sensitive(parts, last.dual, _LIKELY), last, relaxed, 0.0)
+            bound, number = relaxed, 0
+            while self._seconds > 0.0 or number == 0:
+                if not np.isfinite(self._best):
+                    return "no plan is known"
+                before = self._best
+                parts = self._columns(sites, last, before)
+                if isinstance(parts, str):
+                    return parts
+                number = sum(len(part) for part in parts)
+                plans = self._every_plan(parts)
+                if plans is not None:
+                    return self._best, number, [f"all {plans} plans that could be better were valued"]
+                if number > LARGEST:
+                    return f"{number} poses with parts of their loads are too many"
+                # A better plan leaves fewer columns, so that it is worth while to begin again.
+                part, ended = self._search(parts, last, relaxed, self._seconds)
+                bound = max(bound, part)
+                if ended:
+                    break
+        finally:
+            self._seconds += left
+        return bound, number, [f"branch and bound over {number} poses with their loads, {self._nodes} nodes"]
 
     def _columns(self, sites: Sites, last: Refinement, value: float) -> list[Columns] | str:
         """Columns that a plan better than `value` can have."""
@@ -226,6 +236,12 @@ class BranchAndBound:
         if value < self._best:
             self._best, self._plan = value, plan[0]
 
+    def _measurable(self, measurements: FloatArray) -> float:
+        """The least value known, squared, once a plan was tried if all of it can be measured."""
+        if len(usable(self._problem, measurements)) == len(measurements):
+            self._try(measurements)
+        return self._best**2
+
     def _values(self, designs: FloatArray) -> FloatArray:
         found = known_criteria()[self._criterion].values(self._problem.assess(*self._problem.space.decode(designs)))
         return np.where(np.isfinite(found), found, np.inf)
@@ -233,14 +249,11 @@ class BranchAndBound:
     def _not(self, why: str) -> WholePlans:
         return WholePlans(None, self._best, None, False, 0, self._nodes, f"not attempted: {why}")
 
-    def _found(self, bound: float, columns: int, words: str) -> WholePlans:
+    def _found(self, bound: float, columns: int, words: str, *, exact: bool = True) -> WholePlans:
         bound = min(bound, self._best)
         finished = self._best <= bound * (1.0 + GAP)
-        text = words or (
-            f"branch and bound over {columns} poses with their loads, {self._nodes} nodes"
-            f"{'' if finished else ', ended by its time'}"
-        )
-        return WholePlans(bound, self._best, self._plan, finished, columns, self._nodes, text, self._poses)
+        ended = "" if finished else ", ended by its time"
+        return WholePlans(bound, self._best, self._plan, finished, columns, self._nodes, f"{words}{ended}", exact)
 
 
 @dataclass(frozen=True)
@@ -293,7 +306,7 @@ def _lower(
     if relaxed is None or whole.gap is None or whole.bound is None:
         value, words = with_split(problem, result, factor)
     else:
-        value = relaxed if whole.poses is not None else max(relaxed, whole.bound)
+        value = max(relaxed, whole.bound)
         words = f"{result.bound.certified_on}; {whole.words}: {whole.sentence(certificate.name)}"
     if value is None or factor == 0.0 or known is None or not np.isfinite(whole.best) or whole.best <= value:
         return LowerBound(value, words)

@@ -1,0 +1,240 @@
+"""Branch and bound over boxes of measurements: against all plans that there are, and against many in every box."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.design.optimality.test_whole_plans import CASES, LIST, SHARED, all_plans, values
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
+
+from expdesign.criteria.criterion import known_criteria
+from expdesign.design.optimality import region_tree, regions, whole_plans
+from expdesign.design.optimality.best_linear import best_linear_total
+from expdesign.design.optimality.information import MeasurementInformation
+from expdesign.design.optimality.measurement_pool import usable
+from expdesign.design.optimality.polish import polish
+from expdesign.design.optimality.region_bound import Node, bounded
+from expdesign.design.optimality.region_tree import RegionTree
+from expdesign.design.optimality.regions import WIDEST, Axis, Box, Regions
+from expdesign.design.optimality.weights import Relaxation
+from expdesign.design.optimality.whole_plans import GAP, criterion_bounds
+from expdesign.design.problem import DesignProblem
+from expdesign.design.start import starting_designs
+
+FREE = {"experiment.load": {"kind": "wrench", "fx_N": [-500.0, 500.0], "fy_N": [-1000.0, 400.0]}}
+TILTED = {
+    "experiment.poses": {"bounds": {"x_m": [-0.03, 0.03], "z_m": [-0.02, 0.02], "rx_rad": [-0.15, 0.15]}},
+    "experiment.measurements": 2,
+}
+CONTINUOUS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "rows": (BIPOD, FREE),
+    "series": (BIPOD, {**FREE, **SHARED, "experiment.measurements": 3}),
+    "max": (BIPOD, {**FREE, **SHARED, "targets": LIST["targets"], "aggregate": "max"}),
+    "listed": (BIPOD, {**LIST, **FREE}),
+    "hexapod": (HEXAPOD, TILTED),
+    "hexapod-series": (HEXAPOD, {**TILTED, **SHARED}),
+    "hexapod-legs": (HEXAPOD, {**TILTED, "robot.limits": {"leg_length": [0.285, 0.345]}}),
+}
+
+
+def tree_of(here: DesignProblem, factor: float) -> RegionTree:
+    information = MeasurementInformation(here, factor)
+    return RegionTree(Regions(information), information.relaxation(), lambda _: np.inf)
+
+
+def halved(found: Regions, box: Box, generator: np.random.Generator) -> Box:
+    """One half of a box, several times."""
+    for _ in range(int(generator.integers(0, 8))):
+        axis = int(generator.integers(len(box)))
+        if box[axis][0] < box[axis][1]:
+            half = found.axes[axis].halves(box[axis])[int(generator.integers(2))]
+            box = (*box[:axis], half, *box[axis + 1 :])
+    return box
+
+
+def evenly(found: Regions, boxes: list[Box], sizes: tuple[int, ...], relaxation: Relaxation) -> Node:
+    """Plans with their measurements in these boxes, at all corners alike."""
+    whole = Node.whole(found, sizes, len(relaxation.targets))
+    shapes = [found.region(box).corners.shape for box in boxes]
+    return replace(
+        whole,
+        boxes=tuple(boxes),
+        shares=tuple(np.full(shape[0], 1.0 / shape[0]) for shape in shapes),
+        within=tuple(np.full(shape, 1.0 / shape[1]) for shape in shapes),
+    )
+
+
+def anywhere(found: Regions, box: Box, count: int, generator: np.random.Generator) -> Array:
+    """Measurements (count, g) in a box, half of the places at its ends."""
+    places = np.empty((count, len(box)))
+    for column, (axis, (low, high)) in enumerate(zip(found.axes, box, strict=True)):
+        part = np.clip(generator.uniform(-0.5, 1.5, count), 0.0, 1.0)
+        places[:, column] = low + part * (high - low)
+        if axis.order is not None:
+            places[:, column] = np.rint(places[:, column])
+    return found.decisions(places)
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+@pytest.mark.parametrize("name", CONTINUOUS)
+def test_no_plan_with_its_measurements_in_the_boxes_is_below_their_bound(name: str, factor: float) -> None:
+    """Whatever the boxes; and the bound is not far below, so that the test could fail."""
+    base, changes = CONTINUOUS[name]
+    here = problem(base, changes)
+    information = MeasurementInformation(here, factor)
+    found, relaxation, generator = Regions(information), information.relaxation(), np.random.default_rng(5)
+    m, criterion = relaxation.count, "total" if factor else "duir"
+    nearest, reached = np.inf, 0
+    for sizes in [(m,), (1,) * m] if found.series else [(1,) * m]:
+        together = len(sizes) == 1 and found.series
+        for _ in range(12):
+            boxes = [halved(found, found.whole, generator) for _ in range(m)]
+            if together:
+                pairs = [list(zip(boxes[0], box, found.common, strict=True)) for box in boxes]
+                boxes = [tuple(first if common else own for first, own, common in pair) for pair in pairs]
+            (node,), _ = bounded(found, relaxation, [evenly(found, boxes, sizes, relaxation)], np.inf, 40)
+            plans = np.stack([anywhere(found, box, 400, generator) for box in boxes], axis=1)
+            if together:
+                plans[:, :, here.space.of_pose] = plans[:, :1, here.space.of_pose]
+            inside = np.array([len(usable(here, plan)) == m for plan in plans])
+            if inside.any():
+                assert all(found.region(box).reachable for box in boxes)
+                least = values(here, plans[inside], criterion).min() ** 2
+                reached += 1
+                assert least >= node.bound * (1.0 - 1e-9)
+                nearest = min(nearest, least / node.bound)
+    assert reached > 3
+    assert nearest < 2.0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_bound_over_all_plans_of_a_list(name: str) -> None:
+    """Of DUIR, and of the total of the best linear estimator, which the bound is of."""
+    here = problem(BIPOD, {**LIST, **CASES[name]})
+    plans = all_plans(here)
+    found = {name: values(here, plans, name) for name in ("duir", "total")}
+    likely = plans[np.argsort(found["total"])[:150]]
+    best = {0.0: found["duir"].min(), 1.0: min(best_linear_total(here, plan) for plan in likely)}
+    for factor, least in best.items():
+        tree = tree_of(here, factor)
+        bound = np.sqrt(tree.run(least**2, 1.9 * GAP, 20.0))
+        assert bound <= least * (1.0 + 1e-9)
+        assert least <= bound * (1.0 + 1.1 * GAP)
+        assert tree.nodes < 20000
+
+
+def test_a_plan_that_is_better_than_the_known_one_is_found() -> None:
+    here = problem(BIPOD, {**LIST, **CASES["rows-errors"]})
+    plans = all_plans(here)
+    found = values(here, plans, "duir")
+    best, tried = float(found.min()), []
+    information = MeasurementInformation(here, 0.0)
+
+    def attempt(plan: Array) -> float:
+        tried.append(float(values(here, plan[None], "duir")[0]))
+        return float(min(tried) ** 2)
+
+    tree = RegionTree(Regions(information), information.relaxation(), attempt)
+    bound = np.sqrt(tree.run((1.2 * best) ** 2, 1.9 * GAP, 20.0))
+    assert min(tried) == pytest.approx(best, rel=1e-9)
+    assert best <= bound * (1.0 + 1.1 * GAP)
+
+
+@pytest.mark.parametrize(("name", "within"), [("rows", 2e-3), ("series", 1e-2), ("hexapod", 2e-2)])
+def test_over_a_continuum_the_bound_meets_what_searches_find(name: str, within: float) -> None:
+    base, changes = CONTINUOUS[name]
+    here = problem(base, {**changes, "experiment.load_error": []})
+    starts = starting_designs(here, 60, np.random.default_rng(3))
+    starts = starts.reshape(-1, here.space.measurements, here.space.decisions)
+    known = polish(here, starts, points=2)
+    bounds = criterion_bounds(here, 0.0, known, 10.0)
+    least = known_criteria()["duir"].values(here.assess(*here.space.decode(known))).min()
+    assert bounds.lower.value is not None
+    assert bounds.whole.best <= least * (1.0 + 1e-9)
+    assert bounds.lower.value <= bounds.whole.best
+    assert bounds.open is not None
+    assert bounds.open < within
+    assert not bounds.whole.exact
+    assert "second differences" in bounds.lower.certified_on
+    # Whatever the machine.
+    assert criterion_bounds(here, 0.0, known, 10.0) == bounds
+
+
+def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    base, changes = CONTINUOUS["series"]
+    here = problem(base, changes)
+    monkeypatch.setattr(region_tree, "_MAPS", np.inf)  # what is looked at twice takes time twice
+    kept = tree_of(here, 0.0)
+    bound = kept.run(0.3, 1e-2, 0.3)
+    monkeypatch.setattr(regions, "_STORED", 1000)
+    forgotten = tree_of(here, 0.0)
+    assert forgotten.run(0.3, 1e-2, 0.3) == bound
+    assert forgotten._regions.work > kept._regions.work
+
+
+def test_series_at_neighbouring_poses_have_a_reference_each() -> None:
+    """A plan of six measurements that take their reference anew is better than any at two poses, and is found."""
+    load = {"kind": "wrench", "fx_N": {"choices": [-800, -400]}, "fy_N": -500.0}
+    here = problem(BIPOD, {**SHARED, "experiment.load": load, "experiment.load_error": []})
+    space = here.space
+    corner = [space.upper[0], space.upper[1], 0.0]
+    together = np.array([[corner, corner]])
+    steps = 2.0 * space.grid.steps * [1.0, 1.0, 0.0]
+    apart = np.array([[corner, np.array(corner) - steps]])
+    same, better = (values(here, plan, "duir")[0] for plan in (together, apart))
+    assert better < 0.99 * same
+    bounds = criterion_bounds(here, 0.0, together, 5.0)
+    assert bounds.whole.best <= better * (1.0 + 1e-9)
+
+
+def test_halves_of_a_node_hold_all_of_its_plans() -> None:
+    """Two equal boxes are cut together: both below, one on either side, or both above."""
+    here = problem(BIPOD, FREE)
+    tree = tree_of(here, 0.0)
+    found = Regions(MeasurementInformation(here, 0.0))
+    node = Node.whole(found, (1, 1), 1)
+    halves = [tuple(box[2] for box in each.boxes) for each in tree._halves(node, 1, 2)]
+    assert halves == [((0.5, 1.0), (0.5, 1.0)), ((0.0, 0.5), (0.5, 1.0)), ((0.0, 0.5), (0.0, 0.5))]
+    unequal = replace(node, boxes=(found.whole, (*found.whole[:3], (0.0, 0.5))))
+    assert len(list(tree._halves(unequal, 0, 2))) == 2
+    shared = problem(BIPOD, {**FREE, **SHARED})
+    found = Regions(MeasurementInformation(shared, 0.0))
+    tree, node = tree_of(shared, 0.0), Node.whole(found, (2,), 1)
+    poses = [tuple(box[0] for box in each.boxes) for each in tree._halves(node, 0, 0)]
+    assert poses == [((0.5, 1.0), (0.5, 1.0)), ((0.0, 0.5), (0.0, 0.5))]
+    assert len(list(tree._halves(node, 0, 2))) == 3
+
+
+def test_places_along_axes() -> None:
+    choices = Axis(0, np.array([2, 0, 1]), np.array([1.0, 2.0, 4.0]), True, False, False, (0.0, 2.0))
+    assert choices.corners((0.0, 2.0)) == [0.0, 2.0]
+    assert choices.halves((0.0, 2.0)) == ((0.0, 1.0), (2.0, 2.0))
+    assert choices.middle((0.0, 2.0)) == (1.0, pytest.approx(1.0 / 3.0))
+    assert choices.decisions(np.array([0.0, 2.0])).tolist() == [2.0, 1.0]
+    assert not choices.bends((0.0, 1.0))
+    rows = Axis(0, np.arange(5), None, True, False, False, (0.0, 4.0))
+    assert rows.corners((1.0, 3.0)) == [1.0, 2.0, 3.0]
+    assert not rows.bends((0.0, 4.0))
+    angle = Axis(0, None, None, True, False, True, (-2.0, 2.0))
+    assert not angle.resolved((0.0, 1.0))
+    assert angle.resolved((0.0, WIDEST / 4.0))
+    assert angle.decisions(np.array([0.25])).tolist() == [-1.0]
+
+
+def test_a_joint_that_turns_far_is_cut_before_anything_is_bounded() -> None:
+    here = problem(HEXAPOD, {**TILTED, "experiment.poses.bounds.rx_rad": [-0.7, 0.7], "robot.limits": ...})
+    found = Regions(MeasurementInformation(here, 0.0))
+    assert not found.region(found.whole).resolved
+    tree = tree_of(here, 0.0)
+    assert tree.run(1.0, 1e-3, 0.0) == 0.0
+
+
+def test_without_time_nothing_is_halved() -> None:
+    here = problem(BIPOD, {"experiment.measurements": 1})
+    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 1, here.space.decisions)
+    bounds = criterion_bounds(here, 0.0, known, 0.0)
+    assert bounds.whole.nodes == 0
+    assert bounds.whole.bound is None
+    assert whole_plans.criterion_bounds(here, 0.0, known, 2.0).whole.nodes > 0
