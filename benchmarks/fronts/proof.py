@@ -1,12 +1,13 @@
 """What the front of a run lacks against long searches: `python -m benchmarks.fronts.proof [NUMBER ...]`.
 
-Every configuration (`configurations.py`) is searched with the default settings, and then by five long searches. Each of
-these repeats the search with further seeds, a larger population and more generations, until it has taken four times
-the processor time of the default search: twenty times all together. Hypervolumes are of (DUIR, FEIR), in parts of
-that of all these fronts together, with a reference point a tenth of their common extent beyond their worst values.
-Seconds are processor seconds of one thread. Results are kept one by one, so that an interrupted proof goes on where it
-stopped.
-`--earlier` names a folder of results that another version kept: their fronts count among those that are known.
+Every configuration (`configurations.py`) is run with the default settings: searched, bounded, and the plans that branch
+and bound finds join the front. Then come five long searches. Each of these repeats the search with further seeds, a
+larger population and more generations, until it has taken four times the processor time of the default run: twenty
+times all together. Hypervolumes are of (DUIR, FEIR), in parts of that of all these fronts together, with a reference
+point a tenth of their common extent beyond their worst values. Seconds are processor seconds of one thread. Results are
+kept one by one, so that an interrupted proof goes on where it stopped. `--anew` runs the default settings again where
+searches are kept, which stay. `--earlier` names a folder of results that another version kept: their fronts count among
+those that are known.
 """
 
 import os
@@ -26,8 +27,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.front import hypervolume, non_dominated, reference_point
+from expdesign.design.optimality.whole_plans import criterion_bounds
 from expdesign.design.problem import DesignProblem
-from expdesign.design.search import search
+from expdesign.design.search import joined, search
 
 from .configurations import problem
 
@@ -38,10 +40,14 @@ TIMES = 4.0
 """Processor seconds of a long search in those of the default one."""
 
 
-def searched(found: DesignProblem) -> dict[str, Any]:
-    """One search: its front, processor seconds, and estimate of what it lacks."""
+def searched(found: DesignProblem, *, bounded: bool = False) -> dict[str, Any]:
+    """One search, with the plans of branch and bound where wanted: its front, its seconds, and what it says it lacks."""
     begun = time.process_time()
     front = search(found)
+    if bounded:
+        bounds = [criterion_bounds(found, factor, front.decisions) for factor in (0.0, 1.0)]
+        better = [each.whole.plan for each in bounds if each.whole.plan is not None]
+        front = joined(found, front, np.stack(better)) if better else front
     seconds = time.process_time() - begun
     values = np.stack([front.criteria[name] for name in front.objectives], axis=1)
     largest = float(np.nanmax(front.kktpm)) if np.isfinite(front.kktpm).any() else None
@@ -60,18 +66,20 @@ def repeated(found: DesignProblem, seconds: float) -> dict[str, Any]:
     return {"front": values[non_dominated(values)].tolist(), "seconds": spent, "searches": len(searches)}
 
 
-def measured(number: int, kept: Path) -> dict[str, Any]:
+def measured(number: int, kept: Path, *, anew: bool) -> dict[str, Any]:
     """The searches of configuration `number`, from the file that keeps them where it is there."""
-    if kept.exists():
-        stored: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+    stored: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    if stored and not anew:
         return stored
     with tempfile.TemporaryDirectory() as folder:
         found = problem(number, Path(folder))
     settings = found.optimiser
     searched(replace(found, optimiser=replace(settings, population=4, generations=2)))  # what is compiled once
-    default = searched(found)
+    default = searched(found, bounded=True)
     longer = replace(settings, generations=EFFORT * settings.generations, population=POPULATION)
-    long = [repeated(replace(found, optimiser=replace(longer, seed=s)), TIMES * default["seconds"]) for s in SEEDS]
+    long = stored.get("long") or [
+        repeated(replace(found, optimiser=replace(longer, seed=s)), TIMES * default["seconds"]) for s in SEEDS
+    ]
     result: dict[str, Any] = {"default": default, "long": long}
     kept.parent.mkdir(parents=True, exist_ok=True)
     kept.write_text(json.dumps(result), encoding="utf-8")
@@ -119,15 +127,15 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
         "",
         f"Command: `{command}`. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on "
         f"a shared machine. Configurations {numbers} ({len(rows)}) of `python -m benchmarks.fronts.configurations`; "
-        f"the default searches have their numbers as seeds; the {len(SEEDS)} long ones begin with {seeds}, have "
+        f"the default runs have their numbers as seeds; the {len(SEEDS)} long ones begin with {seeds}, have "
         f"{EFFORT} times the generations and a population of {POPULATION}, and are repeated with the next seeds until "
-        f"each has taken {TIMES:g} times as long as the default search.",
+        f"each has taken {TIMES:g} times as long as the default run.",
         "",
-        f"- hypervolume of the default search in parts of that of all fronts of a configuration together: median "
+        f"- hypervolume of the default run in parts of that of all fronts of a configuration together: median "
         f"{np.median(parts):.4f}, worst {parts.min():.4f}; at least 0.998 in {many} of {len(parts)}, at least 0.99 in "
         f"{few}",
         f"- least DUIR within 1e-6 of the least of all in {equal} of {len(rows)}; furthest above it {duir.max():.1e}",
-        f"- processor seconds of a default search: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the "
+        f"- processor seconds of a default run: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the "
         f"long ones together took {ratio:.0f} times as long (median)",
         "",
         "| number | hypervolume | of the long ones | of earlier ones | DUIR above the least "
@@ -149,6 +157,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("numbers", nargs="*", type=int, default=list(range(1, 51)), help="configurations")
     parser.add_argument("--kept", type=Path, default=Path("results/fronts/kept"), help="searches already done")
+    parser.add_argument("--anew", action="store_true", help="the default settings again, with the long searches kept")
     parser.add_argument("--earlier", type=Path, help="searches that another version kept")
     parser.add_argument("--page", action="store_true", help="the table of the searches already done alone")
     arguments = parser.parse_args()
@@ -159,7 +168,7 @@ def main() -> None:
             continue
         path = arguments.earlier / name if arguments.earlier else None
         earlier = json.loads(path.read_text(encoding="utf-8")) if path and path.exists() else None
-        rows.append(row(number, measured(number, arguments.kept / name), earlier))
+        rows.append(row(number, measured(number, arguments.kept / name, anew=arguments.anew), earlier))
         print(rows[-1], flush=True)
     FOLDER.mkdir(parents=True, exist_ok=True)
     command = "python -m benchmarks.fronts.proof" + (" --earlier FOLDER" if arguments.earlier else "")

@@ -27,7 +27,7 @@ _EVEN = 0.1
 """Part of the weight of a half that is spread evenly over its corners."""
 _SLACK = 1e-3
 """What an axis counts, relative to the criterion, along which a measurement is not in parts."""
-_APART = 2
+_APART = 1
 """Steps by which the poses of series that have references of their own are apart."""
 _LEAST, _BETTER = 1e-12, 1e-9
 """Part that counts as none, and relative gain for which a plan is tried."""

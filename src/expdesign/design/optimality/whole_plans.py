@@ -12,11 +12,14 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.best_linear import best_linear_total
 from expdesign.design.optimality.certificate import Certificate, with_split
 from expdesign.design.optimality.columns import Columns, Sites, columns_of, sites_of
+from expdesign.design.optimality.descents import Pace
 from expdesign.design.optimality.measurement_pool import usable
+from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.outer_approximation import Master, most_sensitive
 from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
 from expdesign.design.optimality.region_tree import RegionTree
 from expdesign.design.optimality.regions import Regions
+from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.optimality.tree import Tree
 from expdesign.design.problem import DesignProblem
 
@@ -31,6 +34,7 @@ _LOOKED_AT = 300_000
 """Columns among which those of better plans are sought, and as many for every second more."""
 _PLANS, _TOGETHER = (4_000, 20_000), 5_000
 """Plans that are valued one by one where no others can be better: so many, and as many for every second."""
+_DESCENT = Pace(steps=100, tolerance=1e-9, inner=1e-9)
 _AGAIN = 0.8
 """Part of the distance from plan to bound that is left when columns are chosen anew."""
 
@@ -129,6 +133,7 @@ class BranchAndBound:
         tree = RegionTree(regions, self._certificate.relaxation, self._measurable)
         halved = float(np.sqrt(tree.run(self._best**2, 1.9 * GAP, self._seconds)))
         self._nodes += tree.nodes
+        self._descend()
         rests = "" if regions.convex else ", where second differences tell how far from linear the sensitivity is"
         words = [
             *([] if isinstance(listed, str) else words),
@@ -241,6 +246,20 @@ class BranchAndBound:
         if len(usable(self._problem, measurements)) == len(measurements):
             self._try(measurements)
         return self._best**2
+
+    def _descend(self) -> None:
+        """Take the plan that was found to the nearest least value, where its measurements can be anywhere."""
+        if self._plan is None or self._problem.space.discrete.all():
+            return
+        start = self._plan[None]
+        objectives = Objectives(self._problem, (known_criteria()[self._criterion],))
+        weights = np.zeros((1, len(objectives.criteria)))
+        weights[:, -1] = 1.0 / self._best
+        search = MinimaxSearch(
+            self._problem, objectives.scalarised(np.zeros_like(weights), weights), objectives.tie(start)
+        )
+        ends = search.minimise(start, iterations=_DESCENT.steps, tolerance=_DESCENT.tolerance, inner=_DESCENT.inner)
+        self._measurable(ends[0])
 
     def _values(self, designs: FloatArray) -> FloatArray:
         found = known_criteria()[self._criterion].values(self._problem.assess(*self._problem.space.decode(designs)))
