@@ -41,7 +41,7 @@ TIMES = 4.0
 
 
 def searched(found: DesignProblem, *, bounded: bool = False) -> dict[str, Any]:
-    """One search, with the plans of branch and bound where wanted: its front, its seconds, and what it says it lacks."""
+    """One search, with the plans of branch and bound where wanted: its front, seconds, and what it says it lacks."""
     begun = time.process_time()
     front = search(found)
     if bounded:

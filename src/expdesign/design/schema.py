@@ -466,8 +466,8 @@ class OptimiserSection(Section):
     )
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
         default=0.3,
-        description="Processor time (s) of branch and bound over whole plans, of DUIR and of `total` each, where the "
-        "poses are a list or a grid; estimated from the work, so that results do not depend on the machine.",
+        description="Processor time (s) of branch and bound over whole plans, of DUIR and of `total` each; estimated "
+        "from the work, so that results do not depend on the machine.",
     )
 
 
