@@ -1,12 +1,10 @@
 """How many bounds prove a plan to be the best to one per cent, over random configurations.
 
-python -m benchmarks.bounds [--first 1] [--count 50] [--seconds 60] [--listed] [--continued] [--folder FOLDER]
+python -m benchmarks.bounds [--first 1] [--count 50] [--seconds 60] [--continued] [--folder FOLDER]
 
 Random configurations are those of `benchmarks.fronts.configurations`. Of each the front is searched with the given
 population and generations, and DUIR and `total` are bounded by the relaxation, and where that is not close by branch
-and bound. After every configuration the table is written anew; `--continued` goes on after its last row. With
-`--listed` only configurations with listed poses count, and nothing is searched: the best known plan is that of branch
-and bound itself.
+and bound. After every configuration the table is written anew; `--continued` goes on after its last row.
 """
 
 import os
@@ -40,10 +38,10 @@ def poses_of(problem: DesignProblem) -> str:
     return "listed" if discrete.all() else "continuous" if not discrete.any() else "mixed"
 
 
-def row(number: int, problem: DesignProblem, seconds: float, *, searching: bool) -> dict[str, str | float | int | bool]:
+def row(number: int, problem: DesignProblem, seconds: float) -> dict[str, str | float | int | bool]:
     """One configuration: distances of the best known plan to the bounds without and with branch and bound."""
     start = time.process_time()
-    front = search(problem) if searching else None
+    front = search(problem)
     searched = time.process_time() - start
     found: dict[str, str | float | int | bool] = {
         "configuration": number,
@@ -55,9 +53,9 @@ def row(number: int, problem: DesignProblem, seconds: float, *, searching: bool)
     }
     for name, factor in (("duir", 0.0), ("total", 1.0)):
         start = time.process_time()
-        known = None if front is None else front.decisions
+        known = front.decisions
         relaxed: CriterionBounds = criterion_bounds(problem, factor, known, 0.0)
-        reached = np.nan if front is None else float(front.criteria[name].min())
+        reached = float(front.criteria[name].min())
         near = relaxed.lower.value is not None and reached <= (1.0 + CLOSE) * relaxed.lower.value
         bounds = relaxed if near else criterion_bounds(problem, factor, known, seconds)
         least = float(np.fmin(reached, bounds.whole.best if np.isfinite(bounds.whole.best) else np.nan))
@@ -73,10 +71,10 @@ def row(number: int, problem: DesignProblem, seconds: float, *, searching: bool)
     return {**found, "search (s)": searched}
 
 
-def write(kind: str, table: pd.DataFrame, command: str, settings: str) -> None:
-    """`results/bounds/KIND.csv` and `.md`."""
+def write(table: pd.DataFrame, command: str, settings: str) -> None:
+    """`results/bounds/random.csv` and `.md`."""
     RESULTS.mkdir(parents=True, exist_ok=True)
-    table.to_csv(RESULTS / f"{kind}.csv", index=False, lineterminator="\n")
+    table.to_csv(RESULTS / "random.csv", index=False, lineterminator="\n")
     shown = table.copy()
     for column in shown.columns:
         if column.endswith("lacks"):
@@ -101,7 +99,7 @@ def write(kind: str, table: pd.DataFrame, command: str, settings: str) -> None:
         "above the least of any plan that is known.",
     ]
     text = ["# Bounds over random configurations", "", f"Command: `{command}`.", "", *lines, "", *notes, ""]
-    (RESULTS / f"{kind}.md").write_text("\n".join(text), encoding="utf-8")
+    (RESULTS / "random.md").write_text("\n".join(text), encoding="utf-8")
 
 
 def main() -> None:
@@ -111,27 +109,22 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--population", type=int, default=100)
     parser.add_argument("--generations", type=int, default=200)
-    parser.add_argument("--listed", action="store_true")
     parser.add_argument("--continued", action="store_true", help="after the last row of the table that is there")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()) / "random-configurations")
     given = parser.parse_args()
-    kind = "listed" if given.listed else "random"
-    kept = RESULTS / f"{kind}.csv"
+    kept = RESULTS / "random.csv"
     rows: list[dict[Any, Any]] = pd.read_csv(kept).to_dict("records") if given.continued and kept.exists() else []
     done = int(rows[-1]["configuration"]) if rows else given.first - 1
     for number in range(done + 1, given.count + 1):
         problem = random_problem(number, given.folder)
-        if given.listed and poses_of(problem) != "listed":
-            continue
         optimiser = replace(problem.optimiser, population=given.population, generations=given.generations)
-        rows.append(row(number, replace(problem, optimiser=optimiser), given.seconds, searching=not given.listed))
+        rows.append(row(number, replace(problem, optimiser=optimiser), given.seconds))
         options = f"--population {given.population} --generations {given.generations}"
-        options = "--listed" if given.listed else options
         command = f"python -m benchmarks.bounds --count {given.count} --seconds {given.seconds:g} {options}"
         how = f"Search with population {given.population} and {given.generations} generations"
         branching = f"branch and bound of {given.seconds:g} s where the relaxation is not within {CLOSE:.0%}"
-        settings = f"{'Nothing was searched' if given.listed else how}; {branching}."
-        write(kind, pd.DataFrame(rows), command, settings)
+        settings = f"{how}; {branching}."
+        write(pd.DataFrame(rows), command, settings)
         print(rows[-1], flush=True)
 
 
