@@ -231,6 +231,15 @@ def test_a_joint_that_turns_far_is_cut_before_anything_is_bounded() -> None:
     assert tree.run(1.0, 1e-3, 0.0) == 0.0
 
 
+def test_where_a_box_has_too_many_corners_for_the_time_nothing_is_halved() -> None:
+    poses = np.random.default_rng(1).uniform([-0.3, 0.4], [0.3, 0.9], (4000, 2))
+    here = problem(BIPOD, {**LIST, **FREE, "experiment.poses": {"candidates": poses.tolist()}})
+    assert not tree_of(here, 0.0).affordable(0.1)
+    assert tree_of(here, 0.0).affordable(1.0)
+    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 3, here.space.decisions)
+    assert "halved" not in criterion_bounds(here, 0.0, known, 0.1).lower.certified_on
+
+
 def test_without_time_nothing_is_halved() -> None:
     here = problem(BIPOD, {"experiment.measurements": 1})
     known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 1, here.space.decisions)

@@ -21,8 +21,8 @@ _Each = TypeVar("_Each")
 _LEVELS = (0.3, 0.2, 0.14, 0.1, 0.07, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002)
 """Distances to the best plan, relative to the criterion, to which all nodes are brought one after the other."""
 _FIRST, _STEPS = 60, 12
-_TOGETHER, _NUMBERS = 16, 4_000_000
-"""Nodes that are halved at a time, and numbers that a batch may have."""
+_TOGETHER, _NUMBERS, _LARGEST = 16, 4_000_000, 10_000_000
+"""Nodes that are halved at a time, and numbers that a batch, and a node, may have."""
 _EVEN = 0.1
 """Part of the weight of a half that is spread evenly over its corners."""
 _SLACK = 1e-3
@@ -69,6 +69,12 @@ class RegionTree:
         """Of a processor, as estimated from the work."""
         rate = _SERIES_RATE if self._regions.series else _RATE
         return self._weighed * len(self._regions.triangle[0]) / rate + self._regions.work / _MAPS + self.nodes * _FIXED
+
+    def affordable(self, seconds: float) -> bool:
+        """Whether so many seconds are enough to look at the corners of all that a measurement can be."""
+        corners = float(np.prod(self._regions.lengths(self._regions.whole)))
+        numbers = corners * self._relaxation.count * len(self._regions.triangle[0])
+        return corners <= _MAPS * seconds and numbers <= _LARGEST
 
     def run(self, best: float, gap: float, seconds: float) -> float:
         """What no plan goes below, the criterion squared.

@@ -126,19 +126,17 @@ class BranchAndBound:
         if self._best <= relaxed * (1.0 + GAP):
             return self._found(relaxed, 0, "the relaxation's bound is reached")
         listed = self._over_columns(relaxed, last)
-        bound, number, words = (relaxed, 0, [listed]) if isinstance(listed, str) else listed
-        if self._seconds <= 0.0 or not np.isfinite(self._best) or self._best <= bound * (1.0 + GAP):
-            return self._not(listed) if isinstance(listed, str) else self._found(bound, number, "; ".join(words))
+        bound, number, words = (relaxed, 0, []) if isinstance(listed, str) else listed
         regions = Regions(self._certificate.information)
         tree = RegionTree(regions, self._certificate.relaxation, self._measurable)
+        near = not np.isfinite(self._best) or self._best <= bound * (1.0 + GAP)
+        if near or not tree.affordable(self._seconds):
+            return self._not(listed) if isinstance(listed, str) else self._found(bound, number, "; ".join(words))
         halved = float(np.sqrt(tree.run(self._best**2, 1.9 * GAP, self._seconds)))
         self._nodes += tree.nodes
         self._descend()
         rests = "" if regions.convex else ", where second differences tell how far from linear the sensitivity is"
-        words = [
-            *([] if isinstance(listed, str) else words),
-            f"boxes of measurements halved{rests}, {tree.nodes} nodes",
-        ]
+        words = [*words, f"boxes of measurements halved{rests}, {tree.nodes} nodes"]
         exact = regions.convex or halved <= bound
         return self._found(max(bound, halved), number, "; ".join(words), exact=exact)
 
