@@ -84,6 +84,7 @@ class WholePlans:
             "exact": self.exact,
             "columns": self.columns,
             "nodes": self.nodes,
+            "poses": None,  # bounds hold for all poses; a written key stays
             "how": self.words,
         }
 
