@@ -100,11 +100,12 @@ class RegionTree:
                 taken.append(heappop(self._heap))
             halves: list[Node] = []
             for nodes in _alike(self._regions, [each.node for each in taken]):
-                for plan in self._heaviest(nodes, best):
+                batch = Batch.of(self._regions, nodes)
+                for plan in self._heaviest(nodes, batch, best):
                     if plan.tobytes() not in self._tried:
                         self._tried.add(plan.tobytes())
                         best = min(best, self._attempt(plan))
-                for node, cut in zip(nodes, self._cuts(nodes), strict=True):
+                for node, cut in zip(nodes, self._cuts(nodes, batch), strict=True):
                     if cut is None:
                         self._least = min(self._least, node.bound)
                     else:
@@ -138,7 +139,7 @@ class RegionTree:
         ]
         return not self._regions.series or len(set(single)) == len(single)
 
-    def _cuts(self, nodes: list[Node]) -> list[tuple[int, int] | None]:
+    def _cuts(self, nodes: list[Node], batch: Batch) -> list[tuple[int, int] | None]:
         """Measurement and axis along which to cut nodes of equal shape; None where nothing can be cut.
 
         A measurement in parts on both sides of a cut, w and 1 − w of it with mean informations N₁ and N₂, lets the
@@ -146,7 +147,6 @@ class RegionTree:
         in that direction. Short intervals count for less: parts along one axis may only follow those along another.
         """
         regions, q = self._regions, len(self._relaxation.prior)
-        batch = Batch.of(regions, nodes)
         duals = Duals(regions, self._relaxation, batch)
         middle = np.broadcast_to(duals.middle(batch), (*batch.shares.shape[:2], *duals.roots.shape[3:]))
         found: list[tuple[int, int] | None] = []
@@ -172,15 +172,18 @@ class RegionTree:
             found.append(chosen)
         return found
 
-    def _heaviest(self, nodes: list[Node], best: float) -> list[FloatArray]:
+    def _heaviest(self, nodes: list[Node], batch: Batch, best: float) -> list[FloatArray]:
         """The plans (m, g) at the corners with the largest parts that would be better than the best one known."""
-        regions, batch = self._regions, Batch.of(self._regions, nodes)
         common = batch.shares.argmax(axis=2)
         own = np.take_along_axis(batch.within.argmax(axis=3), common[..., None], axis=2)[..., 0]
         rows, members = np.indices(common.shape)
-        batch.corners = batch.corners[rows, members, common, own][:, :, None, None]
-        batch.shares, batch.within = np.ones((*common.shape, 1)), np.ones((*common.shape, 1, 1))
-        values = Duals(regions, self._relaxation, batch).values.max(axis=1)
+        single = replace(
+            batch,
+            corners=batch.corners[rows, members, common, own][:, :, None, None],
+            shares=np.ones((*common.shape, 1)),
+            within=np.ones((*common.shape, 1, 1)),
+        )
+        values = Duals(self._regions, self._relaxation, single).values.max(axis=1)
         return [self._plan(nodes[i], common[i], own[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
 
     def _plan(self, node: Node, common: IntArray, own: IntArray) -> FloatArray:

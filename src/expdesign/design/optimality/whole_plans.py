@@ -128,11 +128,13 @@ class BranchAndBound:
             return self._found(relaxed, 0, "the relaxation's bound is reached")
         listed = self._over_columns(relaxed, last)
         bound, number, words = (relaxed, 0, []) if isinstance(listed, str) else listed
+        without = self._not(listed) if isinstance(listed, str) else self._found(bound, number, "; ".join(words))
+        if self._seconds <= 0.0 or not np.isfinite(self._best) or self._best <= bound * (1.0 + GAP):
+            return without
         regions = Regions(self._certificate.information)
         tree = RegionTree(regions, self._certificate.relaxation, self._measurable)
-        near = not np.isfinite(self._best) or self._best <= bound * (1.0 + GAP)
-        if near or not tree.affordable(self._seconds):
-            return self._not(listed) if isinstance(listed, str) else self._found(bound, number, "; ".join(words))
+        if not tree.affordable(self._seconds):
+            return without
         halved = float(np.sqrt(tree.run(self._best**2, 1.9 * GAP, self._seconds)))
         self._nodes += tree.nodes
         self._descend()
