@@ -12,12 +12,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import Criterion
+from expdesign.design.optimality.descents import Pace, pursued
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.polish import polish
-from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
 
-STARTS, ITERATIONS, RADIUS = 8, 100, 0.1
+STARTS, PACE = 8, Pace(steps=100, tolerance=1e-9, inner=1e-9)
 
 
 def refined(
@@ -50,8 +50,7 @@ def refined(
     least = values[order[0]]
     centres = np.tile(least, (len(starts), 1))
     weights = np.tile(1.0 / np.maximum(np.abs(least), 1e-300), (len(starts), 1))
-    search = MinimaxSearch(alone, objectives.scalarised(centres, weights), objectives.tie(starts))
-    found = search.minimise(starts, iterations=ITERATIONS, radius=RADIUS)
+    found = pursued(objectives, starts, centres, weights, PACE)
     return _feasible(alone, np.concatenate([pool, problem.settable(found)]))
 
 

@@ -235,6 +235,12 @@ class DesignSpace:
             free[designs, nearest] = False
         return flat.reshape(decisions.shape)
 
+    def inward(self, decisions: FloatArray, steps: int) -> FloatArray:
+        """Measurements (..., g) whose poses are so many steps nearer to the middle of their ranges."""
+        towards = np.where(decisions > 0.5 * (self.lower + self.upper), -1.0, 1.0)
+        moved = self.grid.nearest(decisions + steps * towards * self.grid.steps)
+        return np.where(self.of_pose & (self.grid.steps > 0.0), moved, decisions)
+
     def decisions_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
         """Genes (g,) at which quantities from index `first` on are as wanted, NaN for the others; None without any."""
         decisions = np.full(self.decisions, np.nan)

@@ -56,13 +56,13 @@ def test_pairs_lead_to_lower_valleys_than_single_exchanges_alone() -> None:
     offered = drawn(here, 80)
     aims = np.zeros((count, 2)), np.tile(FEIR, (count, 1))
     designs = starting_designs(here, count, generator).reshape(count, 4, -1)
-    designs = exchanged_by_sums(here, designs, *aims, NAMES, offered, False)
+    designs = exchanged_by_sums(here, designs, *aims, NAMES, offered)
     designs[:, 0] = offered[generator.integers(80, size=count)]
     places = np.argsort(generator.random((count, 3, 4)), axis=2)[..., :2]
     pairs = exchanged_in_pairs(here, designs, *aims, places, NAMES, offered)
     assert (values(here, pairs, "feir") <= values(here, designs, "feir") * (1.0 + 1e-9)).all()
     alone, both = (
-        values(here, exchanged_by_sums(here, each, *aims, NAMES, offered, False), "feir") for each in (designs, pairs)
+        values(here, exchanged_by_sums(here, each, *aims, NAMES, offered), "feir") for each in (designs, pairs)
     )
     difference = both - alone
     assert difference.mean() < -2.0 * difference.std() / count**0.5

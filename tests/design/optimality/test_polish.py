@@ -9,12 +9,12 @@ from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.front import hypervolume, non_dominated
+from expdesign.design.optimality.descents import Pace, pursued
 from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.limits import Limits
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.polish import polish
-from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
 from expdesign.instrument.deflection_noise import series_by_pose
@@ -98,8 +98,7 @@ def test_measurements_that_share_their_reference_keep_sharing_it() -> None:
     assert (series.max(axis=1) == 2).all()
     functions = Objectives(here)
     weights = np.tile([1.0, 0.0], (len(first), 1))
-    search = MinimaxSearch(here, functions.scalarised(np.zeros_like(weights), weights), functions.tie(first))
-    found = search.minimise(first)
+    found = pursued(functions, first, np.zeros_like(weights), weights, Pace(steps=60, tolerance=1e-9, inner=1e-9))
     np.testing.assert_array_equal(series_by_pose(here.space.decode(found)[0]), series)
     assert (functions.values(found)[:, 0] < functions.values(first)[:, 0]).all()
     measure = kktpm(here, found)

@@ -17,6 +17,7 @@ from expdesign.arrays import FloatArray
 from expdesign.design.optimality.differentiated import Differentiated
 from expdesign.design.optimality.limits import MARGIN, Limits
 from expdesign.design.optimality.objectives import Objectives
+from expdesign.design.optimality.pose_groups import PoseGroups
 from expdesign.design.problem import DesignProblem
 
 _VANISHING = 1e-4
@@ -40,13 +41,13 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
     span = objectives.spans(values) if spans is None else spans
     free = (~space.discrete) & (space.upper > space.lower)
     width = np.where(free, space.upper - space.lower, 0.0)
-    tie = objectives.tie(variables)
+    groups = PoseGroups.of(problem, variables)
     columns, slack = [], []
     for k, pieces in enumerate(found):
         for piece in pieces:
             gradient = piece.gradient() * width
-            if tie is not None:
-                gradient = tie(gradient, np.arange(len(variables)))
+            if groups is not None:
+                gradient = groups.tied(gradient, np.arange(len(variables)))
             # A root mean square that vanishes, but for rounding of the design, has zero among its subgradients.
             vanishing = problem.objectives[k].root_mean_square and np.abs(piece.value) <= _VANISHING * span[k]
             gradient = np.where(np.reshape(vanishing, (-1, 1, 1)), 0.0, gradient)

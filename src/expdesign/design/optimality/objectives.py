@@ -1,14 +1,11 @@
 """The objectives of a front, all to be minimised, as smooth pieces."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, criterion_values, known_criteria
-from expdesign.design.optimality.differentiated import Differentiated, Piece, shared_series, weighted_gradient
+from expdesign.design.optimality.differentiated import Differentiated, Piece, weighted_gradient
 from expdesign.design.problem import DesignProblem
-from expdesign.instrument.deflection_noise import series_by_pose
 
 
 def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
@@ -72,43 +69,36 @@ class Objectives:
         result: FloatArray = np.maximum(np.maximum(span, 1e-3 * size), 1e-300)
         return result
 
-    def tie(self, variables: FloatArray) -> Callable[[FloatArray, IntArray], FloatArray] | None:
-        """Projection that keeps poses equal where measurements of variables (b, m, g) share their unloaded reference,
-        or where distinct poses are few.
+    def scalarised(self, centres: FloatArray, weights: FloatArray, series: IntArray | None = None) -> "Scalarised":
+        """Functions φ = (f_k − centre_k)·weight_k per design, shape (b, k) each; a weight of 0 leaves f_k out.
 
-        It takes changes of variables (c, m, g) and the indices (c,) of the designs that they belong to.
+        Series (b, m) of measurements that share their reference are held where they are given.
         """
-        space = self.problem.space
-        series = shared_series(self.problem, space.quantities(variables))
-        if series is None and space.most_poses is not None:
-            series = series_by_pose(space.decode(variables)[0])
-        if series is None:
-            return None
-        pose = np.array([variable.columns[0] < space.n_pose for variable in space.variables])
-        same = (series[:, :, None] == series[:, None, :]).astype(float)
-        mean = same / same.sum(axis=2, keepdims=True)
-        return lambda steps, index: np.where(pose, mean[index] @ steps, steps)
-
-    def scalarised(self, centres: FloatArray, weights: FloatArray) -> "Scalarised":
-        """Functions φ = (f_k − centre_k)·weight_k per design, shape (b, k) each; a weight of 0 leaves f_k out."""
-        return Scalarised(self, centres, weights)
+        return Scalarised(self, centres, weights, series)
 
 
 class Scalarised:
     """Pieces of the achievement function max_k (f_k − centre_k)·weight_k of each design (see `sqp.Pieces`)."""
 
-    def __init__(self, objectives: Objectives, centres: FloatArray, weights: FloatArray) -> None:
-        self._objectives, self._centres, self._weights = objectives, centres, weights
+    def __init__(
+        self, objectives: Objectives, centres: FloatArray, weights: FloatArray, series: IntArray | None
+    ) -> None:
+        self._objectives, self._centres, self._weights, self._series = objectives, centres, weights, series
         self._used = np.flatnonzero((weights > 0.0).any(axis=0))
 
     def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-        designs = Differentiated.of_designs(self._objectives.problem, variables)
+        designs = self._differentiated(variables, index)
         costly = self._objectives.costly[self._used]
         values, slopes = self._shared(designs, index, self._used[~costly])
         for k in self._used[costly]:
             value, slope = self._alone(designs, variables, index, int(k))
             values, slopes = np.concatenate([values, value], axis=1), np.concatenate([slopes, slope], axis=1)
         return np.where(designs.regular[:, None], values, np.nan), slopes
+
+    def _differentiated(self, variables: FloatArray, index: IntArray) -> Differentiated:
+        problem = self._objectives.problem
+        series = None if self._series is None else self._series[index]
+        return Differentiated(problem, problem.space.quantities(variables), series)
 
     def _shared(self, designs: Differentiated, index: IntArray, criteria: IntArray) -> tuple[FloatArray, FloatArray]:
         """Values (b, j) and gradients (b, j, m, g), j the largest number of pieces that count for any one design: a
@@ -141,7 +131,7 @@ class Scalarised:
         if not concerned.any():
             concerned[0] = True  # Every call has as many pieces.
         some = not concerned.all()
-        chosen = Differentiated.of_designs(self._objectives.problem, variables[concerned]) if some else designs
+        chosen = self._differentiated(variables[concerned], index[concerned]) if some else designs
         pieces = self._objectives.pieces(k, chosen)
         values = np.full((len(variables), len(pieces)), _ABSENT)
         slopes = np.zeros((len(variables), len(pieces), *variables.shape[1:]))

@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.design.optimality.pose_groups import PoseGroups
 from expdesign.design.optimality.region_bound import Batch, Duals, Node, bounded, normalised
 from expdesign.design.optimality.regions import Axis, Box, Regions, Span
 from expdesign.design.optimality.weights import Relaxation
@@ -27,8 +28,6 @@ _EVEN = 0.1
 """Part of the weight of a half that is spread evenly over its corners."""
 _SLACK = 1e-3
 """What an axis counts, relative to the criterion, along which a measurement is not in parts."""
-_APART = 1
-"""Steps by which the poses of series that have references of their own are apart."""
 _LEAST, _BETTER = 1e-12, 1e-9
 """Part that counts as none, and relative gain for which a plan is tried."""
 _RATE, _SERIES_RATE, _MAPS, _FIXED = 3e8, 8e7, 6e4, 4e-4
@@ -187,22 +186,13 @@ class RegionTree:
         return [self._plan(nodes[i], common[i], own[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
 
     def _plan(self, node: Node, common: IntArray, own: IntArray) -> FloatArray:
-        """The measurements (m, g) at corners of a node's boxes; series that meet at one pose are taken a little apart,
-        because they have a reference each.
-        """
+        """The measurements (m, g) at corners of a node's boxes; of series, each at a pose of its own."""
         regions = self._regions
-        poses: dict[tuple[float, ...], list[int]] = {}
-        plan = []
-        for unit, box, *at in zip(node.units, node.boxes, common, own, strict=True):
-            places = regions.corner(box, *at)
-            pose = tuple(places[regions.common])
-            before = poses.setdefault(pose, [])
-            if unit not in before:
-                before.append(unit)
-            if regions.series:
-                places = regions.inward(places, _APART * before.index(unit))
-            plan.append(places)
-        return regions.decisions(np.array(plan))
+        plan = regions.decisions(
+            np.array([regions.corner(*each) for each in zip(node.boxes, common, own, strict=True)])
+        )
+        units = np.array([node.units])
+        return PoseGroups(regions.problem, units, units).apart(plan[None])[0] if regions.series else plan
 
     def _halves(self, node: Node, member: int, number: int) -> Iterator[Node]:
         """The node in parts: of equal measurements, or series, so many take the one half and the rest the other."""

@@ -133,6 +133,7 @@ class Regions:
         information: maps of single measurements.
 
     Attributes:
+        problem: the design problem.
         axes: what can be chosen about a measurement.
         series: whether measurements at a pose share their reference.
         readings: size of that reference, 0 where there is none.
@@ -141,7 +142,7 @@ class Regions:
 
     def __init__(self, information: MeasurementInformation) -> None:
         problem = information.problem
-        self._space = problem.space
+        self.problem, self._space = problem, problem.space
         self.series = problem.noise.shared_reference
         self.readings = len(problem.noise.axes) if self.series else 0
         self._maps = SeriesInformation(information).reference_rows if self.series else information.rows
@@ -180,15 +181,6 @@ class Regions:
             places[which] = np.unravel_index(number, tuple(lengths[which])) if which.any() else 0
         spans = zip(self.axes, box, places, strict=True)
         return np.array([axis.corners(span)[place] for axis, span, place in spans])
-
-    def inward(self, places: FloatArray, steps: int) -> FloatArray:
-        """Places (a,) of which those of the pose are moved towards the middle by steps in which they can be set."""
-        moved = places.copy()
-        for column, axis in enumerate(self.axes):
-            if axis.of_pose and axis.order is None:
-                part = self._space.grid.steps[axis.variable] / (axis.ends[1] - axis.ends[0])
-                moved[column] += steps * part * (-1.0 if places[column] > 0.5 else 1.0)
-        return moved
 
     def region(self, box: Box) -> Region:
         """What a box is looked at by."""

@@ -26,7 +26,8 @@ def exchanged_by_sums(
     weights: FloatArray,
     names: tuple[str, ...],
     common: FloatArray,
-    varied: bool,
+    varied: bool = False,
+    loaded: bool = False,
 ) -> FloatArray:
     """Designs (b, m, g) at which no exchange of one measurement helps, until which they are improved.
 
@@ -38,8 +39,9 @@ def exchanged_by_sums(
         names: of the criteria, k.
         common: measurements for which any is exchanged, shape (l, g).
         varied: whether measurements are exchanged for their own variants too.
+        loaded: whether, where references are shared, they are exchanged for others of their series with another load.
     """
-    return _SumExchange(problem, names).improved(designs, centres, weights, common, varied)
+    return _SumExchange(problem, names, varied, loaded).improved(designs, centres, weights, common)
 
 
 def scores_of(
@@ -56,16 +58,16 @@ def scores_of(
 
 
 class _SumExchange:
-    def __init__(self, problem: DesignProblem, names: tuple[str, ...]) -> None:
+    def __init__(self, problem: DesignProblem, names: tuple[str, ...], varied: bool, loaded: bool) -> None:
         self._problem, self._space, self._names = problem, problem.space, names
+        self._varied, self._loaded = varied, loaded
         self._sums = additive(problem, 1.0)
 
-    def improved(
-        self, designs: FloatArray, centres: FloatArray, weights: FloatArray, common: FloatArray, varied: bool
-    ) -> FloatArray:
+    def improved(self, designs: FloatArray, centres: FloatArray, weights: FloatArray, common: FloatArray) -> FloatArray:
         sums, designs = self._sums, designs.copy()
         (batch, m, g), count = designs.shape, len(common)
         shared, pose = sums.parts(common), self._space.of_pose
+        own = self._varied or self._problem.noise.shared_reference
         there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
         score = scores_of(sums, self._names, sums.sums(there, designs[..., pose]), centres, weights)
         moving = np.arange(len(designs))
@@ -76,13 +78,13 @@ class _SumExchange:
                 for start in range(0, len(moving), together):
                     part = moving[start : start + together]
                     new, summands = common[None], shared[None]
-                    if varied:
+                    if own:
                         more = self._options(designs[part], place)
-                        own = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
+                        theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
                         everywhere = (len(part), count)
                         new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), more], axis=1)
                         summands = np.concatenate(
-                            [np.broadcast_to(summands, (*everywhere, shared.shape[1])), own], axis=1
+                            [np.broadcast_to(summands, (*everywhere, shared.shape[1])), theirs], axis=1
                         )
                     # Sums of what remains, not differences, which would lose digits.
                     others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
@@ -92,7 +94,7 @@ class _SumExchange:
                     found = scores[np.arange(len(part)), best]
                     better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
                     index = part[better]
-                    source = np.flatnonzero(better) if varied else np.zeros(len(index), dtype=np.int64)
+                    source = np.flatnonzero(better) if own else np.zeros(len(index), dtype=np.int64)
                     designs[index, place] = new[source, best[better]]
                     there[index, place] = summands[source, best[better]]
                     score[index], helped[index] = found[better], True
@@ -102,13 +104,14 @@ class _SumExchange:
         return designs
 
     def _options(self, designs: FloatArray, place: int) -> FloatArray:
-        """Variants (b, v, g) of the measurement of designs (b, m, g) at a place; where references are shared, also at
-        the poses of the other ones.
+        """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, its variants; where
+        references are shared, also a step away, and at the poses of the other ones with loads near theirs.
         """
-        own = designs[:, place, None]
-        found = [variants(self._problem, own)[:, 0]]
+        own, space = designs[:, place, None], self._space
+        found = [variants(self._problem, own)[:, 0]] if self._varied else [space.inward(own, 1)]
         if self._problem.noise.shared_reference:
-            space, others = self._space, np.delete(designs, place, axis=1)
+            others = np.delete(designs, place, axis=1)
             found.append(np.where(space.of_pose, others, own))
+        if self._problem.noise.shared_reference and self._loaded:
             found.append(variants(self._problem, others, ~space.of_pose).reshape(len(designs), -1, space.decisions))
         return np.concatenate(found, axis=1)

@@ -27,5 +27,7 @@ def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | No
             changed[..., decision] = value
             found.append(changed)
     if problem.noise.shared_reference and wanted is None:
+        # A step away from a series, with a reference of its own; and at the pose of another one.
+        found.append(space.inward(parents, 1))
         found += [np.where(space.of_pose, np.roll(parents, k, axis=1), parents) for k in range(1, parents.shape[1])]
     return np.stack(found, axis=2)

@@ -12,14 +12,13 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.best_linear import best_linear_total
 from expdesign.design.optimality.certificate import Certificate, with_split
 from expdesign.design.optimality.columns import Columns, Sites, columns_of, sites_of
-from expdesign.design.optimality.descents import Pace
+from expdesign.design.optimality.descents import Pace, pursued
 from expdesign.design.optimality.measurement_pool import usable
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.outer_approximation import Master, most_sensitive
 from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
 from expdesign.design.optimality.region_tree import RegionTree
 from expdesign.design.optimality.regions import Regions
-from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.optimality.tree import Tree
 from expdesign.design.problem import DesignProblem
 
@@ -256,11 +255,7 @@ class BranchAndBound:
         objectives = Objectives(self._problem, (known_criteria()[self._criterion],))
         weights = np.zeros((1, len(objectives.criteria)))
         weights[:, -1] = 1.0 / self._best
-        search = MinimaxSearch(
-            self._problem, objectives.scalarised(np.zeros_like(weights), weights), objectives.tie(start)
-        )
-        ends = search.minimise(start, iterations=_DESCENT.steps, tolerance=_DESCENT.tolerance, inner=_DESCENT.inner)
-        self._measurable(ends[0])
+        self._measurable(pursued(objectives, start, np.zeros_like(weights), weights, _DESCENT)[0])
 
     def _values(self, designs: FloatArray) -> FloatArray:
         found = known_criteria()[self._criterion].values(self._problem.assess(*self._problem.space.decode(designs)))
