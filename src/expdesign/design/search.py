@@ -19,7 +19,8 @@ from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMu
 from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.polish import GAIN, Polishing
-from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
+from expdesign.design.optimality.repetitions import repeated_designs
+from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.parts import Executor, one_after_another
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation

@@ -45,6 +45,23 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     return pool[generator.integers(len(pool), size=count)] if len(pool) < count else pool[:count]
 
 
+def extreme_measurements(
+    problem: DesignProblem, count: int, share: float, generator: np.random.Generator
+) -> FloatArray:
+    """Reachable measurements (count, g) with a share of their continuous variables at ends of the ranges, as what a
+    measurement tells is largest there; those of the pose where it is still reached.
+    """
+    space, drawn = problem.space, reachable_measurements(problem, count, generator)
+    ends = np.where(generator.random(drawn.shape) < 0.5, space.lower, space.upper)
+    moved = ~space.discrete & (generator.random(drawn.shape) < share)
+    found = np.where(moved, ends, drawn)
+    poses, loads = space.decode(found)
+    reached = problem.loaded.robot.usable(poses)
+    if problem.constraints is not None:
+        reached &= problem.constraints.allowed(problem.loaded, poses, loads)
+    return np.where(space.of_pose & ~reached[:, None], drawn, found)
+
+
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
     """Gene vectors (count, m·g) of designs whose every measurement can be reached."""
     space = problem.space

@@ -15,7 +15,8 @@ from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.neighbours import Neighbours
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.polish import Polishing
-from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
+from expdesign.design.optimality.repetitions import repeated_designs
+from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.optimality.variants import variants
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search

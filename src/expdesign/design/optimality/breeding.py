@@ -57,6 +57,11 @@ class Breeding:
         best: FloatArray = self._designs[scores.argmin(axis=1)]
         return best
 
+    def least(self, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """How far the best design of each aim is from it, shape (b,)."""
+        found: FloatArray = achieved(self._values[None], centres[:, None], weights[:, None]).min(axis=1)
+        return found
+
     def _elite(self, centre: FloatArray, weight: FloatArray) -> IntArray:
         score = achieved(self._values, centre, weight)
         order = np.argsort(score, kind="stable")

@@ -15,15 +15,20 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.design.optimality.objectives import Objectives, achieved
 from expdesign.design.optimality.pair_exchange import exchanged_in_pairs
+from expdesign.design.optimality.repetitions import Repetitions, repetitions_count
 from expdesign.design.optimality.sum_exchange import exchanged_by_sums, exchanges_are_sums
 from expdesign.design.optimality.variants import variants
 from expdesign.design.parts import Parts, by_halves, one_after_another
 from expdesign.design.problem import DesignProblem
-from expdesign.design.start import reachable_measurements
+from expdesign.design.start import extreme_measurements, reachable_measurements
 
 _LIBRARY, _RANDOM, _DRAWN, _DRAWS = 100, 24, 60, 6
 _STOCK, _OFFERED, _JUDGED, _SOME = 100, 6000, 60_000, 20
 _PAIRED, _PLACES = 150, 3
+_SHARES, _REPEATED, _NEAR = (0.5, 0.8), (500, 60), 0.25
+"""Shares of variables at ends, measurements drawn and paired, and how much farther from an aim repeated ones may be
+than the best known, in parts of the front.
+"""
 _ASKED = (0, 4, 12, 28, _DRAWN)
 """How many draws are asked for costly criteria, the most promising first."""
 
@@ -78,17 +83,23 @@ class Neighbours:
         own = np.arange(len(parents))
         if self._sums and len(self._library):
             offered = self._offered(_STOCK)
-            found.append(self._by_sums(offered, parents, centres, weights, drawn, self._gridded))
-            aims.append(np.tile(own, 1 + drawn))
+            # What everything else hangs on is worth most.
+            split = self.problem.noise.shared_reference and not self._gridded
+            ends = np.full(len(parents), not split) | ((weights > 0.0).sum(axis=1) == 1)
+            for some, loaded in ((own[ends], True), (own[~ends], False)):
+                if some.size:
+                    starts, aim = parents[some], (centres[some], weights[some])
+                    found.append(self._by_sums(offered, starts, *aim, drawn, self._gridded, loaded))
+                    aims.append(np.tile(some, 1 + drawn))
         if self._draws:
             found.append(self._by_draws(parents, centres, weights))
             aims.append(own)
-        designs, aim = np.concatenate(found), np.concatenate(aims)
-        changed = (designs != parents[aim]).any(axis=(1, 2))
-        designs, aim = designs[changed], aim[changed]
-        both = np.concatenate([designs.reshape(len(designs), np.prod(designs.shape[1:])), aim[:, None]], axis=1)
+        designs, of = np.concatenate(found), np.concatenate(aims)
+        changed = (designs != parents[of]).any(axis=(1, 2))
+        designs, of = designs[changed], of[changed]
+        both = np.concatenate([designs.reshape(len(designs), np.prod(designs.shape[1:])), of[:, None]], axis=1)
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
-        return designs[first], aim[first]
+        return designs[first], of[first]
 
     def anywhere(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
         """Designs (b', m, g) of a grid or list at which no exchange with any measurement of many helps, from parents
@@ -121,13 +132,26 @@ class Neighbours:
         offered = np.concatenate([self._library, self._stock])
         return by_halves(self._parts, exchanged_in_pairs, (designs, centres, weights, places), (self._names, offered))
 
+    def repeated(
+        self, centres: FloatArray, weights: FloatArray, known: FloatArray, most: int
+    ) -> tuple[FloatArray, IntArray]:
+        """Designs (d, m, g) of one or two measurements, repeated, that are not much farther from their aims than what
+        is known for these, (b,): at most so many for each; and for which aim (d,) each is.
+        """
+        if not self._sums or not repetitions_count(self.problem):
+            return np.zeros((0, self._space.measurements, self._space.decisions)), np.zeros(0, dtype=np.int64)
+        share = float(self._generator.choice(_SHARES))
+        found = Repetitions(self.problem, self._names, *_REPEATED, share, self._generator)
+        designs, aims, scores = found.best(centres, weights, most)
+        order = np.lexsort((scores, aims))
+        place = np.arange(len(order)) - np.searchsorted(aims[order], aims[order])
+        kept = order[(place < most) & (scores[order] < known[aims[order]] + _NEAR)]
+        return designs[kept], aims[kept]
+
     @cached_property
     def _stock(self) -> FloatArray:
         """Measurements (l, g) drawn once, half of their continuous variables at ends."""
-        drawn = reachable_measurements(self.problem, _PAIRED, self._generator)
-        ends = np.where(self._generator.random(drawn.shape) < 0.5, self._space.lower, self._space.upper)
-        moved = ~self._space.discrete & (self._generator.random(drawn.shape) < 0.5)
-        return np.where(moved, ends, drawn)
+        return extreme_measurements(self.problem, _PAIRED, 0.5, self._generator)
 
     @property
     def discrete(self) -> bool:
@@ -142,13 +166,14 @@ class Neighbours:
         weights: FloatArray,
         drawn: int,
         varied: bool,
+        loaded: bool = True,
     ) -> FloatArray:
         """Designs (b·(1 + drawn), m, g) at which no exchange with measurements (l, g) helps, from parents (b, m, g) and
         from as many drawn at random, `drawn` times.
         """
         designs = np.concatenate([parents, common[self._drawn(len(common), drawn * len(parents))]])
         aims = [np.tile(part, (1 + drawn, 1)) for part in (centres, weights)]
-        return by_halves(self._parts, exchanged_by_sums, (designs, *aims), (self._names, common, varied))
+        return by_halves(self._parts, exchanged_by_sums, (designs, *aims), (self._names, common, varied, loaded))
 
     def _drawn(self, listed: int, count: int) -> IntArray:
         """Plans (count, m) of a list's measurements at random, each with one of them repeated none to m times."""
@@ -164,10 +189,8 @@ class Neighbours:
         """
         if not self._gridded:
             return self._library
-        space, drawn = self._space, reachable_measurements(self.problem, number, self._generator)
-        # What a measurement tells is largest at extreme loads.
-        ends = np.where(self._generator.random(drawn.shape) < 0.5, space.lower, space.upper)
-        return np.concatenate([self._library, np.unique(np.where(space.discrete, drawn, ends), axis=0)])
+        drawn = extreme_measurements(self.problem, number, 1.0, self._generator)
+        return np.concatenate([self._library, np.unique(drawn, axis=0)])
 
     def _by_draws(self, parents: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
         """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of

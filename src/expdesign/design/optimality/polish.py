@@ -36,6 +36,8 @@ _ALONG, _RESTARTS, _DRAWN, _CAPACITY = 14, 4, 1, 400_000_000
 _FIRST, _BRIEF, _LONG = 8, 6, 30
 _STARTS, _STAGES, _GOALS, _NEAR, _CHILDREN = 48, (6, 8), 8, 4, 32
 _PASSES, _MOST, _CORRECTED, _HOLES, _WIDE = 3, 300, 80, 4, 5e-3
+_REPEATED = (6, 1)
+"""Designs of repeated measurements for each aim, among the starts and in a round."""
 _GENERATIONS, _PATIENCE = 13, 100
 """Generations of the settings that allow one round of exchanges, and one more in succession that brings nothing."""
 _QUIET = 4
@@ -163,6 +165,8 @@ class Polishing:
         drawn = starting_designs(self.problem, 2 * len(aims), self._generator)
         designs = self._usable(drawn.reshape(-1, space.measurements, space.decisions))[0][: len(aims)]
         aims = self._generator.permutation(aims)[: len(designs)]
+        repeated, of = self._repeated(centres, weights, _REPEATED[0])
+        designs, aims = np.concatenate([designs, repeated]), np.concatenate([aims, of])
         gain = self.take(self._anywhere())
         for iterations in _STAGES:
             designs = self._minimise(designs, centres[aims], weights[aims], iterations)
@@ -172,6 +176,10 @@ class Polishing:
             kept = np.concatenate(better) if better else np.zeros(0, dtype=np.int64)
             designs, aims = designs[kept], aims[kept]
         return gain
+
+    def _repeated(self, centres: FloatArray, weights: FloatArray, most: int) -> tuple[FloatArray, IntArray]:
+        """Designs of repeated measurements near the front, and for which aim each is."""
+        return self._neighbours.repeated(centres, weights, self._breeding.least(centres, weights), most)
 
     def _anywhere(self) -> FloatArray:
         """Designs of a grid or list from which no exchange leads on, for the criteria that no relaxation is of."""
@@ -230,7 +238,8 @@ class Polishing:
         designs[some] = self._neighbours.improved(designs[some], centres[aims[some]], weights[aims[some]])
         parents = self._breeding.best(centres, weights)
         exchanged, of = self._neighbours.exchanged(parents, centres, weights, _DRAWN)
-        designs, aims = np.concatenate([designs, exchanged]), np.concatenate([aims, of])
+        repeated, own = self._repeated(centres, weights, _REPEATED[1])
+        designs, aims = np.concatenate([designs, exchanged, repeated]), np.concatenate([aims, of, own])
         gain = self.take(designs)
         if self._free:
             gain += self.take(self._minimise(designs, centres[aims], weights[aims], _BRIEF))
