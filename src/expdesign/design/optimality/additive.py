@@ -19,7 +19,7 @@ functions of sums over its rows alone, which for a single row are those of a mea
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.problem import DesignProblem
 
@@ -111,22 +111,30 @@ class SeriesAdditive(Additive):
         return np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
 
     def sums(self, parts: FloatArray, poses: FloatArray) -> FloatArray:
-        same = (poses[:, :, None] == poses[:, None]).all(axis=3)
-        first = ~np.tril(same, -1).any(axis=2)
-        series = self._closed(same.astype(float) @ parts, same.sum(axis=2))
-        found: FloatArray = np.where(first[..., None], series, 0.0).sum(axis=1)
+        found: FloatArray = self._series(parts, poses)[2].sum(axis=1)
         return found
 
+    def _series(self, parts: FloatArray, poses: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Sums of the parts (b, m, c') over the series of each measurement, its length (b, m), and what it adds, (b, m,
+        c), which is zero but for its first measurement.
+        """
+        same = (poses[:, :, None] == poses[:, None]).all(axis=3)
+        first = ~np.tril(same, -1).any(axis=2)
+        together, count = same.astype(float) @ parts, same.sum(axis=2)
+        return together, count, np.where(first[..., None], self._closed(together, count), 0.0)
+
     def joined(self, there: FloatArray, at: FloatArray, new: FloatArray, poses: FloatArray) -> FloatArray:
-        found = self.sums(there, at)[:, None] + self.repeated(new, 1)
+        together, count, series = self._series(there, at)
+        found = series.sum(axis=1)[:, None] + self.repeated(new, 1)
         # Where another measurement is at the pose, both are one series.
-        meets = (at[:, :, None] == poses[:, None]).all(axis=3).any(axis=1)
-        design, option = np.nonzero(meets)
+        meets = (at[:, :, None] == poses[:, None]).all(axis=3)
+        design, option = np.nonzero(meets.any(axis=1))
         if len(design):
+            with_it = meets.argmax(axis=1)[design, option]
             source = design if len(new) == len(there) else np.zeros_like(design)
-            every = np.concatenate([there[design], new[source, option][:, None]], axis=1)
-            everywhere = np.concatenate([at[design], poses[source, option][:, None]], axis=1)
-            found[design, option] = self.sums(every, everywhere)
+            others = (1.0 - np.eye(at.shape[1])) @ series
+            longer = together[design, with_it] + new[source, option]
+            found[design, option] = others[design, with_it] + self._closed(longer, count[design, with_it] + 1)
         return found
 
     def repeated(self, parts: FloatArray, times: int) -> FloatArray:

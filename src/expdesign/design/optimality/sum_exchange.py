@@ -77,27 +77,24 @@ class _SumExchange:
             for place in range(m):
                 for start in range(0, len(moving), together):
                     part = moving[start : start + together]
-                    new, summands = common[None], shared[None]
+                    # Sums of what remains, not differences, which would lose digits.
+                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
+                    options = sums.joined(rest, others[..., pose], shared[None], common[None][..., pose])
                     if own:
                         more = self._options(designs[part], place)
                         theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
-                        everywhere = (len(part), count)
-                        new = np.concatenate([np.broadcast_to(new, (*everywhere, g)), more], axis=1)
-                        summands = np.concatenate(
-                            [np.broadcast_to(summands, (*everywhere, shared.shape[1])), theirs], axis=1
-                        )
-                    # Sums of what remains, not differences, which would lose digits.
-                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
-                    options = sums.joined(rest, others[..., pose], summands, new[..., pose])
+                        joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
+                        options = np.concatenate([options, joined], axis=1)
                     scores = scores_of(sums, self._names, options, centres[part, None], weights[part, None])
                     best = scores.argmin(axis=1)
                     found = scores[np.arange(len(part)), best]
                     better = found < score[part] - 1e-9 * (1.0 + np.abs(score[part]))
-                    index = part[better]
-                    source = np.flatnonzero(better) if own else np.zeros(len(index), dtype=np.int64)
-                    designs[index, place] = new[source, best[better]]
-                    there[index, place] = summands[source, best[better]]
-                    score[index], helped[index] = found[better], True
+                    for row in np.flatnonzero(better):
+                        index, chosen = part[row], best[row]
+                        listed = chosen < count
+                        designs[index, place] = common[chosen] if listed else more[row, chosen - count]
+                        there[index, place] = shared[chosen] if listed else theirs[row, chosen - count]
+                    score[part[better]], helped[part[better]] = found[better], True
             moving = np.flatnonzero(helped)
             if moving.size == 0:
                 break
