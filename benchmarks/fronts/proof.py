@@ -46,8 +46,7 @@ def searched(found: DesignProblem, *, bounded: bool = False) -> dict[str, Any]:
     front = search(found)
     if bounded:
         bounds = [criterion_bounds(found, factor, front.decisions) for factor in (0.0, 1.0)]
-        better = [each.whole.plan for each in bounds if each.whole.plan is not None]
-        front = joined(found, front, np.stack(better)) if better else front
+        front = joined(found, front, [each.whole.plan for each in bounds])
     seconds = time.process_time() - begun
     values = np.stack([front.criteria[name] for name in front.objectives], axis=1)
     largest = float(np.nanmax(front.kktpm)) if np.isfinite(front.kktpm).any() else None

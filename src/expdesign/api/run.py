@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from expdesign.acceptance.decision import acceptance_record
@@ -156,8 +155,7 @@ def run(
     with TwoProcesses() if workers > 1 and second_process_helps() else nullcontext(one_after_another) as executor:
         problem, front = search_within_budget(problem, searching, executor)
         duir, total = _bounds(problem, front, report, executor)
-    better = [bounds.whole.plan for bounds in (duir, total) if bounds.whole.plan is not None]
-    front = joined(problem, front, np.stack(better)) if better else front
+    front = joined(problem, front, [bounds.whole.plan for bounds in (duir, total)])
     record = run_record(problem, front, duir, total)
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
     accuracy = recommended_accuracy(problem, front)

@@ -4,7 +4,7 @@ Gradients from the designs of the convex relaxation find most of the front in a 
 designs at random, finds the valleys that they missed. What both found is then refined together.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -303,12 +303,15 @@ def _front(
     )
 
 
-def joined(problem: DesignProblem, front: Front, designs: FloatArray) -> Front:
-    """A front with further designs (d, m, g), as far as none of the others dominates them."""
-    decisions = np.concatenate([front.decisions, designs])
+def joined(problem: DesignProblem, front: Front, designs: Sequence[FloatArray | None]) -> Front:
+    """A front with further designs (m, g), as far as there are any and none of the others dominates them."""
+    further = [design for design in designs if design is not None]
+    if not further:
+        return front
+    decisions = np.concatenate([front.decisions, np.stack(further)])
     population = DesignPopulation(problem)
     values, violations = population.objectives(decisions)
-    evaluations = front.evaluations + len(designs)
+    evaluations = front.evaluations + len(further)
     return _front(problem, decisions, values, violations, front.reference_point, evaluations, front.missing)
 
 

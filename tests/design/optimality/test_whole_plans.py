@@ -165,7 +165,7 @@ def test_plans_that_branch_and_bound_finds_are_in_the_front_or_dominated_by_it()
     found = criterion_bounds(here, 0.0, front.decisions).whole
     assert found.plan is not None
     assert found.best < front.criteria["duir"].min()
-    both = joined(here, front, found.plan[None])
+    both = joined(here, front, [None, found.plan])
     assert both.criteria["duir"].min() == pytest.approx(found.best, rel=1e-12)
     assert both.hypervolume > front.hypervolume
     assert criterion_bounds(here, 0.0, both.decisions).whole.plan is None
