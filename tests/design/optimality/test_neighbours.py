@@ -17,6 +17,7 @@ from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.polish import Polishing
 from expdesign.design.optimality.repetitions import repeated_designs
 from expdesign.design.optimality.seeds import relaxed_designs
+from expdesign.design.optimality.sum_exchange import exchanged_by_sums
 from expdesign.design.optimality.variants import variants
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
@@ -120,6 +121,32 @@ def test_exchanges_of_children_leave_none_that_a_variant_of_one_measurement_impr
             usable = np.isfinite(values)
             assert usable.any()
             assert (values[usable] >= reached[usable] * (1.0 - 1e-7)).all()
+
+
+def test_no_step_away_from_a_series_and_no_load_at_another_pose_improves_what_was_exchanged() -> None:
+    here = problem(HEXAPOD, {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4})
+    space, objectives, names = here.space, Objectives(here), ("duir", "feir")
+    starts = designs(here, 6)
+    starts[..., space.of_pose] = starts[:, :1, space.of_pose]
+    weights = np.repeat(np.eye(2), 3, axis=0)
+    common = designs(here, 5).reshape(-1, space.decisions)
+    found = exchanged_by_sums(here, starts, np.zeros((6, 2)), weights, names, common, False, True)
+    reached = (objectives.values(space.canonical(found)) * weights).sum(axis=1)
+    before = (objectives.values(space.canonical(starts)) * weights).sum(axis=1)
+    assert (reached < 0.9 * before).all()
+    looked = 0
+    for place in range(4):
+        own, others = found[:, place, None], np.delete(found, place, axis=1)
+        elsewhere = variants(here, others, ~space.of_pose).reshape(6, -1, space.decisions)
+        options = np.concatenate([space.inward(own, 1), np.where(space.of_pose, others, own), elsewhere], axis=1)
+        for option in range(options.shape[1]):
+            changed = found.copy()
+            changed[:, place] = options[:, option]
+            values = (objectives.values(space.canonical(changed)) * weights).sum(axis=1)
+            usable = np.isfinite(values)
+            looked += int(usable.sum())
+            assert (values[usable] >= reached[usable] * (1.0 - 1e-6)).all()
+    assert looked > 500
 
 
 def test_children_of_continuous_spaces_are_left_to_descents() -> None:
