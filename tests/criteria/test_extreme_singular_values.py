@@ -1,11 +1,15 @@
 """Criteria of the extreme singular values where two of them coincide: pieces bound them, and ends are optimal."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
+from expdesign.criteria.extreme_singular_values import largest_singular_value, smallest_singular_value
 from expdesign.design.optimality.differentiated import Differentiated
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
@@ -22,7 +26,7 @@ def test_no_piece_is_below_the_criterion_and_each_has_its_gradient(name: str) ->
     here = problem(HEXAPOD)
     decisions = designs(here, 3)
     found = Differentiated.of_designs(here, decisions).pieces(known_criteria()[name])
-    assert len(found) == (4 if name == "o3" else 7)
+    assert len(found) == (9 if name == "o3" else 17)
     np.testing.assert_allclose(
         found[0].value, known_criteria()[name].values(here.assess(*here.space.decode(decisions)))
     )
@@ -37,6 +41,41 @@ def test_no_piece_is_below_the_criterion_and_each_has_its_gradient(name: str) ->
         moved[:, 0, decision] += sign * step
         sides.append(known_criteria()[name].values(here.assess(*here.space.decode(moved))))
     np.testing.assert_allclose(found[0].gradient()[:, 0, decision], (sides[0] - sides[1]) / (2.0 * step), rtol=1e-4)
+
+
+def assessed(whitened: Array, place: int) -> Any:
+    """What the criteria ask of an assessment of one design with the whitened matrix Ã (r, L)."""
+    values = np.linalg.svd(whitened[None], compute_uv=False)
+    return SimpleNamespace(
+        whitened=whitened[None], singular_values=values, place=place, pieces=1, parameters=whitened.shape[1]
+    )
+
+
+@pytest.mark.parametrize("largest", [False, True])
+def test_where_three_coincide_the_pieces_have_the_subgradients_along_them(largest: bool) -> None:
+    """A piece is ‖Ã·v‖ with v held, a vector of their space; a change that leaves v alone leaves the value."""
+    generator = np.random.default_rng(8)
+    values = np.array([2.0, 2.0, 2.0, 1.0, 0.5]) if largest else np.array([4.0, 3.0, 1.0, 1.0, 1.0])
+    left, right = (np.linalg.qr(generator.normal(size=(n, 5)))[0] for n in (9, 5))
+    place = np.arange(3) if largest else np.arange(2, 5)
+    extreme = largest_singular_value if largest else smallest_singular_value
+    whitened = left @ np.diag(values) @ right.T
+    design = assessed(whitened, 0)
+    extreme(design)
+    assert design.pieces == 9
+    # The basis in which numpy has the three is its own.
+    basis = np.linalg.svd(whitened, full_matrices=True)[2][place]
+    order = basis if largest else basis[::-1]
+    turned = np.linalg.norm(whitened @ order.T, axis=0)
+    np.testing.assert_allclose(turned, values[place], rtol=1e-12)
+    directions = [(0, 1, 0), (1, 1, 0), (1, -1, 0), (0, 0, 1), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)]
+    for number, direction in enumerate(directions, start=1):
+        vector = np.array(direction) @ order / np.linalg.norm(direction)
+        expected = np.linalg.norm(whitened @ vector)
+        assert extreme(assessed(whitened, number))[0] == pytest.approx(expected, rel=1e-12)
+        # All others become longer, or shorter.
+        change = whitened @ (np.eye(5) - np.outer(vector, vector)) * (-1e-3 if largest else 1e-3)
+        assert extreme(assessed(whitened + change, 0))[0] == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["o2", "o3"])

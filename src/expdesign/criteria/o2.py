@@ -15,7 +15,7 @@ class O2(Criterion):
 
     def values(self, assessment: Assessment) -> FloatArray:
         if assessment.place == 0:
-            smallest_singular_value(assessment), largest_singular_value(assessment, after())
+            smallest_singular_value(assessment), largest_singular_value(assessment, after(assessment))
             return 1.0 / assessment.condition
-        values: FloatArray = smallest_singular_value(assessment) / largest_singular_value(assessment, after())
+        values: FloatArray = smallest_singular_value(assessment) / largest_singular_value(assessment, after(assessment))
         return values

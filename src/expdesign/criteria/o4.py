@@ -16,7 +16,9 @@ class O4(Criterion):
 
     def values(self, assessment: Assessment) -> FloatArray:
         if assessment.place == 0:
-            smallest_singular_value(assessment), largest_singular_value(assessment, after())
+            smallest_singular_value(assessment), largest_singular_value(assessment, after(assessment))
             return assessment.singular_values[:, -1] / assessment.condition
-        values: FloatArray = smallest_singular_value(assessment) ** 2 / largest_singular_value(assessment, after())
+        values: FloatArray = smallest_singular_value(assessment) ** 2 / largest_singular_value(
+            assessment, after(assessment)
+        )
         return values
