@@ -121,6 +121,10 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
     seeds = ", ".join(map(str, SEEDS))
     many, few = int((parts >= 0.998).sum()), int((parts >= 0.99).sum())
     equal, ratio = int((duir <= 1e-6).sum()), float(np.median(longer / seconds))
+    # Of a front that every search knows, nothing is lacking but rounding.
+    estimated = np.array([each["missing"] for each in rows], dtype=float)
+    told = np.isfinite(estimated)
+    times = (1.0 - parts[told]) / np.maximum(estimated[told], 1e-6)
     lines = [
         "# Fronts against long searches",
         "",
@@ -134,6 +138,9 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
         f"{np.median(parts):.4f}, worst {parts.min():.4f}; at least 0.998 in {many} of {len(parts)}, at least 0.99 in "
         f"{few}",
         f"- least DUIR within 1e-6 of the least of all in {equal} of {len(rows)}; furthest above it {duir.max():.1e}",
+        f"- what a run says that it lacks is at least what it lacks in {int((times <= 1.0).sum())} of {len(times)}; "
+        f"it lacks {np.median(times):.1f} times as much in the median, {np.quantile(times, 0.9):.0f} times in nine of "
+        "ten at most",
         f"- processor seconds of a default run: median {np.median(seconds):.1f}, longest {seconds.max():.1f}; the "
         f"long ones together took {ratio:.0f} times as long (median)",
         "",

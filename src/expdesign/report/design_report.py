@@ -258,7 +258,9 @@ def _each(problem: DesignProblem) -> str:
 def _missing(share: float | None) -> str:
     if share is None:
         return "not estimated"
-    return "none: every design there is was looked at" if share == 0.0 else f"about {share:.2%} of it, estimated"
+    if share == 0.0:
+        return "none: every design there is was looked at"
+    return f"about {share:.2%} of it, estimated, beside valleys that no round has met"
 
 
 def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:
