@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 CONFIG ?= configs/hexapod-h1.yaml
+CODE := src tests benchmarks docs thesis_studies virtual_laboratory
 
 .PHONY: run test lint proof studies release docs clean
 
@@ -27,8 +28,8 @@ run: $(VENV)/running
 	$(BIN)/expdesign run $(CONFIG)
 
 lint: $(VENV)/testing
-	$(BIN)/ruff format --check src tests benchmarks docs
-	$(BIN)/ruff check src tests benchmarks docs
+	$(BIN)/ruff format --check $(CODE)
+	$(BIN)/ruff check $(CODE)
 	$(BIN)/mypy
 
 test: lint
@@ -38,7 +39,7 @@ proof: $(VENV)/testing
 	$(BIN)/pytest -m slow
 
 studies: $(VENV)/testing
-	$(BIN)/expdesign study all
+	$(BIN)/expdesign study all --force
 
 # The wheel and the source archive, into dist/.
 release: $(VENV)/testing

@@ -28,6 +28,8 @@ _OF_THE_PROJECT = [
     "results",
     "src",
     "tests",
+    "thesis_studies",
+    "virtual_laboratory",
 ]
 _BY_TOOLS = shutil.ignore_patterns("__pycache__", "*.egg-info", "*-run-*", "runs", ".*_cache")
 

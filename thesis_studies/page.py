@@ -31,7 +31,7 @@ def index_text(scores: Sequence[float]) -> str:
         "```\nexpdesign study all\n```",
         _wrapped(
             "What the thesis shows, computed again. Its dimensions are not public: every page says which figures are "
-            "assumed. Each study is one file in `src/thesis_studies` and one configuration in `configs/studies`; "
+            "assumed. Each study is one file in `thesis_studies` and one configuration in `configs/studies`; "
             "its folder here holds the tables (CSV), the figures and a page."
         ),
         _wrapped(

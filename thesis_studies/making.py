@@ -11,8 +11,9 @@ import pandas as pd
 
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.files.output import json_text, output_file, output_folder, write_file
 from expdesign.files.schema import validate
+from expdesign.files.written import Purpose, require_free_names
 from expdesign.files.yaml_reader import YamlDocument, read_text, read_yaml
 from thesis_studies.drawing import svg_text
 from thesis_studies.page import index_text, page_text
@@ -49,7 +50,17 @@ def prepare(name: str, folder: Path) -> Prepared:
     return Prepared(study, validate(study.settings, document), document)
 
 
-def make(name: str, configurations: Path, out: Path) -> None:
+def require_free_study(name: str, configurations: Path, out: Path, *, force: bool = False) -> None:
+    """Raise an `InputError` where a file of a study must not be replaced: to be asked before the work."""
+    names = ("*.csv", "*.svg", "README.md", "study.json")
+    require_free_names(out / name, names, _purpose(name, configurations), force=force)
+
+
+def _purpose(name: str, configurations: Path) -> Purpose:
+    return Purpose(f"study {name}", (str(configurations / f"{name}.yaml"),))
+
+
+def make(name: str, configurations: Path, out: Path, *, force: bool = False) -> None:
     """Run a study and write its CSV files, figures, page and record into `out`/NAME."""
     prepared = prepare(name, configurations)
     texts = {table: table_text(content) for table, content in prepared.tables().items()}
@@ -57,16 +68,16 @@ def make(name: str, configurations: Path, out: Path) -> None:
     files |= presentation(prepared, {table: read_frame(text) for table, text in texts.items()})
     record = {"study": name, "configuration_sha256": digest(prepared.document)}
     files["study.json"] = json_text(record | {"tables_sha256": {table: sha256(text) for table, text in texts.items()}})
-    with output_folder(out / name) as scratch:
+    with output_folder(out / name, _purpose(name, configurations), force=force) as scratch:
         for file, text in files.items():
             write_file(scratch / file, text)
 
 
-def write_index(out: Path) -> None:
+def write_index(out: Path, *, force: bool = False) -> None:
     """Write the list of all studies, whose tables lie in `out`, into `out`."""
     frames = (read_frame(read_text(path)) for name in known_studies() for path in sorted((out / name).glob("*.csv")))
     found = [score for frame in frames for values in scores(frame).values() for score in values]
-    write_file(out / "README.md", index_text(found))
+    output_file(out / "README.md", index_text(found), Purpose("study all"), force=force)
 
 
 def scores(frame: pd.DataFrame) -> dict[str, list[float]]:
