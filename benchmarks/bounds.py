@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.design.optimality.whole_plans import CriterionBounds, criterion_bounds
+from expdesign.design.optimality.bounds import CriterionBounds, criterion_bounds
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
 
@@ -58,14 +58,14 @@ def row(number: int, problem: DesignProblem, seconds: float) -> dict[str, str | 
         reached = float(front.criteria[name].min())
         near = relaxed.lower.value is not None and reached <= (1.0 + CLOSE) * relaxed.lower.value
         bounds = relaxed if near else criterion_bounds(problem, factor, known, seconds)
-        least = float(np.fmin(reached, bounds.whole.best if np.isfinite(bounds.whole.best) else np.nan))
+        least = float(np.fmin(reached, bounds.best if np.isfinite(bounds.best) else np.nan))
         lower, first = bounds.lower.value, relaxed.lower.value
         found |= {
             f"least {name}": least,
             f"{name}: relaxation lacks": np.nan if not first else least / first - 1.0,
             f"{name}: bound lacks": np.nan if not lower else least / lower - 1.0,
             f"{name}: front lacks": reached / least - 1.0,
-            f"{name}: proved": bounds.whole.finished,
+            f"{name}: proved": bounds.finished,
             f"{name} (s)": time.process_time() - start,
         }
     return {**found, "search (s)": searched}

@@ -12,18 +12,18 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
-from expdesign.design.budget import Structure
-from expdesign.design.budget_search import search_within_budget
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
-from expdesign.design.result import design_minutes
+from expdesign.design.result import design_minutes, planned
+from expdesign.design.search import search
 from expdesign.files.yaml_reader import YamlDocument
 
 CONFIG = Path("configs/hexapod-h1.yaml")
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
-OPTIMISER = {"population": 24, "generations": 20, "seed": 1, "polish": True}
+OPTIMISER = {"seed": 1}
 CASES = [(60.0, False), (120.0, False), (60.0, True), (120.0, True)]
 
 
@@ -32,20 +32,21 @@ def problem(experiment: dict[str, Any]) -> DesignProblem:
     del content["experiment"]["measurements"]
     noise = content["experiment"]["deflection_noise"] | {"shared_reference": experiment.pop("shared")}
     content["experiment"] |= {"costs": COSTS, "deflection_noise": noise} | experiment
-    content["optimiser"] |= OPTIMISER
+    content["optimiser"] = OPTIMISER
     return problem_from_document(YamlDocument(str(CONFIG), CONFIG.parent, content))
 
 
 def row(name: str, case: DesignProblem) -> tuple[str, float]:
     started = time.process_time()
-    fitted, front = search_within_budget(case)
+    front = search(case)
     seconds = time.process_time() - started
     best = front.recommended
-    minutes = design_minutes(fitted, front)
+    minutes = design_minutes(case, front)
     assert minutes is not None
-    poses = len({tuple(pose) for pose in fitted.space.decode(front.decisions[best])[0].tolist()})
+    plan = planned(case, front.decisions[best])
+    poses = len(np.unique(plan.series))
     total = float(front.criteria["total"][best])
-    cells = [name, fitted.space.measurements, poses, f"{minutes[best]:.0f}"]
+    cells = [name, len(plan), poses, f"{minutes[best]:.0f}"]
     cells += [f"{front.criteria[criterion][best]:.4f}" for criterion in ("duir", "feir", "total")]
     return "| " + " | ".join(str(cell) for cell in (*cells, f"{seconds:.0f}")) + " |", total
 
@@ -54,12 +55,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, default=Path("results/budget"))
     results = parser.parse_args().results
-    lines = ["| plan | measurements | poses | min | DUIR | FEIR | total | s |", "| --- |" + " --- |" * 7]
+    lines = ["| plan | measurements | settings | min | DUIR | FEIR | total | s |", "| --- |" + " --- |" * 7]
     for minutes, shared in CASES:
         limited = problem({"shared": shared, "budget": {"minutes": minutes}})
         budget = limited.budget
         assert budget is not None
-        most = max(m for m in range(1, 200) if budget.most_minutes(Structure(m, m)) <= minutes)
+        most = max(m for m in range(1, 200) if budget.minutes_of(m, m) <= minutes)
         kind = "shared references" if shared else "references of their own"
         plain, before = row(f"{minutes:.0f} min, {kind}: by number", problem({"shared": shared, "measurements": most}))
         planned, after = row(f"{minutes:.0f} min, {kind}: by budget", limited)

@@ -27,14 +27,14 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.front import hypervolume, non_dominated, reference_point
-from expdesign.design.optimality.whole_plans import criterion_bounds
+from expdesign.design.optimality.bounds import criterion_bounds
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import joined, search
 
 from .configurations import problem
 
 FOLDER = Path("results/fronts")
-SEEDS, EFFORT, POPULATION = (1001, 2001, 3001, 4001, 5001), 2, 200
+SEEDS, POPULATION = (1001, 2001, 3001, 4001, 5001), 200
 """First seeds of the long searches, their generations in those of the settings, and their population."""
 TIMES = 4.0
 """Processor seconds of a long search in those of the default one."""
@@ -46,7 +46,7 @@ def searched(found: DesignProblem, *, bounded: bool = False) -> dict[str, Any]:
     front = search(found)
     if bounded:
         bounds = [criterion_bounds(found, factor, front.decisions) for factor in (0.0, 1.0)]
-        front = joined(found, front, [each.whole.plan for each in bounds])
+        front = joined(found, front, [each.plan for each in bounds])
     seconds = time.process_time() - begun
     values = np.stack([front.criteria[name] for name in front.objectives], axis=1)
     largest = float(np.nanmax(front.kktpm)) if np.isfinite(front.kktpm).any() else None
@@ -75,7 +75,7 @@ def measured(number: int, kept: Path, *, anew: bool) -> dict[str, Any]:
     settings = found.optimiser
     searched(replace(found, optimiser=replace(settings, population=4, generations=2)))  # what is compiled once
     default = searched(found, bounded=True)
-    longer = replace(settings, generations=EFFORT * settings.generations, population=POPULATION)
+    longer = replace(settings, effort="thorough", population=POPULATION)
     long = stored.get("long") or [
         repeated(replace(found, optimiser=replace(longer, seed=s)), TIMES * default["seconds"]) for s in SEEDS
     ]
@@ -131,7 +131,7 @@ def page(rows: list[dict[str, Any]], command: str) -> str:
         f"Command: `{command}`. Date: {datetime.datetime.now(datetime.UTC).date()}. Processor seconds of one thread on "
         f"a shared machine. Configurations {numbers} ({len(rows)}) of `python -m benchmarks.fronts.configurations`; "
         f"the default runs have their numbers as seeds; the {len(SEEDS)} long ones begin with {seeds}, have "
-        f"{EFFORT} times the generations and a population of {POPULATION}, and are repeated with the next seeds until "
+        f"thorough effort and a population of {POPULATION}, and are repeated with the next seeds until "
         f"each has taken {TIMES:g} times as long as the default run.",
         "",
         f"- hypervolume of the default run in parts of that of all fronts of a configuration together: median "

@@ -24,12 +24,12 @@ from typing import TypeVar
 
 import numpy as np
 import pandas as pd
+from benchmarks.optimality.d_optimality import choose_d_optimal
+from benchmarks.optimality.selection import choose_measurements
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.d_optimality import choose_d_optimal
 from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.optimality.selection import choose_measurements
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.start import reachable_measurements

@@ -25,10 +25,9 @@ from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import total_lower_bound
-from expdesign.design.optimality.polish import Polishing
-from expdesign.design.optimality.seeds import relaxed_designs
 from expdesign.design.problem_file import read_problem
 from expdesign.design.pymoo_problem import DesignPopulation
+from expdesign.design.search import Progress, search
 from expdesign.design.start import starting_designs
 
 from .tables import write
@@ -74,14 +73,13 @@ def main(path: Path, seconds: float, seed: int = 1) -> None:
         callback=enough,
     )
     ours: list[tuple[float, float]] = []
-    begun, looking = time.process_time(), 0.0
-    polishing = Polishing(problem)
-    polishing.take(np.concatenate([start.reshape(100, space.measurements, space.decisions), relaxed_designs(problem)]))
-    for _ in polishing.rounds():
-        designs = polishing.pool
-        now = time.process_time()
-        ours.append((now - begun - looking, float(total.values(problem.assess(*space.decode(designs))).min())))
-        looking += time.process_time() - now
+    begun = time.process_time()
+
+    def follow(state: Progress) -> None:
+        best = float(np.linalg.norm(state.front, axis=1).min()) if len(state.front) else np.inf
+        ours.append((time.process_time() - begun, best))
+
+    search(problem, follow, start.reshape(100, space.measurements, space.decisions))
     bound = total_lower_bound(problem).value or np.nan
     rows = []
     least = min(ours[-1][1], history[-1][1])

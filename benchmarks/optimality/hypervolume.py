@@ -28,7 +28,7 @@ from pymoo.core.population import Population
 
 from expdesign.arrays import FloatArray
 from expdesign.design.front import hypervolume, non_dominated
-from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.design.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.pymoo_problem import DesignPopulation

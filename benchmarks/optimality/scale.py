@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
+from benchmarks.optimality.selection import choose_measurements
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
 from expdesign.design.optimality.gradients import criterion_gradients
-from expdesign.design.optimality.polish import polish
-from expdesign.design.optimality.selection import choose_measurements
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
+from expdesign.design.search import search
 from expdesign.design.start import starting_designs
 from expdesign.files.yaml_reader import parse_yaml
 
@@ -99,7 +99,9 @@ def sizes(config: dict[str, Any], folder: Path) -> pd.DataFrame:
                 "with both gradients (µs)": 1e6 * seconds(partial(criterion_gradients, problem, drawn, names)) / count,
                 "bound on DUIR (s)": seconds(partial(duir_lower_bound, problem), 1),
                 "bound on total (s)": seconds(partial(total_lower_bound, problem), 1),
-                "polish (s)": f"{seconds(partial(polish, problem, drawn), 1):.3g}" if targets == 1 else "not measured",
+                "polish (s)": f"{seconds(partial(search, problem, start=drawn), 1):.3g}"
+                if targets == 1
+                else "not measured",
             }
         )
         print(rows[-1], flush=True)

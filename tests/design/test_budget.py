@@ -8,12 +8,13 @@ import pytest
 from tests.design.problems import HEXAPOD, problem
 
 import expdesign
+from expdesign.criteria.criterion import known_criteria
 from expdesign.design.budget import Budget, Structure
-from expdesign.design.budget_search import search_within_budget, with_structure
 from expdesign.design.laboratory_sheet import Costs, ordered
 from expdesign.design.measuring_time import most_minutes, plan_minutes
 from expdesign.design.plan import Plan
-from expdesign.design.result import design_minutes
+from expdesign.design.result import design_minutes, planned
+from expdesign.design.search import search
 from expdesign.design.validation_rows import validation_decisions
 from expdesign.errors import InputError
 from expdesign.instrument.deflection_noise import series_by_pose
@@ -43,51 +44,68 @@ def test_time_is_that_of_the_laboratory_sheet(shared: bool, seed: int) -> None:
         assert taken <= most + 1e-12
 
 
-def test_structures_fit_and_nothing_can_be_added() -> None:
+def test_the_largest_number_of_measurements_fits_and_one_more_does_not() -> None:
     budget = Budget(150.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False)
-    structures = budget.structures()
-    assert structures
-    for structure in structures:
-        assert budget.most_minutes(structure) <= 150.0
-        more = Structure(structure.measurements + 1, structure.poses)
-        assert budget.most_minutes(more) > 150.0
+    assert budget.minutes_of(budget.largest, 1) <= 150.0 < budget.minutes_of(budget.largest + 1, 1)
     # One measurement: a pose, the load put on, two readings.
-    assert budget.most_minutes(Structure(1, 1)) == 10.0 + 3.0 + 2.0
-    # Where poses cost nothing, there is nothing to choose but the number.
-    free = Budget(150.0, Costs(0.0, 3.0, 1.0), referenced=True, shared=False).structures()
-    assert len(free) == 1
-    assert free[0].poses == free[0].measurements
+    assert budget.minutes_of(1, 1) == 10.0 + 3.0 + 2.0
+    assert Budget(14.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False).largest == 0
+    demanded = Budget(150.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False, least=Structure(4, 4), poses=3)
+    assert demanded.largest == 0
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_random_designs_are_brought_within_the_budget(shared: bool) -> None:
+    case = limited(90.0, **{SHARED: shared})
+    space, settings = case.space, case.space.settings
+    assert settings is not None
+    drawn = space.sample(60 * space.measurements, np.random.default_rng(1)).reshape(60, space.measurements, -1)
+    drawn[::2, ::3, settings.gene] = 0.0
+    designs = space.canonical(drawn)
+    assert (settings.minutes(designs) <= 90.0 + 1e-9).all()
+    assert (settings.minutes(drawn) > 90.0).any()
+    assert space.taken(designs).any(axis=1).all()
+    np.testing.assert_array_equal(space.canonical(designs), designs)
+    # What is left out changes nothing: a design is worth what its plan is.
+    for design in designs[:5]:
+        plan = planned(case, design)
+        alone = case.assess(plan.configurations[None], plan.loads[None], plan.series[None])
+        for name in ("duir", "feir", "o1"):
+            found = known_criteria()[name].values(case.assessed(design[None]))
+            np.testing.assert_allclose(found, known_criteria()[name].values(alone), rtol=1e-9)
 
 
 @pytest.mark.parametrize("shared", [False, True])
 def test_every_design_stays_within_the_budget(shared: bool) -> None:
     case = limited(90.0, **{SHARED: shared}, **{"experiment.validation": {"measurements": 1}})
-    fitted, front = search_within_budget(case)
-    minutes = design_minutes(fitted, front)
+    front = search(case)
+    minutes = design_minutes(case, front)
     assert minutes is not None
     assert (minutes <= 90.0 + 1e-9).all()
-    again, same = search_within_budget(case)
-    assert again.space.measurements == fitted.space.measurements
-    np.testing.assert_array_equal(front.decisions, same.decisions)
+    np.testing.assert_array_equal(front.decisions, search(case).decisions)
+    # The best plan is worth no less than any that was fixed beforehand.
+    fixed = problem(HEXAPOD, {"experiment.measurements": 2, "optimiser": FEW, SHARED: shared})
+    assert front.criteria["duir"].min() < 1.1 * search(fixed).criteria["duir"].min()
 
 
-def test_gradients_keep_measurements_at_one_pose_together() -> None:
-    polished = {**FEW, "polish": True}
-    case = with_structure(limited(120.0, optimiser=polished, **{"experiment.measurements": 4}), Structure(4, 2))
-    front = search_within_budget(case)[1]
-    poses = case.space.decode(front.decisions)[0]
-    assert all(len(np.unique(design, axis=0)) <= 4 for design in poses)
+def test_gradients_keep_measurements_of_one_setting_together() -> None:
+    case = limited(60.0, optimiser={**FEW, "polish": True}, **{"experiment.measurements": 6})
+    front = search(case)
+    minutes = design_minutes(case, front)
+    assert minutes is not None
+    assert (minutes <= 60.0 + 1e-9).all()
+    plans = [planned(case, design) for design in front.decisions]
+    assert any(len(np.unique(plan.configurations, axis=0)) < len(plan) for plan in plans)
 
 
-def test_poses_are_grouped_around_those_that_have_to_occur() -> None:
+def test_poses_that_have_to_occur_are_measured_within_the_budget() -> None:
     pose = [0.0123456, 0.0, 0.0, 0.05, 0.0, 0.0]
-    case = limited(90.0, **{"experiment.constraints": {"poses": [pose]}, "experiment.measurements": 5})
-    space = with_structure(case, Structure(5, 2)).space
-    designs = space.canonical(space.sample(200, np.random.default_rng(0)).reshape(40, 5, -1))
-    poses = space.decode(designs)[0]
-    for design in poses:
-        assert len(np.unique(design, axis=0)) <= 2
-        assert (np.abs(design - pose).max(axis=1) < 1e-12).any()
+    case = limited(45.0, **{"experiment.constraints": {"poses": [pose]}, "experiment.measurements": 5})
+    space = case.space
+    designs = space.canonical(space.sample(200, np.random.default_rng(0)).reshape(50, space.measurements, -1))
+    for design in designs:
+        poses = planned(case, design).configurations
+        assert (np.abs(poses - pose).max(axis=1) < 1e-12).any()
     np.testing.assert_array_equal(space.canonical(designs), designs)
 
 

@@ -5,7 +5,7 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.design.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.search import search
 

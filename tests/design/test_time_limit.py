@@ -26,8 +26,8 @@ def test_an_end_before_any_plan_is_known_says_so(monkeypatch: pytest.MonkeyPatch
     here = problem(BIPOD, {"optimiser.polish": False})
     violated = np.ones((20, 3))
     monkeypatch.setattr(
-        "expdesign.design.pymoo_problem.DesignPopulation.objectives",
-        lambda self, decisions: (np.full((len(decisions), 2), 1e30), violated[: len(decisions)]),
+        "expdesign.design.pymoo_problem.DesignPopulation.criteria",
+        lambda self, decisions: (np.full((len(decisions), 3), 1e30), violated[: len(decisions)]),
     )
     with pytest.raises(InputError, match="before any plan was known") as error:
         search(here, lambda state: True)

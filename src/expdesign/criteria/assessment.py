@@ -33,7 +33,7 @@ class Assessment(TargetVariances):
         noise: noise of the deflections.
         shared: whether each source of load error in `measurements` is shared by all measurements.
         targets: where accuracy is wanted.
-        series: series numbers (b, m), needed where the noise has a shared reference.
+        series: series numbers (b, m), needed where the noise has a shared reference; 0 for what is not measured.
         states: configurations (b, m, n_q) and parameters of the loads (b, m, k), for criteria that look beyond the
             linear model of the measurements.
     """
@@ -53,8 +53,17 @@ class Assessment(TargetVariances):
         self.targets = targets
         self.series = series
         self.states = states
+        missing = series is not None and bool((series == 0).any())
+        self.present: BoolArray | None = series > 0 if missing and series is not None else None
         self.batch, self.count = measurements.observation.shape[:2]
         self.parameters = measurements.observation.shape[-1]
+
+    @property
+    def number(self) -> FloatArray:
+        """How many measurements are taken, shape (b,)."""
+        return (
+            np.full(self.batch, float(self.count)) if self.present is None else self.present.sum(axis=1).astype(float)
+        )
 
     @cached_property
     def _across(self) -> FloatArray | None:
@@ -88,6 +97,8 @@ class Assessment(TargetVariances):
         rows = self._whitener @ columns
         if self._across is not None:
             rows = (self._across @ rows.reshape(self.batch, self.count, -1)).reshape(rows.shape)
+        if self.present is not None:
+            rows = rows * self.present[..., None, None]
         return rows.reshape(self.batch, -1, columns.shape[-1])
 
     @cached_property
@@ -112,6 +123,12 @@ class Assessment(TargetVariances):
         clipped = np.where(np.arange(self.parameters) < self.rank[:, None], values, 0.0)
         existing: FloatArray = np.where(self._exists[:, None], clipped, np.nan)
         return existing
+
+    @cached_property
+    def right_singular_vectors(self) -> FloatArray:
+        """Of Ã, by falling singular value, not recorded, in rows, shape (b, n_p, n_p)."""
+        vectors: FloatArray = np.linalg.svd(plain(self.whitened), full_matrices=True)[2]
+        return vectors
 
     @cached_property
     def _scale(self) -> FloatArray:

@@ -28,6 +28,8 @@ class Criterion(ABC):
         unit: of its values.
         maximise: whether larger is better.
         root_mean_square: whether it is the root of a sum of squares, which is at its least, with a kink, where it is 0.
+        differentiable: whether its values have gradients; without them it takes part in a search by exchanges and
+            recombination alone, and designs have no KKT proximity.
         costly: whether a value takes much longer than those of others, so that it pays to ask only where it matters.
     """
 
@@ -36,6 +38,7 @@ class Criterion(ABC):
     unit: ClassVar[str] = "1"
     maximise: ClassVar[bool] = False
     root_mean_square: ClassVar[bool] = False
+    differentiable: ClassVar[bool] = True
     costly: ClassVar[bool] = False
 
     @abstractmethod

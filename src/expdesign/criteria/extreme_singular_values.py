@@ -11,7 +11,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
-from expdesign.differentiation import plain, square_root, sum_of_squares
+from expdesign.differentiation import square_root, sum_of_squares
 
 _TWO = ((0.0, 1.0), (1.0, 1.0), (1.0, -1.0))
 _THREE = (
@@ -47,8 +47,7 @@ def _extreme(assessment: Assessment, first: int, order: tuple[int, ...]) -> Floa
     piece = assessment.place - first
     if not 0 <= piece < len(directions):
         return values[:, order[0]]
-    whitened = assessment.whitened
-    right = np.linalg.svd(plain(whitened), full_matrices=True)[2]
+    whitened, right = assessment.whitened, assessment.right_singular_vectors
     vector = sum(part * right[:, place] for part, place in zip(directions[piece], order, strict=False))
     vector = vector / np.linalg.norm(vector, axis=1, keepdims=True)
     along: FloatArray = square_root(sum_of_squares((whitened @ vector[..., None])[..., 0], -1))

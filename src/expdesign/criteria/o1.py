@@ -18,5 +18,5 @@ class O1(Criterion):
     def values(self, assessment: Assessment) -> FloatArray:
         with np.errstate(divide="ignore"):
             log_mean = np.log(assessment.singular_values).mean(axis=1)
-        values: FloatArray = np.exp(log_mean) / np.sqrt(assessment.count)
+        values: FloatArray = np.exp(log_mean) / np.sqrt(assessment.number)
         return values

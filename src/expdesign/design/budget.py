@@ -1,11 +1,14 @@
 """A budget of time in place of a number of measurements (`experiment.budget`).
 
-How long a plan takes depends on its structure alone: m measurements at no more than p distinct poses. Every structure
-that fits the budget and to which nothing can be added is a candidate; among them the search chooses.
+How long a plan takes at most depends on two numbers alone: m measurements at p settings of the robot. Which
+measurements are taken, and which share a setting, the search decides (`pose_settings.py`).
 """
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.laboratory_sheet import Costs
 from expdesign.design.measuring_time import most_minutes
 
@@ -15,7 +18,7 @@ LARGEST = 200
 
 @dataclass(frozen=True)
 class Structure:
-    """So many measurements at no more than so many distinct poses."""
+    """So many measurements at so many settings of the robot."""
 
     measurements: int
     poses: int
@@ -45,25 +48,17 @@ class Budget:
     most: int | None = None
     poses: int | None = None
 
-    def most_minutes(self, structure: Structure) -> float:
-        """Minutes that no plan of a structure exceeds, with its rows for validation (min)."""
-        m, p = structure.measurements + self.validation, structure.poses + self.validation
-        return most_minutes(m, p, self.costs, referenced=self.referenced, shared=self.shared)
+    def minutes_of(self, measurements: IntArray | int, settings: IntArray | int) -> FloatArray:
+        """Minutes that no plan of so many measurements at so many settings exceeds, with its rows for validation."""
+        m, p = np.asarray(measurements) + self.validation, np.asarray(settings) + self.validation
+        return np.asarray(most_minutes(m, p, self.costs, referenced=self.referenced, shared=self.shared), dtype=float)
 
-    def structures(self) -> list[Structure]:
-        """For every number of poses the most measurements that fit, fewest poses first; empty where nothing fits.
-
-        A structure with no more measurements than one of more poses is left out: what it allows, the other allows too.
-        Of measurements beyond `LARGEST` there is no end; they are not looked for.
-        """
-        found: list[Structure] = []
-        limit = LARGEST + 1 if self.most is None else self.most
-        for poses in range(self.least.poses, min(limit, self.poses or limit) + 1):
-            count = max(poses, self.least.measurements)
-            if count > limit or self.most_minutes(Structure(count, poses)) > self.minutes:
-                break
-            while count < limit and self.most_minutes(Structure(count + 1, poses)) <= self.minutes:
-                count += 1
-            found = [known for known in found if known.measurements > count]
-            found.append(Structure(count, poses))
-        return found
+    @property
+    def largest(self) -> int:
+        """The most measurements that fit; more than `LARGEST` are not counted; 0 where nothing fits."""
+        limit, settings = LARGEST + 1 if self.most is None else self.most, max(1, self.least.poses)
+        if self.poses is not None and self.poses < settings:
+            return 0
+        counts = np.arange(1, limit + 1)
+        fit = counts[(self.minutes_of(counts, settings) <= self.minutes) & (counts >= self.least.measurements)]
+        return int(fit.max(initial=0))

@@ -61,15 +61,14 @@ def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlD
 
 def _require_structure(budget: Budget, document: YamlDocument) -> None:
     where = document.where((*_WHERE, "minutes"))
-    structures = budget.structures()
-    if structures:
-        if max(structure.measurements for structure in structures) > LARGEST and budget.most is None:
+    if budget.largest:
+        if budget.largest > LARGEST and budget.most is None:
             what = f"the budget allows more than {LARGEST} measurements"
             remedy = "Add `experiment.measurements` as the largest number, or a cost of each reading."
             raise InputError(what, where=where, remedy=remedy)
         return
     least = budget.least
-    needed = budget.most_minutes(least)
+    needed = float(budget.minutes_of(least.measurements, least.poses))
     limits = [("measurements", budget.most, least.measurements), ("distinct_poses", budget.poses, least.poses)]
     for name, limit, wanted in limits:
         if limit is not None and limit < wanted:

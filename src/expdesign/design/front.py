@@ -90,18 +90,6 @@ def hypervolume(values: FloatArray, point: FloatArray) -> float:
     return float(HV(ref_point=point)(values[inside])) if inside.any() else 0.0
 
 
-def drawn_through(values: FloatArray, point: FloatArray) -> float:
-    """Hypervolume of values (d, k); of two objectives, with straight lines between neighbours of the front."""
-    best = values[non_dominated(values)]
-    best = best[np.logical_and.reduce(best <= point, axis=1)]
-    if values.shape[1] != 2 or len(best) == 0:
-        return hypervolume(best, point)
-    line = best[np.argsort(best[:, 0], kind="stable")]
-    width = np.append(np.diff(line[:, 0]), point[0] - line[-1, 0])
-    height = np.append(0.5 * (line[:-1, 1] + line[1:, 1]), line[-1, 1])
-    return float((width * (point[1] - height)).sum())
-
-
 def gap_shares(values: FloatArray) -> FloatArray:
     """What the hypervolume of a front (d, 2), sorted, lacks between neighbours where it is straight, in its parts.
 
@@ -113,18 +101,20 @@ def gap_shares(values: FloatArray) -> FloatArray:
     return areas / hypervolume(values, reference_point(values))
 
 
-GAPS = 1e-3
-"""Share of the hypervolume in the gaps between neighbouring designs at which a front counts as drawn."""
-_MOST = 400
+def drawn_with(values: FloatArray, count: int, share: float, most: int) -> int:
+    """How many designs of a front (d, k), at least `count`, draw it; `count` for others than two objectives.
 
-
-def drawn_with(values: FloatArray, count: int) -> int:
-    """How many designs of a front (d, 2), at least `count`, draw it without gaps; `count` for more objectives."""
+    Args:
+        values: of the front.
+        count: fewest.
+        share: of the hypervolume in the gaps between neighbouring designs that is let pass.
+        most: largest number.
+    """
     if values.shape[1] != 2:
         return count
-    while count < min(len(values), _MOST):
+    while count < min(len(values), most):
         chosen = values[spread(values, [], count)]
-        if gap_shares(chosen[np.argsort(chosen[:, 0])]).sum() <= GAPS:
+        if gap_shares(chosen[np.argsort(chosen[:, 0])]).sum() <= share:
             break
         count = 5 * count // 4 + 1
-    return count
+    return min(count, max(most, 2))

@@ -121,7 +121,8 @@ def _steps(plan: Plan, stops: list[list[int]], *, referenced: bool, shared: bool
     before_pose: tuple[float, ...] | None = None
     before_load: tuple[float, ...] | None = None
     for row, empty in zip(rows, reference, strict=True):
-        pose = tuple(plan.configurations[row].tolist())
+        # Where series share references, each is a setting of its own.
+        pose = (*plan.configurations[row].tolist(), float(plan.series[row]) if referenced and shared else 0.0)
         load = None if empty else tuple(plan.loads[row].tolist())
         poses += pose != before_pose
         load_changes += load != before_load

@@ -7,9 +7,6 @@ by workers that have read the same configuration (`sweeps/problem_work.py`). The
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
-import numpy as np
-
-from expdesign.arrays import FloatArray, IntArray
 from expdesign.design.problem import DesignProblem
 
 R = TypeVar("R")
@@ -26,34 +23,6 @@ class Parts(Protocol):
 
     def __call__(self, work: Callable[..., R], arguments: Sequence[tuple[Any, ...]], done: Done = unnoticed) -> list[R]:
         """`work(problem, *each)` of all arguments, in their order."""
-
-
-Executor = Callable[[DesignProblem], Parts]
-"""What does the parts of works on a problem."""
-
-_WORTHWHILE = 8
-"""Rows of a work below which it is not divided."""
-
-
-def by_halves(
-    parts: Parts, work: Callable[..., FloatArray], rows: tuple[FloatArray | IntArray, ...], common: tuple[Any, ...]
-) -> FloatArray:
-    """`work(problem, *rows, *common)` (b, ...), of every other row by itself, whoever does that, so that results do not
-    depend on it to the last bit.
-
-    Args:
-        parts: does the two halves.
-        work: a function of rows that do not need each other.
-        rows: arrays (b, ...).
-        common: arguments that are the same for all rows.
-    """
-    count = len(rows[0])
-    if count < _WORTHWHILE:
-        return parts(work, [(*rows, *common)])[0]
-    first, second = parts(work, [(*(each[start::2] for each in rows), *common) for start in (0, 1)])
-    result = np.empty((count, *first.shape[1:]))
-    result[::2], result[1::2] = first, second
-    return result
 
 
 def one_after_another(problem: DesignProblem) -> Parts:

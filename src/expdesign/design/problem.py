@@ -14,6 +14,7 @@ from expdesign.design.constraints import Constraints
 from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.found_robot import FoundRobot
 from expdesign.design.laboratory_sheet import Costs
+from expdesign.design.options import SearchOptions
 from expdesign.design.space import DesignSpace
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
@@ -22,17 +23,6 @@ from expdesign.instrument.deflection_noise import DeflectionNoise, series_by_pos
 
 LIMIT_ROUNDING = 1e-12
 """m or rad beyond a limit that are rounding."""
-
-
-@dataclass(frozen=True)
-class OptimiserSettings:
-    """How the front is searched, and how long whole plans are bounded (s; see `whole_plans.py`)."""
-
-    population: int
-    generations: int
-    seed: int
-    polish: bool
-    bound_seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +57,7 @@ class DesignProblem:
     target_loads: tuple[tuple[LoadedRobot, FloatArray], ...]
     space: DesignSpace
     objectives: tuple[Criterion, ...]
-    optimiser: OptimiserSettings
+    optimiser: SearchOptions
     config: dict[str, Any]
     source: str
     found: FoundRobot | None = None
@@ -86,17 +76,24 @@ class DesignProblem:
 
     def working(self, designs: FloatArray) -> "DesignProblem":
         """The problem with the objectives by which a search may go at designs (b, m, g); see `Criterion.working`."""
-        changed = tuple(c.working(self.assess(*self.space.decode(designs))) for c in self.objectives)
+        changed = tuple(c.working(self.assessed(designs)) for c in self.objectives)
         same = all(mine is yours for mine, yours in zip(changed, self.objectives, strict=True))
         return self if same else replace(self, objectives=changed)
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
-        """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m)."""
+        """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m), 0
+        for what is not measured.
+        """
         measurements = self.loaded.measure(configurations, loads)
         shared = tuple(source.shared for source in self.loaded.sources)
         if self.noise.shared_reference and series is None:
             series = series_by_pose(configurations)
         return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
+
+    def assessed(self, decisions: FloatArray) -> Assessment:
+        """The pieces of every criterion of designs (b, m, g)."""
+        quantities = self.space.quantities(decisions)
+        return self.assess(*self.space.split(quantities), self.space.series(quantities))
 
     def whitened(self, configurations: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Whitened maps of single measurements, with any batch dimensions in front.
@@ -137,10 +134,11 @@ class DesignProblem:
         target, axis = np.argwhere(missing)[0]
         name = self.loaded.robot.coordinates.deflection[axis]
         rank, parameters = int(assessment.rank[0]), assessment.parameters
-        what = (
-            f"the measurements identify {rank} of {parameters} {self.loaded.regressor.noun}, and {name} at target "
-            f"{target + 1} depends on what they leave out"
-        )
+        noun = self.loaded.regressor.noun
+        needed = f"{name.rsplit('_', 1)[0]} at target {target + 1}"
+        what = f"the measurements identify {rank} of {parameters} {noun}, and {needed} depends on the others"
+        if rank == 0 and isinstance(self.loaded.regressor, Elastostatic):
+            what = f"no load acts on any actuator: none of the {parameters} {noun} can be determined"
         remedy = "Measure more axes or more loads, so that every actuator carries load in some measurement."
         if not isinstance(self.loaded.regressor, Elastostatic):
             remedy = "Measure more poses, more axes, or poses that differ more."

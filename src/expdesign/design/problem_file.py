@@ -11,13 +11,16 @@ from expdesign.chain.linearised import KnownChain
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.criteria.targets import Targets
 from expdesign.design.asked_criterion import NAMES, asked_criteria
+from expdesign.design.budget import Budget
 from expdesign.design.budget_file import read_budget, read_costs
 from expdesign.design.calibration_file import load_section, read_regressor
 from expdesign.design.constraint_file import read_constraints, required
 from expdesign.design.coverage import STANDARD
 from expdesign.design.found_robot import FoundRobot, robot_of
 from expdesign.design.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
-from expdesign.design.problem import DesignProblem, OptimiserSettings
+from expdesign.design.options import SearchOptions
+from expdesign.design.pose_settings import LEFT_OUT
+from expdesign.design.problem import DesignProblem
 from expdesign.design.resolution import steps_of
 from expdesign.design.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.design.space import DesignSpace, PoseSet
@@ -66,9 +69,8 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     regressor = read_regressor(section, robot, document)
     load = _load(load_section(experiment), robot, document)
     budget = read_budget(experiment, isinstance(regressor, Elastostatic), document)
-    if budget is not None:  # until the search chooses: the structure of most poses
-        structure = budget.structures()[-1]
-        experiment = experiment.model_copy(update={"measurements": structure.measurements})
+    if budget is not None:  # the search chooses how many of them are taken
+        experiment = experiment.model_copy(update={"measurements": budget.largest})
     poses = _poses(experiment, robot, document)
     sources = _sources(experiment, load, document)
     physics = None if found is None else found.physics
@@ -76,9 +78,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
     noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
-    space = _space(experiment, robot, load, poses, document)
-    if budget is not None:
-        space = space.with_structure(structure.measurements, structure.poses)
+    space = _space(experiment, robot, load, poses, document, budget)
     problem = DesignProblem(
         loaded=loaded,
         noise=with_reference_pose(noise, experiment, robot, document),
@@ -87,12 +87,13 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         target_loads=target_loads,
         space=space,
         objectives=(),
-        optimiser=OptimiserSettings(
-            section.optimiser.population,
-            section.optimiser.generations,
-            section.optimiser.seed,
-            section.optimiser.polish,
-            section.optimiser.bound_seconds,
+        optimiser=SearchOptions(
+            population=section.optimiser.population,
+            generations=section.optimiser.generations,
+            seed=section.optimiser.seed,
+            polish=section.optimiser.polish,
+            effort=section.optimiser.effort,
+            bound_seconds=section.optimiser.bound_seconds,
         ),
         config=_resolved(section, written, poses),
         source=document.source,
@@ -292,7 +293,12 @@ def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None
 
 
 def _space(
-    experiment: ExperimentSection, robot: Robot, load: Load, poses: PoseSet, document: YamlDocument
+    experiment: ExperimentSection,
+    robot: Robot,
+    load: Load,
+    poses: PoseSet,
+    document: YamlDocument,
+    budget: Budget | None,
 ) -> DesignSpace:
     section = load_section(experiment)
     names = [name for name in load.columns if name not in robot.coordinates.gravity or load.kind == "wrench"]
@@ -312,13 +318,19 @@ def _space(
     widths = np.array([q.high - q.low if isinstance(q, Interval) else 0.0 for q in every])
     steps = steps_of(known, widths, stated)
     measurements = experiment.measurements or 1  # `read_budget` has refused where there is none
-    space = DesignSpace(measurements, poses, quantities, tilt, robot.coordinates, gravity, steps)
+    shared = experiment.deflection_noise.shared_reference and measurements > 1
+    settings = (0 if budget is None else LEFT_OUT, measurements - 1 if shared else 0)
+    chosen = settings if shared or budget is not None else None
+    space = DesignSpace(measurements, poses, quantities, tilt, robot.coordinates, gravity, steps, chosen)
     for decision in np.flatnonzero(space.grid.empty):
         name = known[space.variables[decision].columns[0]]
         what = f"no multiple of {stated[name]:g} lies between {space.lower[decision]:g} and {space.upper[decision]:g}"
         where = document.where(("experiment", "resolution", name))
         raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
     space.required = required(experiment.constraints, space, robot, document)
+    if space.settings is not None:
+        kept = (*space.required.poses, *space.required.masses)
+        space.settings = replace(space.settings, budget=budget, kept=kept)
     return space
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import criterion_values
+from expdesign.criteria.criterion import criterion_values, known_criteria
 from expdesign.design.problem import DesignProblem
 from expdesign.robots.robot import CONDITION_LIMIT
 
@@ -17,18 +17,22 @@ class DesignPopulation(Problem):  # type: ignore[misc]
     """Objectives (minimised) and constraints (≤ 0) of a population.
 
     Constraints: the robot's limits (m or rad of excess), the scaled condition number (decades above its limit), and
-    the number of target axes that cannot be identified; then those of `experiment.constraints`, where there are some.
+    the number of target axes that cannot be identified; then those of `experiment.constraints` and the budget (min),
+    where there are some.
+
+    Attributes:
+        design_problem: what is designed.
+        evaluations: designs evaluated so far.
     """
 
     def __init__(self, problem: DesignProblem) -> None:
         space = problem.space
         self.design_problem = problem
         self.evaluations = 0
-        self._signs = np.array([-1.0 if criterion.maximise else 1.0 for criterion in problem.objectives])
         super().__init__(
             n_var=space.measurements * space.decisions,
             n_obj=len(problem.objectives),
-            n_ieq_constr=3 if problem.constraints is None else 8,
+            n_ieq_constr=(3 if problem.constraints is None else 8) + (problem.budget is not None),
             xl=np.tile(space.lower, space.measurements),
             xu=np.tile(space.upper, space.measurements),
         )
@@ -36,26 +40,31 @@ class DesignPopulation(Problem):  # type: ignore[misc]
     def decisions(self, vectors: FloatArray) -> FloatArray:
         """Decision variables per measurement (b, m, g) of decision vectors (b, m·g)."""
         space = self.design_problem.space
-        return vectors.reshape(-1, space.measurements, space.decisions)
+        return vectors.reshape(len(vectors), space.measurements, space.decisions)
 
     def objectives(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Objectives (b, k), to be minimised, and constraints (b, c) of designs given as decisions (b, m, g)."""
+        values, violations = self.criteria(decisions)
+        return values[:, : self.n_obj], violations
+
+    def criteria(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same with `total` behind the objectives, where it is none of them."""
         problem = self.design_problem
+        total = known_criteria()["total"]
+        wanted = problem.objectives if total in problem.objectives else (*problem.objectives, total)
         if len(decisions) == 0:
-            return np.zeros((0, len(problem.objectives))), np.zeros((0, 3 if problem.constraints is None else 8))
-        robot = problem.loaded.robot
+            return np.zeros((0, len(wanted))), np.zeros((0, self.n_ieq_constr))
+        self.evaluations += len(decisions)
         configurations, loads = problem.space.decode(decisions)
-        assessment = problem.assess(configurations, loads)
+        assessment = problem.assessed(decisions)
         condition = assessment.measurements.jacobians.condition.max(axis=1)
         singular = ~np.isfinite(condition)
         unidentified = ((~assessment.estimable) & (problem.targets.importance > 0.0)).sum(axis=(1, 2))
-        values = (
-            np.stack([criterion_values(criterion, assessment) for criterion in problem.objectives], axis=1)
-            * self._signs
-        )
+        signs = np.array([-1.0 if criterion.maximise else 1.0 for criterion in wanted])
+        values = np.stack([criterion_values(criterion, assessment) for criterion in wanted], axis=1) * signs
         unusable = (unidentified > 0) | singular | ~np.isfinite(values).all(axis=1)
         values[unusable] = UNIDENTIFIED
-        excess = robot.limit_excess(configurations).max(axis=1)
+        excess = problem.loaded.robot.limit_excess(configurations).max(axis=1)
         violations = np.stack(
             [
                 np.maximum(excess - 1e-12, -1.0),
@@ -67,8 +76,11 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         if problem.constraints is not None:
             further = problem.constraints.violations(problem.loaded, configurations, loads)
             violations = np.concatenate([violations, further], axis=1)
+        if problem.budget is not None and problem.space.settings is not None:
+            over = problem.space.settings.minutes(decisions) - problem.budget.minutes - 1e-9
+            violations = np.concatenate([violations, over[:, None]], axis=1)
         return values, violations
 
     def _evaluate(self, x: FloatArray, out: dict[str, FloatArray], *args: object, **kwargs: object) -> None:
-        self.evaluations += len(x)
-        out["F"], out["G"] = self.objectives(self.decisions(x))
+        values, out["G"] = self.criteria(self.decisions(x))
+        out["F"], out["criteria"] = values[:, : self.n_obj], values

@@ -5,7 +5,7 @@ from typing import Any
 
 import expdesign
 from expdesign.design.front import Front
-from expdesign.design.optimality.whole_plans import CriterionBounds
+from expdesign.design.optimality.bounds import CriterionBounds
 from expdesign.design.problem import DesignProblem
 
 PACKAGES = ("casadi", "numpy", "pandas", "pymoo", "scipy")

@@ -1,5 +1,7 @@
 """The tables of a finished search (file-formats.md, Fronts and plans)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -12,6 +14,7 @@ from expdesign.design.validation_rows import validation_decisions
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.instrument.reference_pose import ReferencedNoise
+from expdesign.recordings.references import REFERENCE, reference_names
 
 
 def pareto_frame(front: Front, minutes: FloatArray | None = None) -> pd.DataFrame:
@@ -32,15 +35,30 @@ def plan_of(problem: DesignProblem, front: Front, design: int) -> pd.DataFrame:
     return plan_of_decisions(problem, front.decisions[design])
 
 
+def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
+    """The plan that decisions (m, g) stand for: the measurements that are taken, by their series."""
+    space = problem.space
+    taken = space.taken(decisions)
+    quantities = space.quantities(decisions)
+    configurations, loads = space.split(quantities)
+    numbers = space.series(quantities) if problem.noise.shared_reference else None
+    series = series_by_pose(configurations[taken])
+    if numbers is not None:
+        series = np.unique(numbers[taken], return_inverse=True)[1].reshape(-1) + 1
+    return Plan(configurations[taken], loads[taken], series)
+
+
 def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
     """The plan that decisions (m, g) stand for, in recordings form without the measured columns."""
-    configurations, loads = problem.space.decode(_with_validation(problem, decisions))
+    plan = _with_validation(problem, decisions)
     # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
     computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
-    plan = Plan(configurations, np.where(computed, np.round(loads, 12), loads), series_by_pose(configurations))
-    frame = plan_frame(plan, problem.loaded, problem.space.tilts)
+    shown = replace(plan, loads=np.where(computed, np.round(plan.loads, 12), plan.loads))
+    frame = plan_frame(shown, problem.loaded, problem.space.tilts)
     if problem.validation:
-        frame["split"] = np.where(np.arange(len(plan)) < len(decisions), "train", "test")
+        frame["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
+    if problem.noise.shared_reference:
+        frame[REFERENCE] = reference_names(plan.series)
     return frame
 
 
@@ -49,17 +67,23 @@ def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
     if problem.costs is None or isinstance(problem.noise, ReferencedNoise):
         return None
     referenced = isinstance(problem.loaded.regressor, Elastostatic)
-    minutes = np.empty(len(front))
-    for design, decisions in enumerate(front.decisions):
-        configurations, loads = problem.space.decode(_with_validation(problem, decisions))
-        plan = Plan(configurations, loads, series_by_pose(configurations))
-        shared = problem.noise.shared_reference
-        minutes[design] = plan_minutes(plan, problem.costs, referenced=referenced, shared=shared)
-    return minutes
+    shared, costs = problem.noise.shared_reference, problem.costs
+    plans = [_with_validation(problem, decisions) for decisions in front.decisions]
+    return np.array([plan_minutes(plan, costs, referenced=referenced, shared=shared) for plan in plans])
 
 
-def _with_validation(problem: DesignProblem, decisions: FloatArray) -> FloatArray:
-    return np.concatenate([decisions, validation_decisions(problem, decisions)]) if problem.validation else decisions
+def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:
+    plan = planned(problem, decisions)
+    if not problem.validation:
+        return plan
+    further = validation_decisions(problem, decisions[problem.space.taken(decisions)])
+    configurations, loads = problem.space.decode(further)
+    series = plan.series.max(initial=0) + series_by_pose(configurations)
+    return Plan(
+        np.concatenate([plan.configurations, configurations]),
+        np.concatenate([plan.loads, loads]),
+        np.concatenate([plan.series, series]),
+    )
 
 
 def plans_frame(problem: DesignProblem, front: Front) -> pd.DataFrame:

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
 from expdesign.design.coverage import STANDARD, Coverage
+from expdesign.design.options import Effort
 from expdesign.design.variables import Choices, Interval, Quantity, fixed
 from expdesign.files.schema import (
     LARGEST,
@@ -14,6 +15,7 @@ from expdesign.files.schema import (
     Number,
     Positive,
     Section,
+    decimal_commas,
     invalid,
     shortened,
 )
@@ -36,6 +38,7 @@ def _quantity(value: Any) -> Quantity:
         return fixed(float(value))
     if isinstance(value, list):
         if len(value) != 2 or not all(_is_number(v) for v in value):
+            remedy = decimal_commas(len(value), 2) or remedy
             raise invalid(f"{shortened(value)} is not an interval of two finite numbers", remedy=remedy)
         if value[0] > value[1]:
             raise invalid(f"the bounds are the wrong way round: {value[0]} > {value[1]}", remedy="Write `[low, high]`.")
@@ -453,21 +456,30 @@ class ModelErrorSection(Section):
 class OptimiserSection(Section):
     """`optimiser`."""
 
-    algorithm: Literal["nsga2"] = Field(default="nsga2", description="Multi-objective search before the refinement.")
+    algorithm: Literal["nsga2"] = Field(
+        default="nsga2", description="The search: NSGA-II, whose operators know exchanges and gradients."
+    )
+    effort: Effort = Field(
+        default="normal",
+        description="When the search ends: where a further second of work is expected to bring less than 0.1 % of the "
+        "hypervolume and 0.01 % of `total` (`normal`), five times that (`quick`) or a tenth of it (`thorough`).",
+    )
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
         default=100, description="Designs in the population of the search."
     )
-    generations: Count = Field(default=200, description="Generations of the search.")
+    generations: Count | None = Field(
+        default=None, description="Generations of the search at most; where left out, `effort` alone ends it."
+    )
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=1, description="Seed of all random numbers of the search."
     )
     polish: Annotated[bool, Field(strict=True)] = Field(
-        default=True, description="Whether designs of the front are refined by exact gradients."
+        default=True, description="Whether designs descend along exact gradients."
     )
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
-        default=0.3,
-        description="Processor time (s) of branch and bound over whole plans, of DUIR and of `total` each; estimated "
-        "from the work, so that results do not depend on the machine.",
+        default=0.0,
+        description="Processor time (s) of halving boxes for the bounds of DUIR and of `total`, each; estimated from "
+        "the work, so that results do not depend on the machine. 0 leaves the bounds of the convex relaxation.",
     )
 
 

@@ -1,38 +1,31 @@
-"""The search for the Pareto front: exact gradients, NSGA-II on whole populations (theory.md 6), gradients again.
+"""The search for the Pareto front, which can be asked for what it has at any moment (theory.md 6)."""
 
-Gradients from the designs of the convex relaxation find most of the front in a few seconds. The genetic search, from
-designs at random, finds the valleys that they missed. What both found is then refined together.
-"""
-
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.core.evaluator import Evaluator
-from pymoo.core.population import Population
 
-from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import criterion_values, known_criteria
-from expdesign.design.front import Front, drawn_with, hypervolume, knee, non_dominated, reference_point, spread
-from expdesign.design.operators import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.criterion import Criterion, criterion_values, known_criteria
+from expdesign.design.evolution import Evolution, evolution, expected_gain
+from expdesign.design.front import (
+    Front,
+    drawn_with,
+    gap_shares,
+    hypervolume,
+    knee,
+    non_dominated,
+    reference_point,
+    spread,
+)
 from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.polish import GAIN, Polishing
-from expdesign.design.optimality.repetitions import repeated_designs
-from expdesign.design.optimality.seeds import relaxed_designs
-from expdesign.design.parts import Executor, one_after_another
+from expdesign.design.optimality.seeds import relaxed_designs, repeated_designs
 from expdesign.design.problem import DesignProblem
 from expdesign.design.pymoo_problem import DesignPopulation
+from expdesign.design.settling import settle
 from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import InfeasibleError, InputError
-
-_REVIEW = 20
-"""Generations after which objectives that look at a part of what counts are checked against the whole."""
-_PATIENCE = 8
-"""Generations without a gain after which the genetic search ends where gradients have found a front."""
-_AGREEMENT, _REFINEMENTS = 0.01, 2
-"""Relative difference from the whole that is let pass, and how often designs are refined to get there."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +33,11 @@ class Progress:
     """State of the search.
 
     Attributes:
-        generation: of the genetic search; 0 before it.
-        generations: how many there will be.
+        generation: of the search, from 0.
+        generations: how many there will be at most, where the configuration says so, else 0.
         front: objectives (d, k), minimised, of the best designs so far.
         hypervolume: of that front.
-        note: what is done before and after the genetic search.
+        note: what was done last.
     """
 
     generation: int
@@ -58,12 +51,15 @@ Follow = Callable[[Progress], bool | None]
 """Called with the state of a search; returns True to end it with the designs that are there."""
 
 
-def search(
-    problem: DesignProblem, report: Follow = lambda progress: None, executor: Executor = one_after_another
-) -> Front:
+def search(problem: DesignProblem, report: Follow = lambda progress: None, start: FloatArray | None = None) -> Front:
     """The Pareto front of the problem's objectives.
 
-    The same problem and seed give the same front, bit for bit, whatever executes it, unless `report` ends the search.
+    The same problem and seed give the same front, bit for bit, unless `report` ends the search.
+
+    Args:
+        problem: what can be measured, and by which criteria designs are judged.
+        report: called after every generation.
+        start: designs (d, m, g) that are known, for the first generation.
 
     Raises:
         InfeasibleError: no pose is within the robot's limits.
@@ -72,152 +68,92 @@ def search(
     """
     settings, space = problem.optimiser, problem.space
     generator = np.random.default_rng(settings.seed)
-    population = DesignPopulation(problem)
+    drawn = starting_designs(problem, settings.population, generator)
+    drawn = drawn.reshape(len(drawn), space.measurements, space.decisions)
+    require_identifiable(problem, drawn)
     if space.decisions == 0:
-        only = np.zeros((1, space.measurements, 0))
-        starting_designs(problem, 1, generator)
-        require_identifiable(problem, only)
-        values, violations = population.objectives(only)
-        return _front(problem, only, values, violations, reference_point(values), 1, 0.0)
-    start = starting_designs(problem, settings.population, generator)
-    require_identifiable(problem, population.decisions(start))
-    # Exact gradients are of estimators without redundant parameters.
-    polished = settings.polish and not problem.loaded.regressor.redundant
-    known = _Known(settings.generations, report)
-    first = population.decisions(start)
-    working = problem.working(first)
-    population = DesignPopulation(working)
-    _require_finite(problem, first)
-    known.add(*population.objectives(first))
-    polishing = Polishing(working, executor=executor)
-    if polished:
-        for note in _coarse(polishing, first):
-            known.add_front(polishing.front, note)
-            if known.ended:
-                break
-        population.design_problem = polishing.problem
-    decisions = _genetic(population, start, polishing, known)
-    if polished:
-        for again in range(0 if known.ended else _REFINEMENTS):
-            for note in _corrected(polishing) if again else _fine(polishing, decisions):
-                known.add_front(polishing.front, note)
-                if known.ended:
-                    break
-            if known.ended or len(polishing.pool) == 0 or _agree(problem, polishing.problem, polishing.pool):
-                break
-        # What the refinement left out as rough, the others would bring back.
-        whole = len(polishing.pool) > 0 and not known.ended
-        decisions = polishing.pool if whole else np.concatenate([decisions, polishing.pool])
-    if known.ended and known.point is None:
+        return _front(problem, drawn[:1], DesignPopulation(problem), None, 0.0)
+    _require_finite(problem, drawn)
+    population = DesignPopulation(problem.working(drawn))
+    found = evolution(population, drawn if start is None else np.concatenate([drawn, start]))
+    known = _Known(settings.generations or 0, report)
+    complete = _first_generation(found, known)
+    while not complete and not known.ended and found.has_next():
+        found.next()
+        known.add(found, found.operators[found.asked].name)
+    if known.point is None and known.ended:
         what = "the search was ended before any plan was known"
         raise InputError(what, where=problem.source, remedy="Give it more time.")
-    decisions = problem.settable(decisions)
-    values, violations = DesignPopulation(problem).objectives(decisions)
-    missing = polishing.missing() if polished and len(polishing.pool) else None
-    return _front(problem, decisions, values, violations, known.point, population.evaluations, missing)
+    missing, archive = 0.0 if complete else _missing(found), found.state.archive
+    if not complete and not known.ended:
+        settle(found.state, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
+    return _front(problem, archive.designs, DesignPopulation(problem), known.point, missing, found)
 
 
-def _coarse(polishing: Polishing, first: FloatArray) -> Iterator[str]:
-    """Where the front lies, by exact gradients and exchanges; what was done, in words, after each step."""
-    every = every_design(polishing.problem)
-    polishing.take(np.concatenate([first, relaxed_designs(polishing.problem), repeated_designs(polishing.problem)]))
-    yield "designs of the convex relaxation"
-    if every is not None:
-        polishing.take(every)
-        polishing.complete = True
-        yield "every design there is"
-        return
-    if len(polishing.pool) == 0:
-        return
-    polishing.valleys()
-    yield f"descents from random designs: {len(polishing.pool)} designs"
-    polishing.along()
-    polishing.review()
-    yield "gradients along the front"
-    for number, _ in enumerate(polishing.exchanges(), start=1):
-        yield f"exchanges, round {number}: {len(polishing.pool)} designs"
-    polishing.review()
+def search_single(
+    problem: DesignProblem,
+    criterion: Criterion,
+    *,
+    seed: int,
+    generations: int | None = None,
+    start: FloatArray | None = None,
+) -> Front:
+    """The design that is best by one criterion, as a front; the problem's own objectives do not count.
 
-
-def _fine(polishing: Polishing, decisions: FloatArray) -> Iterator[str]:
-    """The front followed to the end, with what the genetic search found."""
-    if polishing.complete:
-        return
-    if polishing.descend(decisions) > GAIN:
-        yield "gradients from the genetic search's designs"
-        for number, _ in enumerate(polishing.exchanges(), start=1):
-            yield f"further exchanges, round {number}: {len(polishing.pool)} designs"
-    polishing.review()
-    for number, _ in enumerate(polishing.finish(), start=1):
-        yield f"refinement, round {number}: {len(polishing.pool)} designs"
-
-
-def _corrected(polishing: Polishing) -> Iterator[str]:
-    """Designs at which the objectives turned out not to be right, refined by right ones."""
-    polishing.review()
-    polishing.settle()
-    yield f"checked: {len(polishing.pool)} designs"
-
-
-def _genetic(population: DesignPopulation, start: FloatArray, polishing: Polishing, known: "_Known") -> FloatArray:
-    """Designs (b, m, g) of NSGA-II from a start (b, m·g) and from the pool of a refinement; where it adds nothing to
-    that, it ends early.
+    Args:
+        problem: what can be measured.
+        criterion: the only objective.
+        seed: of the search.
+        generations: at most; the problem's setting where left out.
+        start: designs (d, m, g) that are known.
     """
-    pool, known_values = polishing.pool, polishing.front
-    problem = population.design_problem
-    space, settings = problem.space, problem.optimiser
-    # Half of what is known, evenly along the front, and designs at random.
-    known_designs = pool[spread(known_values, [], settings.population // 2)] if len(pool) else pool
-    start = np.concatenate([known_designs.reshape(-1, start.shape[1]), start])[: settings.population]
-    algorithm = NSGA2(
-        pop_size=settings.population,
-        sampling=Population.new(X=np.unique(start, axis=0)),
-        crossover=DesignCrossover(space),
-        mutation=DesignMutation(space, merge=problem.noise.shared_reference or space.most_poses is not None),
-        repair=CanonicalOrder(space),
-        evaluator=Evaluator(),
-    )
-    algorithm.setup(population, termination=("n_gen", settings.generations), seed=settings.seed)
-    volume, stale = known.volume, 0
-    if known.ended and len(pool):
-        return pool
-    while algorithm.has_next():
-        algorithm.next()
-        known.generation += 1
-        if known.generation % _REVIEW == 0:
-            _review(population, algorithm.pop)
-        known.add(algorithm.pop.get("F"), algorithm.pop.get("G"))
-        if known.ended:
-            break
-        if len(pool):
-            stale = 0 if known.volume > (1.0 + GAIN) * volume else stale + 1
-            volume = max(volume, known.volume)
-            if stale == _PATIENCE:
-                break
-    return problem.settable(population.decisions(algorithm.pop.get("X").astype(float)))
+    options = replace(problem.optimiser, seed=seed, generations=generations or problem.optimiser.generations)
+    return search(replace(problem, objectives=(criterion,), optimiser=options), start=start)
 
 
-def _review(population: DesignPopulation, designs: Population) -> None:
-    """Go on with objectives that are right at these designs, which are evaluated again where they change."""
-    decisions = population.decisions(designs.get("X").astype(float))
-    working = population.design_problem.working(decisions)
-    if working is not population.design_problem:
-        population.design_problem = working
-        values, violations = population.objectives(decisions)
-        designs.set("F", values, "G", violations)
+def joined(problem: DesignProblem, front: Front, designs: Sequence[FloatArray | None]) -> Front:
+    """A front with further designs (m, g), as far as there are any and none of the others dominates them."""
+    further = [design for design in designs if design is not None]
+    if not further:
+        return front
+    decisions = np.concatenate([front.decisions, np.stack(further)])
+    evaluations = front.evaluations + len(further)
+    found = _front(problem, decisions, DesignPopulation(problem), front.reference_point, front.missing or 0.0)
+    return replace(found, evaluations=evaluations, missing=front.missing)
 
 
-def _agree(problem: DesignProblem, working: DesignProblem, designs: FloatArray) -> bool:
-    """Whether the objectives of a search are those of the problem at designs (b, m, g)."""
-    if working is problem:
+def _first_generation(found: Evolution, known: "_Known") -> bool:
+    """Designs at random, then roundings of the convex relaxation; whether they are all designs that there are."""
+    problem = found.state.problem
+    found.next()
+    known.add(found, "random designs")
+    if known.ended:
+        return False
+    every = every_design(problem)
+    if every is not None:
+        found.take(every)
+        known.add(found, "every design there is")
         return True
-    whole, part = (DesignPopulation(each).objectives(designs)[0] for each in (problem, working))
-    return bool((np.abs(whole - part) <= _AGREEMENT * np.abs(whole)).all())
+    found.take(np.concatenate([relaxed_designs(problem), repeated_designs(problem)]))
+    known.add(found, "designs of the convex relaxation")
+    return False
+
+
+def _missing(found: Evolution) -> float:
+    """Estimated share of the hypervolume that the front lacks: in the gaps between its designs, and what the search
+    would have brought in a further second.
+    """
+    front, gaps = found.state.archive.front, 0.0
+    front = front[non_dominated(front)] if len(front) else front
+    if front.shape[1] == 2 and not found.state.problem.space.discrete.all():
+        gaps = float(gap_shares(front[np.argsort(front[:, 0])]).sum())
+    gain = expected_gain(found.history_of_work)
+    return min(1.0, gaps + gain)
 
 
 def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
     """Raise where an objective is finite at none of the designs (b, m, g) that identify everything."""
-    assessment = problem.assess(*problem.space.decode(designs))
+    assessment = problem.assessed(designs)
     regular = assessment.differentiable
     for criterion in problem.objectives:
         values = criterion_values(criterion, assessment)
@@ -231,92 +167,84 @@ def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
 
 
 class _Known:
-    """The best front met so far, for reports, and the reference point of its hypervolume.
+    """What is reported: the front so far, and its hypervolume with respect to a point that stays.
 
     `ended` says whether somebody who was reported to wants no more.
     """
 
     def __init__(self, generations: int, report: Follow) -> None:
-        self.generation, self.ended = 0, False
+        self.ended, self.volume = False, 0.0
         self.point: FloatArray | None = None
-        self.volume = 0.0
-        self._generations, self._report = generations, report
-        self._best: FloatArray | None = None
+        self._generations, self._report, self._generation = generations, report, -1
 
-    def add(self, values: FloatArray, violations: FloatArray, note: str = "") -> None:
-        """Take designs into account, objectives (d, k) and constraints (d, c), and report."""
-        values = values[(violations <= 0.0).all(axis=1)]
-        if len(values) == 0:
-            if self.point is None:
-                self._ask(values, note)
-            return
-        if self.point is None:
-            self.point = reference_point(values)
-        values = values if self._best is None else np.concatenate([self._best, values])
-        self._best = values[non_dominated(values)]
-        self.volume = hypervolume(self._best, self.point)
-        self._ask(self._best, note)
-
-    def _ask(self, front: FloatArray, note: str) -> None:
-        wanted = self._report(Progress(self.generation, self._generations, front, self.volume, note))
+    def add(self, found: Evolution, note: str) -> None:
+        """Report what a search knows."""
+        self._generation = len(found.history_of_work)
+        archive = found.state.archive
+        front = archive.front[non_dominated(archive.front)] if len(archive) else archive.front
+        if self.point is None and len(front):
+            feasible = (found.pop.get("G") <= 0.0).all(axis=1)
+            self.point = reference_point(found.pop.get("F").astype(float)[feasible])
+        if self.point is not None:
+            self.volume = max(self.volume, hypervolume(front, self.point))
+        wanted = self._report(Progress(self._generation, self._generations, front, self.volume, note))
         self.ended = self.ended or bool(wanted)
-
-    def add_front(self, values: FloatArray, note: str) -> None:
-        """Take feasible designs into account."""
-        self.add(values, np.zeros((len(values), 1)), note)
 
 
 def _front(
     problem: DesignProblem,
     decisions: FloatArray,
-    values: FloatArray,
-    violations: FloatArray,
+    population: DesignPopulation,
     point: FloatArray | None,
-    evaluations: int,
-    missing: float | None = None,
+    missing: float,
+    found: Evolution | None = None,
 ) -> Front:
+    """What is kept of designs (d, m, g)."""
+    evaluations = found.state.population.evaluations if found else 1
+    values, violations = population.criteria(decisions)
+    objectives = values[:, : len(problem.objectives)]
     feasible = np.flatnonzero((violations <= 0.0).all(axis=1))
-    if feasible.size == 0 or point is None:
+    if feasible.size == 0:
         raise InfeasibleError(
             "the search met no design within the robot's limits that identifies what the targets need",
             where=problem.source,
             remedy="Widen `experiment.poses` or the loads, or allow more measurements.",
         )
-    best = feasible[non_dominated(values[feasible])]
-    order = best[np.lexsort(values[best].T[::-1])]
-    total = criterion_values(known_criteria()["total"], problem.assess(*problem.space.decode(decisions[order])))
-    marked = [int(np.argmin(total)), knee(values[order])]
-    count = problem.optimiser.population
-    order = order[spread(values[order], marked, count if missing is None else drawn_with(values[order], count))]
+    point = reference_point(objectives[feasible]) if point is None else point
+    order = feasible[_chosen(problem, values[feasible], len(problem.objectives))]
     criteria = all_criteria(problem, decisions[order])
+    smooth = all(criterion.differentiable for criterion in problem.objectives)
     return Front(
         decisions=decisions[order],
         criteria=criteria,
         objectives=tuple(criterion.name for criterion in problem.objectives),
         recommended=int(np.argmin(criteria["total"])),
-        knee=knee(values[order]),
-        kktpm=kktpm(problem, decisions[order]),
-        hypervolume=hypervolume(values[order], point),
+        knee=knee(objectives[order]),
+        kktpm=kktpm(problem, decisions[order]) if smooth else np.full(len(order), np.nan),
+        hypervolume=hypervolume(objectives[order], point),
         reference_point=point,
         evaluations=evaluations,
         missing=missing,
     )
 
 
-def joined(problem: DesignProblem, front: Front, designs: Sequence[FloatArray | None]) -> Front:
-    """A front with further designs (m, g), as far as there are any and none of the others dominates them."""
-    further = [design for design in designs if design is not None]
-    if not further:
-        return front
-    decisions = np.concatenate([front.decisions, np.stack(further)])
-    population = DesignPopulation(problem)
-    values, violations = population.objectives(decisions)
-    evaluations = front.evaluations + len(further)
-    return _front(problem, decisions, values, violations, front.reference_point, evaluations, front.missing)
+def _chosen(problem: DesignProblem, values: FloatArray, count: int) -> IntArray:
+    """Indices of the designs that make the front, by their first `count` criteria (d, k), of which the last is `total`
+    or stands for it; by rising first criterion.
+    """
+    options, front = problem.optimiser, values[:, :count]
+    best = non_dominated(front)
+    order = best[np.lexsort(front[best].T[::-1])]
+    names = [criterion.name for criterion in problem.objectives]
+    total = values[order, names.index("total") if "total" in names else -1]
+    marked = [int(np.argmin(total)), knee(front[order])]
+    number = drawn_with(front[order], options.population, options.gap, options.most_designs)
+    found: IntArray = order[spread(front[order], marked, number)]
+    return found
 
 
 def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, FloatArray]:
     """Every known criterion, and further ones of the problem, of designs (b, m, g), shape (b,) each."""
-    assessment = problem.assess(*problem.space.decode(decisions))
+    assessment = problem.assessed(decisions)
     known = {**known_criteria(), **{criterion.name: criterion for criterion in problem.further}}
     return {name: criterion_values(criterion, assessment) for name, criterion in known.items()}

@@ -1,19 +1,15 @@
 """The next measurements: which would most improve the accuracy at the targets, given what is known (theory.md 10.3).
 
-With the information R₀ᵀR₀ = P₀⁻¹ of the recordings, measurements j added to them give P = (P₀⁻¹ + Σ A_jᵀV_j⁻¹A_j)⁻¹,
-and the error to expect after compensation is, as for the criterion `total`,
-
-    total² = Σ_t w_t tr(W_t A_D (P + P·(B·Bᵀ + N)·P) A_Dᵀ) / Σ_t w_t,
-
-where B = Σ A_iᵀV_i⁻¹D_iL_i collects the load errors that all measurements share and N = Σ A_iᵀV_i⁻¹D_iΣ_iD_iᵀV_i⁻¹A_i
-those that each has for itself. All of it is a sum over measurements, so that thousands of candidates cost one batch.
+The recordings and every candidate are `Information`, which is a sum over measurements, so that thousands of candidates
+cost one batch.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import FloatArray
+from expdesign.criteria.information import RANK, Information
 from expdesign.criteria.target_variances import GivenVariances
 from expdesign.criteria.targets import Targets
 from expdesign.criteria.total import Total
@@ -23,87 +19,26 @@ from expdesign.design.start import reachable_measurements
 CANDIDATES = 4000
 _FEW = 8
 """Parameters up to which as many candidates are drawn; more of them cost more each, and are drawn fewer times."""
-_RANK = 1e-9
-"""Singular values below this fraction of the largest are zero."""
-_LOST = 1e-6
-"""Part of a target's row that may lie along lost directions, as rounding."""
 _ROUNDS = 10
 _BROOD, _STEPS = 200, 40
 
 
-@dataclass(frozen=True)
-class Knowledge:
-    """What measurements say, with any batch dimensions in front; sums of measurements are sums of `Knowledge`.
-
-    Attributes:
-        root: rows G·A (in units of 1/apK) of the whitened readings, shape (..., r, p).
-        shared: B, shape (..., p, d).
-        own: N, shape (..., p, p).
-    """
-
-    root: FloatArray
-    shared: FloatArray
-    own: FloatArray
-
-    def plus(self, other: "Knowledge") -> "Knowledge":
-        """Both together; the rows are reduced to a triangle, which keeps the condition number."""
-        batch = np.broadcast_shapes(self.root.shape[:-2], other.root.shape[:-2])
-        rows = [np.broadcast_to(part, (*batch, *part.shape[-2:])) for part in (self.root, other.root)]
-        stacked = np.concatenate(rows, axis=-2)
-        reduced: FloatArray = stacked
-        if stacked.shape[-2] > stacked.shape[-1]:
-            reduced = np.asarray(np.linalg.qr(stacked, mode="r"))
-        return Knowledge(reduced, self.shared + other.shared, self.own + other.own)
-
-    def part(self, index: int) -> "Knowledge":
-        """One member of a batch."""
-        return Knowledge(self.root[index], self.shared[index], self.own[index])
-
-
-def knowledge_of(problem: DesignProblem, decisions: FloatArray) -> Knowledge:
+def information_of(problem: DesignProblem, decisions: FloatArray) -> Information:
     """What each of the measurements (c, g) of the design space would say by itself, batch shape (c,)."""
     rows, errors = problem.whitened(*problem.space.decode(decisions))
-    return _with_errors(rows * problem.loaded.scale, errors, problem.shared_errors)
+    return Information.of_rows(rows * problem.loaded.scale, errors, problem.shared_errors)
 
 
-def _with_errors(root: FloatArray, errors: FloatArray, shared: BoolArray) -> Knowledge:
-    """Knowledge from whitened rows (..., r, p) and whitened deflections per load error (..., r, d)."""
-    seen = root.swapaxes(-1, -2) @ errors
-    own = seen[..., ~shared]
-    return Knowledge(root, seen[..., shared], own @ own.swapaxes(-1, -2))
-
-
-def together(parts: list[Knowledge]) -> Knowledge:
-    """The sum of several."""
-    total = parts[0]
-    for part in parts[1:]:
-        total = total.plus(part)
-    return total
-
-
-def expected_total(knowledge: Knowledge, targets: Targets, scale: FloatArray) -> FloatArray:
+def expected_total(information: Information, targets: Targets, scale: FloatArray) -> FloatArray:
     """√total² of a batch, in tolerances, shape (...); infinite where a target depends on parameters not determined.
 
     Args:
-        knowledge: of all measurements.
+        information: of all measurements.
         targets: where accuracy is wanted.
-        scale: units of the parameters in `knowledge`, shape (p,).
+        scale: units of the parameters in `information`, shape (p,).
     """
-    root = knowledge.root
-    missing = root.shape[-1] - root.shape[-2]
-    if missing > 0:
-        root = np.concatenate([root, np.zeros((*root.shape[:-2], missing, root.shape[-1]))], axis=-2)
-    _, singular, right = np.linalg.svd(root, full_matrices=False)
-    kept = singular > _RANK * singular[..., :1]
-    inverse = right.swapaxes(-1, -2) / np.where(kept, singular, np.inf)[..., None, :]
-    covariance = inverse @ inverse.swapaxes(-1, -2)
-    biased = covariance @ knowledge.shared
-    load_errors = biased @ biased.swapaxes(-1, -2) + covariance @ knowledge.own @ covariance
-    rows = targets.observation * scale
-    # What a target needs and the measurements leave out: its part along the directions that are lost.
-    lost = np.linalg.norm(np.einsum("tip,...kp->...tik", rows, right * ~kept[..., None]), axis=-1)
-    usable = ~((lost > _LOST * np.linalg.norm(rows, axis=-1)) & (targets.importance > 0.0)).any(axis=(-2, -1))
-    noise, force = (np.einsum("tip,...pq,tiq->...ti", rows, part, rows) for part in (covariance, load_errors))
+    noise, force, known = information.variances(targets.observation * scale)
+    usable = (known | ~(targets.importance > 0.0)).all(axis=(-2, -1))
     total = Total().values(GivenVariances(targets, noise, force))
     result: FloatArray = np.where(usable, total, np.inf)
     return result
@@ -125,7 +60,7 @@ class NextMeasurements:
 
 
 def next_measurements(
-    problem: DesignProblem, known: Knowledge, *, count: int, accuracy: float | None, seed: int
+    problem: DesignProblem, known: Information, *, count: int, accuracy: float | None, seed: int
 ) -> NextMeasurements:
     """Up to `count` measurements that most improve the accuracy at the targets, in the order of their use.
 
@@ -144,10 +79,10 @@ def next_measurements(
     """
     generator = np.random.default_rng(seed)
     pool = reachable_measurements(problem, round(CANDIDATES * _fewer(problem)), generator)
-    candidates = knowledge_of(problem, pool)
+    candidates = information_of(problem, pool)
     scale, targets = problem.loaded.scale, problem.targets
 
-    def totals(base: Knowledge, added: Knowledge) -> FloatArray:
+    def totals(base: Information, added: Information) -> FloatArray:
         return expected_total(base.plus(added), targets, scale)
 
     before = float(expected_total(known, targets, scale))
@@ -157,7 +92,7 @@ def next_measurements(
         scores = totals(base, candidates)
         if not np.isfinite(scores).any():
             # Too little is known for any single one to determine all: take what adds most information.
-            scores = -_information(base.plus(candidates))
+            scores = -_determinant(base.plus(candidates))
         best = int(np.argmin(scores))
         chosen.append(pool[best])
         base = base.plus(candidates.part(best))
@@ -167,7 +102,7 @@ def next_measurements(
     decisions = _ordered(problem, known, decisions)
     after, base = [], known
     for row in decisions:
-        base = base.plus(knowledge_of(problem, row[None]).part(0))
+        base = base.plus(information_of(problem, row[None]).part(0))
         after.append(float(expected_total(base, targets, scale)))
         if accuracy is not None and after[-1] <= accuracy:
             # Exchange and refinement may reach with fewer what the first choice needed more for.
@@ -180,20 +115,20 @@ def _fewer(problem: DesignProblem) -> float:
     return min(1.0, _FEW / len(problem.loaded.scale))
 
 
-def _information(knowledge: Knowledge) -> FloatArray:
+def _determinant(information: Information) -> FloatArray:
     """Product of the non-zero singular values, in logarithms, of a batch; more rank comes first."""
-    singular = np.linalg.svd(knowledge.root, compute_uv=False)
-    kept = singular > 1e-9 * singular[..., :1]
+    singular = np.linalg.svd(information.root, compute_uv=False)
+    kept = singular > RANK * singular[..., :1]
     logs: FloatArray = np.where(kept, np.log(np.where(kept, singular, 1.0)) + 1e3, 0.0).sum(axis=-1)
     return logs
 
 
 def _exchanged(
     problem: DesignProblem,
-    known: Knowledge,
+    known: Information,
     decisions: FloatArray,
     pool: FloatArray,
-    candidates: Knowledge,
+    candidates: Information,
     generator: np.random.Generator,
 ) -> FloatArray:
     """Measurements (k, g) after exchange with the pool and refinement of the continuous variables."""
@@ -201,15 +136,17 @@ def _exchanged(
     robot = problem.loaded.robot
     decisions = decisions.copy()
 
-    def others(place: int) -> Knowledge:
+    def others(place: int) -> Information:
         rest = np.delete(decisions, place, axis=0)
         if len(rest) == 0:
             return known
-        each = knowledge_of(problem, rest)
-        return together([known, *(each.part(i) for i in range(len(rest)))])
+        each, total = information_of(problem, rest), known
+        for index in range(len(rest)):
+            total = total.plus(each.part(index))
+        return total
 
-    def score(base: Knowledge, place: int) -> float:
-        return float(expected_total(base.plus(knowledge_of(problem, decisions[place][None]).part(0)), targets, scale))
+    def score(base: Information, place: int) -> float:
+        return float(expected_total(base.plus(information_of(problem, decisions[place][None]).part(0)), targets, scale))
 
     for _ in range(_ROUNDS if len(decisions) > 1 else 1):
         improved = False
@@ -231,18 +168,18 @@ def _exchanged(
             moves = generator.standard_normal((brood_size, space.decisions)) * size * span
             brood = np.clip(decisions[place] + moves, space.lower, space.upper)
             brood = brood[robot.usable(space.decode(brood)[0])]
-            scores = expected_total(base.plus(knowledge_of(problem, brood)), targets, scale)
+            scores = expected_total(base.plus(information_of(problem, brood)), targets, scale)
             size *= 1.2 if len(brood) and (scores < now).mean() > 0.1 else 0.7
             if len(brood) and scores.min() < now:
                 decisions[place], now = brood[int(np.argmin(scores))], float(scores.min())
     return decisions
 
 
-def _ordered(problem: DesignProblem, known: Knowledge, decisions: FloatArray) -> FloatArray:
+def _ordered(problem: DesignProblem, known: Information, decisions: FloatArray) -> FloatArray:
     """The same measurements, the most useful first."""
     scale, targets = problem.loaded.scale, problem.targets
     left, ordered, base = list(range(len(decisions))), [], known
-    each = knowledge_of(problem, decisions)
+    each = information_of(problem, decisions)
     while left:
         scores = [float(expected_total(base.plus(each.part(i)), targets, scale)) for i in left]
         best = left.pop(int(np.argmin(scores)))

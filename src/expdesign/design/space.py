@@ -13,10 +13,12 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
+from expdesign.design.pose_settings import PoseSettings, nearness
 from expdesign.design.resolution import Grid
 from expdesign.design.variables import Choices, Interval, Quantity, Rows, Variable, variables_for
+from expdesign.instrument.deflection_noise import series_by_pose
 from expdesign.symbolic import BatchFunction
 
 
@@ -57,6 +59,11 @@ class DesignSpace:
         coordinates: names.
         gravity: gravity in the base frame without tilt (m/s²); None for a wrench.
         steps: in which each quantity can be set, shape (n_q,); None where anything can be.
+        settings: first and last number of a setting of a pose, the first below 0 where a measurement may be left out
+            (`pose_settings.py`); None where there is nothing to choose about them.
+
+    Attributes:
+        settings: the decision about settings; None where there is none. Set by who knows the plan's budget.
     """
 
     def __init__(
@@ -68,6 +75,7 @@ class DesignSpace:
         coordinates: Coordinates,
         gravity: FloatArray | None,
         steps: FloatArray | None = None,
+        settings: tuple[int, int] | None = None,
     ) -> None:
         self.measurements = measurements
         self.coordinates = coordinates
@@ -82,9 +90,14 @@ class DesignSpace:
         else:
             quantities.update(enumerate(poses.quantities or ()))
         quantities.update({n_pose + i: quantity for i, quantity in enumerate((*load, *tilt))})
-        variables += variables_for(quantities)
+        variables += variables_for({k: v for k, v in quantities.items() if k < n_pose})
+        if settings is not None:  # the last quantity, but beside the pose, so that a series stands together
+            numbers = np.arange(settings[0], settings[1] + 1.0)[:, None]
+            variables.append(Variable((n_pose + len(load) + len(tilt),), Rows(numbers)))
+        gene = len(variables) - 1
+        variables += variables_for({k: v for k, v in quantities.items() if k >= n_pose})
         self.variables = tuple(variables)
-        self._fixed = np.zeros(n_pose + len(load) + len(tilt))
+        self._fixed = np.zeros(n_pose + len(load) + len(tilt) + (settings is not None))
         for column, quantity in quantities.items():
             self._fixed[column] = quantity.values[0] if isinstance(quantity, Choices) else quantity.low
         if poses.candidates is not None:
@@ -99,7 +112,12 @@ class DesignSpace:
             gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
         self.grid = Grid.between(gene_steps, self.lower, self.upper)
         self.required = Required()
-        self.most_poses: int | None = None
+        physical = self.of_pose.copy()
+        self.settings: PoseSettings | None = None
+        if settings is not None:
+            near = nearness(gene_steps, self.lower, self.upper, physical)
+            self.settings = PoseSettings(gene, physical, near, settings[1] > 0, None)
+            self.of_pose = physical | (np.arange(len(variables)) == gene)
 
     @property
     def decisions(self) -> int:
@@ -111,13 +129,35 @@ class DesignSpace:
         """Whether the base is, or can be, tilted."""
         return any(not isinstance(q, Interval) or q.low != 0.0 or q.high != 0.0 for q in self._tilt)
 
-    def with_structure(self, measurements: int, poses: int | None) -> "DesignSpace":
-        """The space of so many measurements at no more than so many distinct poses (None: any number)."""
+    def alone(self) -> "DesignSpace":
+        """The space of single measurements, of which nothing is demanded."""
         other = copy.copy(self)
-        other.measurements, other.most_poses = measurements, poses
-        if poses is None:
-            other.required = Required()
+        other.measurements, other.required, other.settings = 1, Required(), None
         return other
+
+    @property
+    def choices(self) -> BoolArray:
+        """Which decisions are between values that gradients cannot choose, shape (g,); settings are none."""
+        found: BoolArray = self.discrete.copy()
+        if self.settings is not None:
+            found[self.settings.gene] = False
+        return found
+
+    def taken(self, decisions: FloatArray) -> BoolArray:
+        """Which measurements (..., g) are taken."""
+        if self.settings is None:
+            return np.ones(decisions.shape[:-1], dtype=bool)
+        return self.settings.taken(decisions)
+
+    def series(self, quantities: FloatArray) -> IntArray | None:
+        """Series numbers (..., m) of measurements with quantities (..., m, n_q), 0 for those that are left out; None
+        where there is no decision about settings.
+        """
+        if self.settings is None:
+            return None
+        number = quantities[..., -1]
+        numbers = series_by_pose(np.concatenate([quantities[..., : self.n_pose], number[..., None]], axis=-1))
+        return np.where(number >= 0.0, numbers, 0)
 
     def quantities(self, decisions: FloatArray) -> FloatArray:
         """Quantities (..., n_q) that decisions (..., g) stand for; indices are rounded and clipped to their tables."""
@@ -147,7 +187,8 @@ class DesignSpace:
             return poses, loads
         gravity = np.broadcast_to(self.gravity, (*loads.shape[:-1], len(self.gravity)))
         if self.tilts:
-            (gravity,) = self._tilted(values[..., self.n_pose + self.n_load :])
+            start = self.n_pose + self.n_load
+            (gravity,) = self._tilted(values[..., start : start + len(self._tilt)])
         return poses, np.concatenate([loads, gravity], axis=-1)
 
     def sample(self, count: int, generator: np.random.Generator) -> FloatArray:
@@ -155,7 +196,10 @@ class DesignSpace:
         uniform = generator.random((count, self.decisions))
         continuous = self.lower + uniform * (self.upper - self.lower)
         indices = np.minimum(np.floor(uniform * (self.upper + 1.0)), self.upper)
-        return np.where(self.discrete, indices, continuous)
+        drawn = np.where(self.discrete, indices, continuous)
+        if self.settings is not None:
+            drawn[:, self.settings.gene] = self.settings.first
+        return drawn
 
     def canonical(self, decisions: FloatArray) -> FloatArray:
         """The same designs (b, m, g) as they can be set: indices and steps rounded, and measurements sorted.
@@ -181,7 +225,7 @@ class DesignSpace:
                 rounded[tuple(rows.T)], wanted[within], self.of_pose, lambda tried: excess(self.decode(tried)[0])
             )
             rounded[tuple(rows.T)] = moved
-            rounded = self._grouped(rounded)
+            rounded = self._arranged(rounded)
         return self._sorted(rounded)
 
     def _rounded(self, decisions: FloatArray) -> FloatArray:
@@ -190,34 +234,13 @@ class DesignSpace:
         whole = decisions.shape[-2] == self.measurements  # a part of a design need not meet what the whole has to
         for demanded in (self.required.poses, self.required.masses) if whole else ():
             rounded = self._with(demanded, rounded)
-        return self._grouped(rounded)
+        return self._arranged(rounded)
 
-    def _grouped(self, decisions: FloatArray) -> FloatArray:
-        """Designs (..., m, g) with no more than `most_poses` distinct poses: the two nearest become one until it holds.
-
-        The pose of the larger group stays, and one that has to occur always does.
-        """
-        if self.most_poses is None or decisions.shape[-2] != self.measurements or self.measurements <= self.most_poses:
+    def _arranged(self, decisions: FloatArray) -> FloatArray:
+        if self.settings is None or decisions.shape[-2] != self.measurements:
             return decisions
-        designs = decisions.reshape(-1, *decisions.shape[-2:]).copy()
-        span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)[self.of_pose]
-        wanted = [pose[self.of_pose] for pose in self.required.poses]
-        for design in designs:
-            poses, group, counts = np.unique(design[:, self.of_pose], axis=0, return_inverse=True, return_counts=True)
-            size = counts.astype(float)
-            for pose in wanted:
-                size[(poses == pose).all(axis=1)] = np.inf
-            distance = (((poses[:, None] - poses[None]) / span) ** 2).sum(axis=-1)
-            distance[(size == np.inf)[:, None] & (size == np.inf)] = np.inf
-            np.fill_diagonal(distance, np.inf)
-            for _ in range(len(poses) - self.most_poses):
-                first, second = divmod(int(np.argmin(distance)), len(poses))
-                kept, given_up = (first, second) if size[first] >= size[second] else (second, first)
-                group[group == given_up] = kept
-                size[kept] += size[given_up]
-                distance[given_up] = distance[:, given_up] = np.inf
-            design[:, self.of_pose] = poses[group]
-        return designs.reshape(decisions.shape)
+        flat = decisions.reshape(-1, *decisions.shape[-2:])
+        return self.settings.arranged(flat).reshape(decisions.shape) if len(flat) else decisions
 
     def _with(self, demanded: tuple[FloatArray, ...], decisions: FloatArray) -> FloatArray:
         """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""
@@ -232,14 +255,18 @@ class DesignSpace:
             distance = (((flat - np.where(matters, wanted, 0.0)) / span)[..., matters] ** 2).sum(axis=-1)
             nearest = np.argmin(np.where(free, distance, np.inf), axis=1)
             flat[designs, nearest] = np.where(matters, wanted, flat[designs, nearest])
+            if self.settings is not None:
+                gene = self.settings.gene
+                flat[designs, nearest, gene] = np.maximum(flat[designs, nearest, gene], self.settings.first)
             free[designs, nearest] = False
         return flat.reshape(decisions.shape)
 
-    def inward(self, decisions: FloatArray, steps: int) -> FloatArray:
-        """Measurements (..., g) whose poses are so many steps nearer to the middle of their ranges."""
-        towards = np.where(decisions > 0.5 * (self.lower + self.upper), -1.0, 1.0)
-        moved = self.grid.nearest(decisions + steps * towards * self.grid.steps)
-        return np.where(self.of_pose & (self.grid.steps > 0.0), moved, decisions)
+    def anew(self, decisions: FloatArray) -> FloatArray:
+        """Measurements (..., g) at their poses, set anew."""
+        found = decisions.copy()
+        if self.settings is not None:
+            found[..., self.settings.gene] = self.upper[self.settings.gene]
+        return found
 
     def decisions_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
         """Genes (g,) at which quantities from index `first` on are as wanted, NaN for the others; None without any."""
@@ -263,4 +290,5 @@ class DesignSpace:
         for decision in reversed(range(self.decisions)):
             order = np.argsort(rounded[..., decision], axis=-1, kind="stable")
             rounded = np.take_along_axis(rounded, order[..., None], axis=-2)
-        return rounded
+        whole = self.settings is not None and rounded.shape[-2] == self.measurements
+        return self.settings.closed(rounded) if whole and self.settings is not None else rounded

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.robots.robot import CONDITION_LIMIT
@@ -19,16 +19,12 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
         InfeasibleError: none was found by sampling and by descending from the best samples; says which limit is in
             the way.
     """
-    space, robot = problem.space, problem.loaded.robot
+    space = problem.space
     found: list[FloatArray] = []
     total = 0
     for _ in range(_BATCHES):
         decisions = space.sample(_BATCH, generator)
-        poses, loads = space.decode(decisions)
-        usable = robot.usable(poses)
-        if problem.constraints is not None:
-            usable &= problem.constraints.allowed(problem.loaded, poses, loads)
-        kept = decisions[usable]
+        kept = decisions[_reached(problem, decisions)]
         found.append(kept)
         total += len(kept)
         if total >= count:
@@ -55,11 +51,16 @@ def extreme_measurements(
     ends = np.where(generator.random(drawn.shape) < 0.5, space.lower, space.upper)
     moved = ~space.discrete & (generator.random(drawn.shape) < share)
     found = np.where(moved, ends, drawn)
-    poses, loads = space.decode(found)
-    reached = problem.loaded.robot.usable(poses)
+    return np.where(space.of_pose & ~_reached(problem, found)[:, None], drawn, found)
+
+
+def _reached(problem: DesignProblem, decisions: FloatArray) -> BoolArray:
+    """Which measurements (b, g) can be taken."""
+    poses, loads = problem.space.decode(decisions)
+    usable: BoolArray = problem.loaded.robot.usable(poses)
     if problem.constraints is not None:
-        reached &= problem.constraints.allowed(problem.loaded, poses, loads)
-    return np.where(space.of_pose & ~reached[:, None], drawn, found)
+        usable &= problem.constraints.allowed(problem.loaded, poses, loads)
+    return usable
 
 
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
@@ -78,17 +79,16 @@ def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float
             continuous, so that random designs are as good as any in this respect.
     """
     configurations, loads = problem.space.decode(decisions)
-    assessment = problem.assess(configurations, loads)
+    assessment = problem.assessed(decisions)
     share = float(assessment.identifies_targets.mean())
     if share > 0.0:
         return share
-    together = problem.assess(
-        configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
-    )
+    flat = configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
+    together = problem.assess(*flat, np.arange(1, flat[0].shape[1] + 1)[None])
     for candidate, count in ((together, together.count), (assessment, assessment.count)):
         error = problem.unidentified(candidate)
-        if error is not None and (candidate is together or not problem.space.discrete.any()):
-            what = f"no design can serve the targets: of {count} measurements, {error.what}"
+        if error is not None and (candidate is together or not problem.space.choices.any()):
+            what = f"no design can serve the targets; with {count} measurements tried, {error.what}"
             raise NotIdentifiableError(what, where=problem.source, remedy=error.remedy)
     return share
 
@@ -108,7 +108,7 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
     best = samples[np.argsort(scores, kind="stable")[:5]]
     bounds = list(zip(space.lower, space.upper, strict=True))
     for start in best:
-        if not space.discrete.any() and space.decisions:
+        if not space.choices.any() and space.decisions:
             result = minimize(excess, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 2000})
             start[:] = result.x
         if bool(robot.usable(space.decode(start)[0])):

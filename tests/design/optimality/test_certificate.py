@@ -5,14 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import Certificate, duir_lower_bound, total_lower_bound
+from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
 from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.optimality.polish import polish
 from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.optimality.split_plans import split_duir
 from expdesign.design.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
@@ -76,7 +75,7 @@ def beaten(bound: float, found: Array) -> bool:
 def test_no_design_beats_a_bound_and_a_bound_that_is_too_high_is_beaten(name: str) -> None:
     here = problem(*CASES[name])
     chance = random_designs(here, 3000, 11)
-    polished = polish(here, chance[:20], points=8)
+    polished = refined(here, chance[:20], 12)
     for criterion, bound_of in BOUNDS.items():
         bound = bound_of(here)
         assert bound.value is not None
@@ -155,7 +154,7 @@ def test_the_bound_of_a_finite_space_is_what_the_relaxation_over_all_of_it_gives
     scaled = duir_lower_bound(many).value
     assert scaled == pytest.approx(bound.value * np.sqrt(2 / measurements), rel=1e-3)
     # So many measurements can follow the optimal weights closely.
-    designs = polish(many, random_designs(many, 10, 3))
+    designs = refined(many, random_designs(many, 10, 3), 12)
     assert values(many, designs, "duir").min() < 1.01 * duir_lower_bound(many).value
 
 
@@ -172,10 +171,12 @@ def test_opposite_loads_on_a_shared_reference_beat_separate_references() -> None
     separate = problem(BIPOD, {**CASES[name][1], "experiment.deflection_noise.shared_reference": False})
     designs = random_designs(here, 4000, 1)
     designs[:, 1] = designs[:, 0]
-    loads = [i for i, v in enumerate(here.space.variables) if v.columns[0] >= here.space.n_pose]
-    designs[:, 1, loads] *= -1.0
+    space = here.space
+    of_load = range(space.n_pose, space.n_pose + space.n_load)
+    designs[:, 1, [i for i, v in enumerate(space.variables) if v.columns[0] in of_load]] *= -1.0
     assert (series_by_pose(here.space.decode(designs)[0]) == 1).all()
-    shared, apart = values(here, designs, "duir"), values(separate, designs, "duir")
+    without_settings = [i for i, v in enumerate(space.variables) if v.columns[0] < space.n_pose + space.n_load]
+    shared, apart = values(here, designs, "duir"), values(separate, designs[..., without_settings], "duir")
     np.testing.assert_allclose(shared * np.sqrt(2.0), apart, rtol=1e-9)
     assert not beaten(bound_value(duir_lower_bound(here)), shared)
 
@@ -226,20 +227,3 @@ def test_where_nothing_matters_there_is_no_bound() -> None:
     bound = duir_lower_bound(empty)
     assert bound.value is None
     assert bound.certified_on
-
-
-def test_a_bound_that_split_measurements_reach_says_so() -> None:
-    # Of two equally useful measurements a plan of one takes one; split into three it comes near the optimum of both.
-    here = orthogonal_bipod(1)
-    bound = duir_lower_bound(here)
-    assert "price of whole measurements" in bound.certified_on
-    result = Certificate(here, 0.0).result(None)
-    assert result.last is not None
-    split = split_duir(here, result.last.shortlist, result.last.weights)
-    assert split is not None
-    assert bound_value(bound) <= split < 1.05 * bound_value(bound)
-    # A plan of three whole measurements is the same plan with three times the information.
-    whole = orthogonal_bipod(3)
-    exact = values(whole, polish(whole, random_designs(whole, 30, 2)), "duir").min()
-    assert split == pytest.approx(np.sqrt(3.0) * exact, rel=1e-6)
-    assert "price of whole measurements" not in duir_lower_bound(problem(*CASES["bipod-shared-reference"])).certified_on

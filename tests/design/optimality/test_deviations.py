@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
 
 from expdesign.arrays import FloatArray
 from expdesign.criteria.total import Total
 from expdesign.design.optimality.deviations import plan_deviations
-from expdesign.design.optimality.polish import polish
 
 
 def with_maximum() -> dict[str, Any]:
@@ -39,7 +39,7 @@ def polished(request: pytest.FixtureRequest) -> Any:
     case = problem(CASES[request.param])
     generator = np.random.default_rng(8)
     start = np.stack([case.space.sample(case.space.measurements, generator) for _ in range(30)])
-    decisions = polish(case, start)
+    decisions = refined(case, start)
     values = total(case, case.space.quantities(decisions))
     return case, decisions[int(np.nanargmin(values))][None]
 

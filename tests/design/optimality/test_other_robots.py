@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.design.problems import HEXAPOD, problem
+from tests.design.refined import refined
 
 from expdesign.coordinates import SPATIAL
 from expdesign.design.optimality.certificate import duir_lower_bound
 from expdesign.design.optimality.gradients import criterion_gradients
 from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.polish import polish
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -57,7 +57,7 @@ def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
     plain, disguised = both
     space = plain.space
     decisions = starting_designs(plain, 8, np.random.default_rng(1)).reshape(8, space.measurements, space.decisions)
-    found = polish(disguised, decisions)
+    found = refined(disguised, decisions)
     assert disguised.loaded.robot.usable(space.decode(found)[0]).all()
     best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
     bounds = [duir_lower_bound(here).value for here in both]

@@ -5,17 +5,18 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.front import hypervolume, non_dominated
-from expdesign.design.optimality.descents import Pace, pursued
+from expdesign.design.optimality.descents import Pace, descended
 from expdesign.design.optimality.enumeration import every_design
 from expdesign.design.optimality.kktpm import kktpm
 from expdesign.design.optimality.limits import Limits
 from expdesign.design.optimality.objectives import Objectives
-from expdesign.design.optimality.polish import polish
 from expdesign.design.problem import DesignProblem
+from expdesign.design.scalarisation import Aims
 from expdesign.design.start import starting_designs
 from expdesign.instrument.deflection_noise import series_by_pose
 
@@ -46,7 +47,7 @@ def objectives(here: DesignProblem, decisions: Array) -> Array:
 def test_a_polished_front_is_optimal_and_within_every_limit(name: str) -> None:
     here = problem(*CASES[name])
     first = start(here)
-    found = polish(here, first)
+    found = refined(here, first)
     space = here.space
     assert ((found >= space.lower) & (found <= space.upper)).all()
     assert here.loaded.robot.usable(space.decode(found)[0]).all()
@@ -64,15 +65,7 @@ def test_a_polished_front_is_optimal_and_within_every_limit(name: str) -> None:
 
 def test_the_same_arguments_give_the_same_designs() -> None:
     here = problem(BIPOD)
-    np.testing.assert_array_equal(polish(here, start(here)), polish(here, start(here)))
-
-
-def test_rounds_are_reported() -> None:
-    here = problem(BIPOD)
-    told: list[str] = []
-    polish(here, start(here), told.append)
-    assert told
-    assert all("designs" in text for text in told)
+    np.testing.assert_array_equal(refined(here, start(here)), refined(here, start(here)))
 
 
 def test_one_measurement_of_the_bipod_is_as_good_as_a_fine_grid() -> None:
@@ -82,7 +75,7 @@ def test_one_measurement_of_the_bipod_is_as_good_as_a_fine_grid() -> None:
     x, y = np.meshgrid(np.linspace(-0.3, 0.3, 301), np.linspace(0.35, 0.95, 301), indexing="ij")
     grid = np.stack([x.ravel(), y.ravel()], axis=1)[:, None]
     assessment = here.assess(*here.space.decode(grid))
-    polished = polish(here, start(here))
+    polished = refined(here, start(here))
     found = here.assess(*here.space.decode(polished))
     for name in ("duir", "feir", "total"):
         best = known_criteria()[name].values(assessment).min()
@@ -98,7 +91,8 @@ def test_measurements_that_share_their_reference_keep_sharing_it() -> None:
     assert (series.max(axis=1) == 2).all()
     functions = Objectives(here)
     weights = np.tile([1.0, 0.0], (len(first), 1))
-    found = pursued(functions, first, np.zeros_like(weights), weights, Pace(steps=60, tolerance=1e-9, inner=1e-9))
+    pace = Pace(steps=60, tolerance=1e-9, inner=1e-9)
+    found, _ = descended(functions, first, Aims(np.zeros_like(weights), weights), pace)
     np.testing.assert_array_equal(series_by_pose(here.space.decode(found)[0]), series)
     assert (functions.values(found)[:, 0] < functions.values(first)[:, 0]).all()
     measure = kktpm(here, found)
@@ -116,7 +110,7 @@ def test_in_a_space_of_discrete_choices_exchanges_find_the_front() -> None:
     )
     every = every_design(here)
     assert every is not None
-    expected, found = objectives(here, every), objectives(here, polish(here, start(here)))
+    expected, found = objectives(here, every), objectives(here, refined(here, start(here)))
     point = expected.max(axis=0) + 1.0
     assert hypervolume(found, point) == pytest.approx(hypervolume(expected, point), rel=1e-3)
 

@@ -1,48 +1,72 @@
 """Series of measurements that share a reference while poses move: held, and apart where they meet."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.descents import Pace, pursued
+from expdesign.design.optimality.bounds import criterion_bounds
+from expdesign.design.optimality.descents import Pace, descended
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.pose_groups import PoseGroups
-from expdesign.design.optimality.whole_plans import criterion_bounds
+from expdesign.design.result import planned
+from expdesign.design.scalarisation import Aims
 from expdesign.design.search import search
 from expdesign.design.start import starting_designs
-from expdesign.instrument.deflection_noise import series_by_pose
 
 SHARED = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4}
 """Reference shared at a pose, four measurements."""
 
 
 @pytest.mark.parametrize("base", [BIPOD, HEXAPOD])
-def test_series_that_meet_are_a_step_apart_with_a_reference_each(base: dict[str, object]) -> None:
+def test_a_pose_set_anew_has_a_reference_of_its_own(base: dict[str, object]) -> None:
+    """As good as a step away, and not what one series there would be; the plan says which is meant."""
     here = problem(base, SHARED)
-    pose, steps = here.space.of_pose, here.space.grid.steps
+    space, settings = here.space, here.space.settings
+    assert settings is not None
+    pose = settings.poses
     design = starting_designs(here, 1, np.random.default_rng(3)).reshape(1, 4, -1)
-    design[0, 1, pose] = design[0, 0, pose]
-    groups = PoseGroups.of(here, design)
-    assert groups is not None
-    np.testing.assert_array_equal(groups.numbers[0], [1, 1, 2, 3])
-    alone = groups.apart(design)
-    np.testing.assert_array_equal(alone, design)
-    met = design.copy()
-    met[0, 1:, pose] = met[0, 0, pose][:, None]
-    found = here.space.canonical(groups.apart(met))
-    np.testing.assert_array_equal(np.bincount(series_by_pose(here.space.decode(found)[0])[0]), [0, 2, 1, 1])
-    assert (np.abs(found - here.space.canonical(met))[..., pose].max(axis=(0, 1)) <= 2.5 * steps[pose]).all()
-    np.testing.assert_array_equal(np.sort(found[..., ~pose], axis=1), np.sort(met[..., ~pose], axis=1))
-    held = here.assess(*here.space.decode(met), groups.numbers)
-    now = here.assess(*here.space.decode(found))
+    design[..., pose] = design[:, :1, pose]
+    together, anew, apart = design.copy(), design.copy(), design.copy()
+    anew[0, :, settings.gene] = np.arange(4)
+    apart[0, :, pose] += 2e-6 * np.arange(4) * ~space.discrete[pose][:, None]
+    assert (np.unique(space.canonical(apart)[0][:, pose], axis=0).shape[0]) == 1
+    plan = planned(here, space.canonical(anew)[0])
+    np.testing.assert_array_equal(np.sort(plan.series), [1, 2, 3, 4])
+    np.testing.assert_array_equal(planned(here, space.canonical(together)[0]).series, [1, 1, 1, 1])
+    series = np.arange(1, 5)[None]
     for name in ("duir", "feir"):
         criterion = known_criteria()[name]
-        np.testing.assert_allclose(criterion.values(now), criterion.values(held), rtol=1e-3)
-        one = criterion.values(here.assess(*here.space.decode(met)))
-        assert abs(one[0] / criterion.values(held)[0] - 1.0) > 1e-2
+        found = criterion.values(here.assessed(space.canonical(anew)))
+        expected = criterion.values(here.assess(*space.decode(space.canonical(apart)), series))
+        np.testing.assert_allclose(found, expected, rtol=1e-3)
+        one = criterion.values(here.assessed(space.canonical(together)))
+        assert abs(one[0] / found[0] - 1.0) > 1e-2
+
+
+def test_settings_are_numbered_whatever_the_order() -> None:
+    here = problem(HEXAPOD, SHARED)
+    space, settings = here.space, here.space.settings
+    assert settings is not None
+    generator = np.random.default_rng(4)
+    designs = starting_designs(here, 30, generator).reshape(30, 4, -1)
+    designs[..., settings.poses] = designs[:, :1, settings.poses]
+    designs[..., settings.gene] = generator.integers(4, size=(30, 4))
+    found = space.canonical(designs)
+    other = designs[:, generator.permutation(4)].copy()
+    other[..., settings.gene] = generator.permutation(4)[other[..., settings.gene].astype(int)]
+    np.testing.assert_array_equal(space.canonical(other), found)
+    np.testing.assert_array_equal(space.canonical(found), found)
+    expected = [
+        known_criteria()["duir"].values(here.assess(*space.decode(d[None]), _series(d, settings.gene)))[0]
+        for d in designs
+    ]
+    np.testing.assert_allclose(known_criteria()["duir"].values(here.assessed(found)), expected, rtol=1e-9)
+
+
+def _series(design: Array, gene: int) -> Array:
+    return design[None, :, gene].astype(int) + 1
 
 
 def test_without_shared_references_nothing_is_held() -> None:
@@ -50,33 +74,20 @@ def test_without_shared_references_nothing_is_held() -> None:
     assert PoseGroups.of(here, starting_designs(here, 2, np.random.default_rng(1)).reshape(2, 3, -1)) is None
 
 
-def test_poses_that_are_few_are_held_but_not_taken_apart() -> None:
-    here = problem(HEXAPOD)
-    here = replace(here, space=here.space.with_structure(4, 2))
-    design = here.space.canonical(starting_designs(here, 1, np.random.default_rng(1)).reshape(1, 4, -1))
-    groups = PoseGroups.of(here, design)
-    assert groups is not None
-    assert groups.series is None
-    met = design.copy()
-    met[..., here.space.of_pose] = met[:, :1, here.space.of_pose]
-    np.testing.assert_array_equal(groups.apart(met), met)
-
-
 def test_descents_do_not_join_series_that_want_one_pose() -> None:
     """All measurements of a bipod want its widest pose: DUIR falls as if the first step to it had not joined them."""
     here = problem(BIPOD, SHARED)
     starts = here.space.canonical(starting_designs(here, 6, np.random.default_rng(2)).reshape(6, 4, -1))
     weights = np.tile([1.0, 0.0], (6, 1))
-    found = here.settable(
-        pursued(Objectives(here), starts, np.zeros_like(weights), weights, Pace(steps=60, tolerance=1e-9, inner=1e-9))
-    )
-    assert (series_by_pose(here.space.decode(found)[0]).max(axis=1) == 4).all()
+    pace = Pace(steps=60, tolerance=1e-9, inner=1e-9)
+    found = here.settable(descended(Objectives(here), starts, Aims(np.zeros_like(weights), weights), pace)[0])
+    assert all(len(np.unique(planned(here, design).series)) == 4 for design in found)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_no_plan_that_branch_and_bound_meets_has_less_duir(seed: int) -> None:
-    optimiser = {"population": 20, "generations": 60, "seed": seed, "polish": True, "bound_seconds": 3.0}
+    optimiser = {"population": 20, "seed": seed, "polish": True, "bound_seconds": 3.0}
     here = problem(BIPOD, {**SHARED, "experiment.measurements": 5, "optimiser": optimiser})
     front = search(here)
     least = float(front.criteria["duir"].min())
-    assert criterion_bounds(here, 0.0, front.decisions).whole.best == pytest.approx(least, rel=1e-6)
+    assert criterion_bounds(here, 0.0, front.decisions).best == pytest.approx(least, rel=1e-6)

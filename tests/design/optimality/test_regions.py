@@ -1,28 +1,53 @@
 """Branch and bound over boxes of measurements: against all plans that there are, and against many in every box."""
 
 from dataclasses import replace
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.optimality.test_whole_plans import CASES, LIST, SHARED, all_plans, values
 from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
 from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality import region_tree, regions, whole_plans
+from expdesign.design.optimality import region_tree, regions
 from expdesign.design.optimality.best_linear import best_linear_total
+from expdesign.design.optimality.bounds import GAP, criterion_bounds
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.measurement_pool import usable
-from expdesign.design.optimality.polish import polish
 from expdesign.design.optimality.region_bound import Node, bounded
 from expdesign.design.optimality.region_tree import RegionTree
 from expdesign.design.optimality.regions import WIDEST, Axis, Box, Regions
 from expdesign.design.optimality.weights import Relaxation
-from expdesign.design.optimality.whole_plans import GAP, criterion_bounds
 from expdesign.design.problem import DesignProblem
 from expdesign.design.start import starting_designs
 
+POSES = [[-0.25, 0.45], [0.05, 0.5], [0.2, 0.7], [0.3, 0.9]]
+TARGETS = [
+    {"pose": [0.1, 0.6], "wrench": [0.0, -1000.0], "tolerance": {"dx_m": 1.0e-6}},
+    {"pose": [-0.2, 0.4], "wrench": [300.0, -1000.0], "tolerance": {"dy_m": 2.0e-6}},
+]
+LIST = {
+    "experiment.measurements": 3,
+    "experiment.poses": {"candidates": POSES},
+    "experiment.load": {"kind": "wrench", "fx_N": {"choices": [-500, 100, 500]}, "fy_N": {"choices": [-1000, -500]}},
+    "experiment.load_error": [],
+    "targets": TARGETS,
+}
+ERRORS = [{"source": "wrench", "std": [5.0, 8.0]}]
+SHARED = {"experiment.deflection_noise.shared_reference": True}
+CASES: dict[str, dict[str, Any]] = {
+    "rows": {},
+    "series": SHARED,
+    "series-max": {**SHARED, "aggregate": "max"},
+    "rows-max": {"aggregate": "max"},
+    "rows-errors": {"experiment.load_error": ERRORS},
+    "series-errors": {**SHARED, "experiment.load_error": ERRORS},
+    "rows-errors-max": {"experiment.load_error": ERRORS, "aggregate": "max"},
+    "series-errors-max": {**SHARED, "experiment.load_error": ERRORS, "aggregate": "max"},
+    "rows-own-errors": {"experiment.load_error": [{**ERRORS[0], "shared": False}]},
+}
 FREE = {"experiment.load": {"kind": "wrench", "fx_N": [-500.0, 500.0], "fy_N": [-1000.0, 400.0]}}
 TILTED = {
     "experiment.poses": {"bounds": {"x_m": [-0.03, 0.03], "z_m": [-0.02, 0.02], "rx_rad": [-0.15, 0.15]}},
@@ -37,6 +62,19 @@ CONTINUOUS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "hexapod-series": (HEXAPOD, {**TILTED, **SHARED}),
     "hexapod-legs": (HEXAPOD, {**TILTED, "robot.limits": {"leg_length": [0.285, 0.345]}}),
 }
+
+
+def values(here: DesignProblem, designs: Array, name: str) -> Array:
+    found = known_criteria()[name].values(here.assessed(designs))
+    return np.where(np.isfinite(found), found, np.inf)
+
+
+def all_plans(here: DesignProblem) -> Array:
+    space = here.space
+    axes = np.meshgrid(*(np.arange(high + 1.0) for high in space.upper), indexing="ij")
+    rows = np.array(axes).reshape(space.decisions, -1).T
+    members = np.array(list(combinations_with_replacement(range(len(rows)), space.measurements)))
+    return space.canonical(rows[members])
 
 
 def tree_of(here: DesignProblem, factor: float) -> RegionTree:
@@ -148,18 +186,20 @@ def test_over_a_continuum_the_bound_meets_what_searches_find(name: str, within: 
     here = problem(base, {**changes, "experiment.load_error": []})
     starts = starting_designs(here, 60, np.random.default_rng(3))
     starts = starts.reshape(-1, here.space.measurements, here.space.decisions)
-    known = polish(here, starts, points=2)
+    known = refined(here, starts)
     bounds = criterion_bounds(here, 0.0, known, 10.0)
     least = known_criteria()["duir"].values(here.assess(*here.space.decode(known))).min()
     assert bounds.lower.value is not None
-    assert bounds.whole.best <= least * (1.0 + 1e-9)
-    assert bounds.lower.value <= bounds.whole.best
+    assert bounds.best <= least * (1.0 + 1e-9)
+    assert bounds.lower.value <= bounds.best
     assert bounds.open is not None
     assert bounds.open < within
-    assert not bounds.whole.exact
+    assert not bounds.exact
     assert "second differences" in bounds.lower.certified_on
     # Whatever the machine.
-    assert criterion_bounds(here, 0.0, known, 10.0) == bounds
+    again = criterion_bounds(here, 0.0, known, 10.0)
+    assert again == bounds
+    assert np.array_equal(np.asarray(again.plan), np.asarray(bounds.plan))
 
 
 def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,19 +214,18 @@ def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> 
     assert forgotten._regions.work > kept._regions.work
 
 
-def test_series_at_neighbouring_poses_have_a_reference_each() -> None:
-    """A plan of six measurements that take their reference anew is better than any at two poses, and is found."""
+def test_series_at_one_pose_that_is_set_anew_have_a_reference_each() -> None:
+    """Setting the pose anew is better than both loads in one setting, and halving finds a plan as good."""
     load = {"kind": "wrench", "fx_N": {"choices": [-800, -400]}, "fy_N": -500.0}
     here = problem(BIPOD, {**SHARED, "experiment.load": load, "experiment.load_error": []})
     space = here.space
     corner = [space.upper[0], space.upper[1], 0.0]
-    together = np.array([[corner, corner]])
-    steps = 2.0 * space.grid.steps * [1.0, 1.0, 0.0]
-    apart = np.array([[corner, np.array(corner) - steps]])
+    together = np.array([[[*corner, 0.0], [*corner, 0.0]]])
+    apart = np.array([[[*corner, 0.0], [*corner, 1.0]]])
     same, better = (values(here, plan, "duir")[0] for plan in (together, apart))
     assert better < 0.99 * same
     bounds = criterion_bounds(here, 0.0, together, 5.0)
-    assert bounds.whole.best <= better * (1.0 + 1e-9)
+    assert bounds.best <= better * (1.0 + 1e-9)
 
 
 def test_halves_of_a_node_hold_all_of_its_plans() -> None:
@@ -244,6 +283,6 @@ def test_without_time_nothing_is_halved() -> None:
     here = problem(BIPOD, {"experiment.measurements": 1})
     known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 1, here.space.decisions)
     bounds = criterion_bounds(here, 0.0, known, 0.0)
-    assert bounds.whole.nodes == 0
-    assert bounds.whole.bound is None
-    assert whole_plans.criterion_bounds(here, 0.0, known, 2.0).whole.nodes > 0
+    assert bounds.nodes == 0
+    assert bounds.halved is None
+    assert criterion_bounds(here, 0.0, known, 2.0).nodes > 0

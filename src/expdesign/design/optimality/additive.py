@@ -1,12 +1,8 @@
 """What DUIR and FEIR of a plan depend on: sums over its measurements or, where these share references, its series.
 
-With M_j = A_jᵀV⁻¹A_j, S_j = A_jᵀV⁻¹D_jL_j of the shared and N_j = A_jᵀV⁻¹D_jL_jL_jᵀD_jᵀV⁻¹A_j of the independent load
-errors,
-
-    DUIR² + s²·FEIR² = tr(C·M⁻¹) + s²·tr(C·M⁻¹·(N + S·Sᵀ)·M⁻¹) ,
-
-so that exchanging one measurement costs the same however many there are. The sums square the condition of Ã, which the
-ranking of exchanges can bear; the value that is reported is computed without them.
+What they are is in `criteria/information.py`; here they are flat vectors of many plans, so that exchanging one
+measurement costs the same however many there are. The sums square the condition of Ã, which the ranking of exchanges
+can bear; the value that is reported is computed without them.
 
 The n rows of a series that share their reference have the covariance V⊗½(I + 11ᵀ), with the inverse
 2·V⁻¹⊗(I − 11ᵀ/(n + 1)). With whitened maps a_i of the compliances, d_i of the load errors, and ā = Σa_i/(n + 1), the
@@ -20,6 +16,7 @@ functions of sums over its rows alone, which for a single row are those of a mea
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.information import propagated
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.problem import DesignProblem
 
@@ -48,7 +45,11 @@ class Additive:
         common, own = factor * errors[..., shared], factor * errors[..., ~shared]
         reach = transposed @ own
         parts = [transposed @ rows, reach @ reach.swapaxes(1, 2), transposed @ common]
-        return np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
+        return self._of_taken(variables, parts)
+
+    def _of_taken(self, variables: FloatArray, parts: list[FloatArray]) -> FloatArray:
+        together = np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
+        return together * self._problem.space.taken(variables)[:, None]
 
     def sums(self, parts: FloatArray, poses: FloatArray) -> FloatArray:
         """Sums (b, c) over the measurements of designs, whose parts are (b, m, c) and poses (b, m, n)."""
@@ -78,22 +79,23 @@ class Additive:
         )
         return matrix, own, common
 
-    def gains(self, matrix: FloatArray) -> FloatArray:
-        """T·M⁻¹ of every alternative of the maximum over targets, (..., t, r, n), of informations M (..., n, n)."""
+    def inverse(self, matrix: FloatArray) -> FloatArray:
+        """M⁻¹ of informations M (..., p, p)."""
         # A ridge far below rounding of a regular matrix keeps a singular one from stopping the batch.
         size = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None]
-        inverse = np.linalg.inv(matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(matrix.shape[-1]))
-        found: FloatArray = self._targets @ inverse[..., None, :, :]
+        found: FloatArray = np.linalg.inv(matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(matrix.shape[-1]))
+        return found
+
+    def gains(self, matrix: FloatArray) -> FloatArray:
+        """T·M⁻¹ of every alternative of the maximum over targets, (..., t, r, p), of informations M (..., p, p)."""
+        found: FloatArray = self._targets @ self.inverse(matrix)[..., None, :, :]
         return found
 
     def variances(self, sums: FloatArray) -> tuple[FloatArray, FloatArray]:
         """DUIR² and s²·FEIR² of every alternative of the maximum over targets, (..., t), of sums (..., c)."""
         matrix, own, common = self.terms(sums)
-        gain = self.gains(matrix)
-        noise = np.einsum("...trp,trp->...t", gain, self._targets)
-        turned = (gain @ own[..., None, :, :]) * gain
-        force = turned.sum(axis=(-2, -1)) + ((gain @ common[..., None, :, :]) ** 2).sum(axis=(-2, -1))
-        return noise, force
+        noise, force = propagated(self._targets, self.inverse(matrix), common, own)
+        return noise.sum(axis=-1), force.sum(axis=-1)
 
 
 class SeriesAdditive(Additive):
@@ -108,7 +110,7 @@ class SeriesAdditive(Additive):
         spread = own @ own.swapaxes(1, 2)
         along, transposed = spread @ rows, rows.swapaxes(1, 2)
         parts = [transposed @ rows, transposed @ along, transposed @ common, rows, common, along, spread]
-        return np.concatenate([part.reshape(len(variables), -1) for part in parts], axis=1)
+        return self._of_taken(variables, parts)
 
     def sums(self, parts: FloatArray, poses: FloatArray) -> FloatArray:
         found: FloatArray = self._series(parts, poses)[2].sum(axis=1)

@@ -13,20 +13,23 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.design.optimality.differentiated import shared_series
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.problem import DesignProblem
-from expdesign.instrument.deflection_noise import series_by_pose
 
 
 def best_linear_total(problem: DesignProblem, design: FloatArray) -> float:
     """`total` of a design (m, g) by the best linear unbiased estimator; infinite where it identifies too little."""
-    configurations, loads = problem.space.decode(design)
+    design = design[problem.space.taken(design)]
+    quantities = problem.space.quantities(design)
+    configurations, loads = problem.space.split(quantities)
     observation, errors = problem.whitened(configurations, loads)
     m, k, parameters = observation.shape
     rows = (observation * problem.loaded.scale).reshape(m * k, parameters)
     same = np.eye(m)
     if problem.noise.shared_reference:
-        series = series_by_pose(configurations)
+        series = shared_series(problem, quantities)
+        assert series is not None
         same = 0.5 * (np.eye(m) + (series[:, None] == series))
     own, common = errors[..., ~problem.shared_errors], errors[..., problem.shared_errors].reshape(m * k, -1)
     covariance = np.kron(same, np.eye(k)) + common @ common.T

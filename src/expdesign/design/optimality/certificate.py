@@ -7,16 +7,15 @@ continuum it is sought by many gradient ascents, which is not a proof: the text 
 sure the search was.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.design.optimality.information import MeasurementInformation
 from expdesign.design.optimality.measurement_pool import THOROUGH, Effort, MeasurementPool, Pool
-from expdesign.design.optimality.refinement import LowerBound, Refinement, Result
+from expdesign.design.optimality.refinement import LowerBound, Refinement
 from expdesign.design.optimality.series_pool import SeriesPool, takes_series
-from expdesign.design.optimality.split_plans import PARTS, split_duir
 from expdesign.design.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
 
@@ -34,23 +33,7 @@ def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) ->
         problem: the design problem.
         front: designs (d, m, g) that are known; their measurements are among the candidates.
     """
-    return with_split(problem, Certificate(problem, 0.0).result(front), 0.0)
-
-
-def with_split(problem: DesignProblem, result: Result, load_errors: float) -> LowerBound:
-    """The bound of a result, that of DUIR with what plans of split measurements reach (`split_plans.py`)."""
-    bound, last = result
-    if load_errors > 0.0 or bound.value is None or last is None or not last.needs_parts:
-        return bound
-    split = split_duir(problem, last.shortlist, last.weights)
-    if split is None:
-        return bound
-    words = (
-        f"if every measurement could be split into {PARTS} with as much less information each, a plan would come "
-        f"within {max(split / bound.value - 1.0, 0.0):.2%} of the bound: what else a plan lacks is the price of whole "
-        "measurements"
-    )
-    return LowerBound(bound.value, f"{bound.certified_on}; {words}")
+    return Certificate(problem, 0.0).bound(front)
 
 
 def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
@@ -91,28 +74,24 @@ class Certificate:
         """Of the criterion."""
         return "total" if self.information.load_errors > 0.0 else "DUIR"
 
-    def bound(self, front: FloatArray | None) -> LowerBound:
-        """The best bound of the refinement; see `duir_lower_bound` for `front`."""
-        return self.result(front).bound
-
-    def result(self, front: FloatArray | None) -> Result:
-        """The best bound of the refinement and its last round."""
+    def bound(self, front: FloatArray | None, ended: Callable[[], bool] = lambda: False) -> LowerBound:
+        """The best bound of the refinement, which ends after a round where `ended` says so; see `duir_lower_bound`."""
         if self._problem.loaded.regressor.redundant:
             words = "not computed, nor are designs refined by gradients: unknown frames make parameters redundant"
-            return Result(LowerBound(None, words), None)
+            return LowerBound(None, words)
         if not (self.relaxation.targets != 0.0).any():
-            return Result(LowerBound(None, "no axis of any target has a tolerance"), None)
+            return LowerBound(None, "no axis of any target has a tolerance")
         best, words, gap, last = 0.0, "", np.inf, None
         for last in self.refine(front, _ROUNDS):
             if last.bound > best:
                 best, words = last.bound, last.words
             gap = 1.0 - best / last.value
-            if gap <= TOLERANCE or self.pool.complete:
+            if gap <= TOLERANCE or self.pool.complete or ended():
                 break
         if last is None:
-            return Result(LowerBound(None, "no measurement within the robot's limits was found"), None)
+            return LowerBound(None, "no measurement within the robot's limits was found")
         # Rounding in d and in the traces is below 1e-9 of the bound.
-        return Result(LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap, last)), last)
+        return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap, last))
 
     def refine(self, front: FloatArray | None, rounds: int) -> Iterator[Refinement]:
         """Solve the relaxation over candidates, search for better ones, add them, and so on."""

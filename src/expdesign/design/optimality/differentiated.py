@@ -83,9 +83,11 @@ class Differentiated:
             self.regular: BoolArray = self.assessment.differentiable
 
     @classmethod
-    def of_designs(cls, problem: DesignProblem, designs: FloatArray) -> "Differentiated":
+    def of_designs(
+        cls, problem: DesignProblem, designs: FloatArray, series: IntArray | None = None
+    ) -> "Differentiated":
         """The designs with variables (b, m, g)."""
-        return cls(problem, problem.space.quantities(designs))
+        return cls(problem, problem.space.quantities(designs), series)
 
     def pieces(self, criterion: Criterion) -> list[Piece]:
         """The smooth pieces of a criterion, its own value first; a smooth criterion is its own single piece.
@@ -109,9 +111,10 @@ class Differentiated:
 
 
 def shared_series(problem: DesignProblem, quantities: FloatArray) -> IntArray | None:
-    """Series numbers (b, m) of designs whose measurements share their reference, else None."""
-    if not problem.noise.shared_reference:
-        return None
+    """Series numbers (b, m) of designs whose measurements share their reference, or may be left out; else None."""
+    series = problem.space.series(quantities)
+    if series is not None or not problem.noise.shared_reference:
+        return series
     return series_by_pose(quantities[..., : problem.space.n_pose])
 
 

@@ -18,7 +18,12 @@ _TOGETHER = 5_000
 def every_design(problem: DesignProblem) -> FloatArray | None:
     """The designs (d, m, g) that no other one dominates, in a space of finitely many; None where they are too many."""
     space = problem.space
-    if not space.discrete.all() or space.most_poses is not None or space.required.poses or space.required.masses:
+    if (
+        not space.discrete.all()
+        or (space.settings is not None and space.settings.budget is not None)
+        or space.required.poses
+        or space.required.masses
+    ):
         return None
     levels = [int(high) + 1 for high in space.upper]
     count, m = int(np.prod(levels, dtype=np.float64)), space.measurements
@@ -31,7 +36,8 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
     objectives = Objectives(problem)
     best = np.zeros((0, m, space.decisions))
     for start in range(0, len(plans), _TOGETHER):
-        designs = np.concatenate([best, measurements[plans[start : start + _TOGETHER]]])
+        listed = np.unique(space.canonical(measurements[plans[start : start + _TOGETHER]]), axis=0)
+        designs = np.concatenate([best, listed])
         values = objectives.values(designs)
         finite = np.isfinite(values).all(axis=1)
         if problem.constraints is not None:

@@ -19,6 +19,7 @@ from expdesign.design.optimality.limits import MARGIN, Limits
 from expdesign.design.optimality.objectives import Objectives
 from expdesign.design.optimality.pose_groups import PoseGroups
 from expdesign.design.problem import DesignProblem
+from expdesign.design.scalarisation import spans as objective_spans
 
 _VANISHING = 1e-4
 """Part of an objective's span below which a root of a sum of squares is as small as it can be."""
@@ -38,7 +39,7 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
     designs = Differentiated.of_designs(problem, variables)
     found = [objectives.pieces(k, designs) for k in range(objectives.count)]
     values = np.stack([pieces[0].value for pieces in found], axis=1)
-    span = objectives.spans(values) if spans is None else spans
+    span = objective_spans(values) if spans is None else spans
     free = (~space.discrete) & (space.upper > space.lower)
     width = np.where(free, space.upper - space.lower, 0.0)
     groups = PoseGroups.of(problem, variables)

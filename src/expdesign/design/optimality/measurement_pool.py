@@ -85,6 +85,8 @@ def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:
     space = problem.space
     if np.setdiff1d(np.flatnonzero(~space.discrete & (space.upper > space.lower)), fixed).size:
         return None
+    if space.settings is not None:
+        fixed = np.union1d(fixed, [space.settings.gene])
     others = np.setdiff1d(np.arange(space.decisions), fixed)
     axes = [np.arange(space.upper[i] + 1.0) if space.discrete[i] else space.lower[[i]] for i in others]
     if float(np.prod([len(axis) for axis in axes])) > ENUMERABLE:
@@ -92,6 +94,8 @@ def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:
     grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
     variables = np.zeros((len(grid), space.decisions))
     variables[:, others] = grid
+    if space.settings is not None:
+        variables[:, space.settings.gene] = space.settings.first
     # Whether a measurement can be taken does not depend on its load.
     return usable(problem, variables)
 

@@ -6,13 +6,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.criteria.criterion import Criterion, criterion_values, known_criteria
 from expdesign.design.optimality.differentiated import Differentiated, Piece, weighted_gradient
 from expdesign.design.problem import DesignProblem
-
-
-def achieved(values: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-    """max_k (f_k − centre_k)·weight_k over the criteria that have weight, of (..., k)."""
-    with np.errstate(invalid="ignore"):  # a value of -∞ without weight
-        found: FloatArray = np.where(weights > 0.0, (values - centres) * weights, -np.inf).max(axis=-1)
-    return found
+from expdesign.design.scalarisation import Aims
 
 
 class Objectives:
@@ -50,7 +44,7 @@ class Objectives:
         """Criteria (b, k), minimised, of designs with variables (b, m, g), all or those wanted (k,) and -inf for the
         others; NaN where they have no gradient.
         """
-        assessment = self.problem.assess(*self.problem.space.decode(variables))
+        assessment = self.problem.assessed(variables)
         columns = [
             sign * criterion_values(criterion, assessment) if wanted is None or wanted[k] else none
             for none in (np.full(len(variables), -np.inf),)
@@ -58,23 +52,12 @@ class Objectives:
         ]
         return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
 
-    @staticmethod
-    def spans(values: FloatArray) -> FloatArray:
-        """Range of each objective over a front (d, k), shape (k,); its size where the front is a point."""
-        finite = values[np.isfinite(values).all(axis=1)]
-        if len(finite) == 0:
-            return np.ones(values.shape[1])
-        span = finite.max(axis=0) - finite.min(axis=0)
-        size = np.abs(finite).max(axis=0)
-        result: FloatArray = np.maximum(np.maximum(span, 1e-3 * size), 1e-300)
-        return result
-
-    def scalarised(self, centres: FloatArray, weights: FloatArray, series: IntArray | None = None) -> "Scalarised":
+    def scalarised(self, aims: Aims, series: IntArray | None = None) -> "Scalarised":
         """Functions φ = (f_k − centre_k)·weight_k per design, shape (b, k) each; a weight of 0 leaves f_k out.
 
         Series (b, m) of measurements that share their reference are held where they are given.
         """
-        return Scalarised(self, centres, weights, series)
+        return Scalarised(self, aims.centres, aims.weights, series)
 
 
 class Scalarised:
@@ -96,9 +79,8 @@ class Scalarised:
         return np.where(designs.regular[:, None], values, np.nan), slopes
 
     def _differentiated(self, variables: FloatArray, index: IntArray) -> Differentiated:
-        problem = self._objectives.problem
         series = None if self._series is None else self._series[index]
-        return Differentiated(problem, problem.space.quantities(variables), series)
+        return Differentiated.of_designs(self._objectives.problem, variables, series)
 
     def _shared(self, designs: Differentiated, index: IntArray, criteria: IntArray) -> tuple[FloatArray, FloatArray]:
         """Values (b, j) and gradients (b, j, m, g), j the largest number of pieces that count for any one design: a

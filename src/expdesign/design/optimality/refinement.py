@@ -51,10 +51,3 @@ class Refinement:
         """Whether the optimum takes measurements a number of times that is not whole."""
         times = self.count * self.support
         return len(times) > self.count or bool(np.abs(times - np.rint(times)).max() > 0.1)
-
-
-class Result(NamedTuple):
-    """A bound, and the last round of the refinement that led to it (None where there was none)."""
-
-    bound: LowerBound
-    last: Refinement | None

@@ -12,7 +12,6 @@ from typing import TypeVar
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.design.optimality.pose_groups import PoseGroups
 from expdesign.design.optimality.region_bound import Batch, Duals, Node, bounded, normalised
 from expdesign.design.optimality.regions import Axis, Box, Regions, Span
 from expdesign.design.optimality.weights import Relaxation
@@ -115,7 +114,7 @@ class RegionTree:
 
     def _bound(self, nodes: list[Node], enough: float, steps: int) -> None:
         self.nodes += len(nodes)
-        reachable = [node for node in nodes if self._possible(node)]
+        reachable = [node for node in nodes if all(self._regions.region(box).reachable for box in node.boxes)]
         for batch in _alike(self._regions, reachable):
             found, weighed = bounded(self._regions, self._relaxation, batch, enough, steps)
             self._weighed += weighed
@@ -124,19 +123,6 @@ class RegionTree:
                 kept = node if resolved else replace(node, bound=before.bound)
                 self._made += 1
                 heappush(self._heap, _Open(kept.bound, self._made, kept))
-
-    def _possible(self, node: Node) -> bool:
-        """Whether a plan of a node can be within the limits, and no two of its series are at one pose."""
-        if not all(self._regions.region(box).reachable for box in node.boxes):
-            return False
-        where = np.flatnonzero(self._regions.common)
-        first = dict(zip(node.units, node.boxes, strict=True))
-        single = [
-            tuple(box[axis] for axis in where)
-            for box in first.values()
-            if all(box[axis][0] == box[axis][1] for axis in where)
-        ]
-        return not self._regions.series or len(set(single)) == len(single)
 
     def _cuts(self, nodes: list[Node], batch: Batch) -> list[tuple[int, int] | None]:
         """Measurement and axis along which to cut nodes of equal shape; None where nothing can be cut.
@@ -186,13 +172,15 @@ class RegionTree:
         return [self._plan(nodes[i], common[i], own[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
 
     def _plan(self, node: Node, common: IntArray, own: IntArray) -> FloatArray:
-        """The measurements (m, g) at corners of a node's boxes; of series, each at a pose of its own."""
+        """The measurements (m, g) at corners of a node's boxes."""
         regions = self._regions
         plan = regions.decisions(
             np.array([regions.corner(*each) for each in zip(node.boxes, common, own, strict=True)])
         )
-        units = np.array([node.units])
-        return PoseGroups(regions.problem, units, units).apart(plan[None])[0] if regions.series else plan
+        settings = regions.problem.space.settings
+        if settings is not None:  # every series is a setting of its own, also where several are at one pose
+            plan[:, settings.gene] = settings.first + np.array(node.units)
+        return plan
 
     def _halves(self, node: Node, member: int, number: int) -> Iterator[Node]:
         """The node in parts: of equal measurements, or series, so many take the one half and the rest the other."""

@@ -169,6 +169,8 @@ class Regions:
     def decisions(self, places: FloatArray) -> FloatArray:
         """Measurements (b, g) at places (b, a) along the axes."""
         found = np.repeat(self._space.lower[None], len(places), axis=0)
+        if self._space.settings is not None:
+            found[:, self._space.settings.gene] = self._space.settings.first
         for column, axis in enumerate(self.axes):
             found[:, axis.variable] = axis.decisions(places[:, column])
         return found
@@ -228,7 +230,10 @@ class Regions:
     def _axes(self, loads: IntArray, coordinates: tuple[str, ...]) -> tuple[Axis, ...]:
         space, axes = self._space, []
         tilt = space.n_pose + space.n_load
-        for place in np.flatnonzero(space.upper > space.lower):
+        chosen = space.upper > space.lower
+        if space.settings is not None:
+            chosen[space.settings.gene] = False
+        for place in np.flatnonzero(chosen):
             domain = space.variables[place].domain
             order, values = None, None
             if isinstance(domain, Rows):

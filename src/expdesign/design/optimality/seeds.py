@@ -11,10 +11,14 @@ from expdesign.design.optimality.certificate import Certificate
 from expdesign.design.optimality.exchange import Exchange, rounded
 from expdesign.design.optimality.measurement_pool import Effort
 from expdesign.design.problem import DesignProblem
+from expdesign.design.scalarisation import Aims
+from expdesign.design.start import extreme_measurements
 
 LADDER = (0.0, 10.0)
 _ROUNDS, _DRAWS, _KEPT = 2, 400, 8
 _BRIEF = Effort(samples=1000, starts=16, steps=15, passes=1)
+_REPEATED = (1000, 20, 4)
+"""Measurements drawn and paired, and plans of each kind, of repeated measurements."""
 
 
 def relaxed_designs(problem: DesignProblem) -> FloatArray:
@@ -32,9 +36,31 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
         last = rounds[-1]
         known = last.shortlist[last.weights > 0.0][:, None]
         generator = np.random.default_rng([problem.optimiser.seed, int(100 * factor)])
-        exchange = Exchange(problem, last.shortlist[:listed], factor)
-        plans = exchange.best(rounded(last.weights[:listed], space.measurements, _DRAWS, generator), _KEPT)
-        plans = np.concatenate([plans, np.unique(np.sort(exchange.improve(plans), axis=1), axis=0)])
+        exchange = Exchange(problem, ("total",), factor)
+        plans = rounded(last.weights[:listed], space.measurements, _DRAWS, generator)
+        designs = last.shortlist[np.unique(np.sort(plans, axis=1), axis=0)]
+        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:_KEPT]
+        better = exchange.singles(designs[best], _total(len(best)), last.shortlist[:listed])
         # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
-        found.append(problem.settable(last.shortlist[plans]))
+        found.append(problem.settable(np.concatenate([designs[best], better])))
     return np.concatenate(found) if found else np.zeros((0, space.measurements, space.decisions))
+
+
+def repeated_designs(problem: DesignProblem) -> FloatArray:
+    """Designs (d, m, g) of one or two measurements, repeated, with the least FEIR and `total` of those drawn.
+
+    Load errors of their own in every measurement average out over repetitions, so that such plans are the best towards
+    FEIR's end, and among designs at random there are none.
+    """
+    space = problem.space
+    if not problem.loaded.sources or problem.budget is not None or problem.constraints is not None:
+        return np.zeros((0, space.measurements, space.decisions))
+    generator = np.random.default_rng([problem.optimiser.seed, 2])
+    number, paired, kept = _REPEATED
+    drawn = extreme_measurements(problem, number, 0.5, generator)
+    aims = Aims(np.zeros((2, 2)), np.eye(2))
+    return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, kept, paired)[0])
+
+
+def _total(count: int) -> Aims:
+    return Aims(np.zeros((count, 1)), np.ones((count, 1)))

@@ -13,7 +13,10 @@ def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | No
     (b, m, v, g).
     """
     space, found = problem.space, []
-    for decision in np.arange(space.decisions) if wanted is None else np.flatnonzero(wanted):
+    chosen = np.ones(space.decisions, dtype=bool) if wanted is None else wanted.copy()
+    if space.settings is not None:
+        chosen[space.settings.gene] = False
+    for decision in np.flatnonzero(chosen):
         low, high = space.lower[decision], space.upper[decision]
         if not space.discrete[decision]:
             values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
@@ -26,8 +29,17 @@ def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | No
             changed = parents.copy()
             changed[..., decision] = value
             found.append(changed)
-    if problem.noise.shared_reference and wanted is None:
-        # A step away from a series, with a reference of its own; and at the pose of another one.
-        found.append(space.inward(parents, 1))
-        found += [np.where(space.of_pose, np.roll(parents, k, axis=1), parents) for k in range(1, parents.shape[1])]
-    return np.stack(found, axis=2)
+    settings = space.settings
+    if settings is not None and wanted is None:
+        others = [np.roll(parents, k, axis=1) for k in range(1, parents.shape[1])]
+        if settings.shared:
+            # Its pose set anew, with a reference of its own; and at the pose of another one, with or without that's.
+            found.append(space.anew(parents))
+            found += [np.where(space.of_pose, space.anew(other), parents) for other in others]
+        found += [np.where(space.of_pose, other, parents) for other in others]
+        if settings.budget is not None:
+            for setting in (0.0, settings.first):
+                changed = parents.copy()
+                changed[..., settings.gene] = setting
+                found.append(changed)
+    return np.stack(found, axis=2) if found else parents[:, :, None]

@@ -10,9 +10,10 @@ from expdesign.design.optimality.certificate import Certificate
 from expdesign.design.optimality.exchange import Exchange, rounded
 from expdesign.design.optimality.refinement import LowerBound
 from expdesign.design.problem import DesignProblem
+from expdesign.design.scalarisation import Aims
 from expdesign.errors import InfeasibleError
 
-_DRAWS, _STARTS, _CHEAP = 400, 4, 50000
+_DRAWS, _STARTS, _CHEAP, _ROUNDS = 400, 4, 50000, 10
 
 
 @dataclass(frozen=True)
@@ -45,23 +46,30 @@ def choose_measurements(
     """
     factor = 1.0 if with_load_errors else 0.0
     certificate = Certificate(problem, factor, candidates=candidates)
-    result = certificate.result(None)
-    if result.last is None:
+    bound = certificate.bound(None)
+    rounds = list(certificate.refine(None, 1 if certificate.pool.complete else _ROUNDS))
+    if not rounds:
         remedy = "Widen `experiment.poses` or the loads."
-        raise InfeasibleError(result.bound.certified_on, where=problem.source, remedy=remedy)
-    last = result.last
+        raise InfeasibleError(bound.certified_on, where=problem.source, remedy=remedy)
+    last = rounds[-1]
     generator = np.random.default_rng(problem.optimiser.seed)
-    exchange = Exchange(problem, last.shortlist, factor)
-    first = rounded(last.weights, problem.space.measurements, _DRAWS, generator)
+    exchange = Exchange(problem, ("total",), factor)
+    plans = rounded(last.weights, problem.space.measurements, _DRAWS, generator)
     m, listed = problem.space.measurements, len(last.shortlist)
     # Where a sweep costs little, starts at random are worth their while.
     further = generator.integers(listed, size=(min(100, _CHEAP // (m * listed)), m))
-    starts = np.concatenate([exchange.best(first, _STARTS), further])
-    designs = problem.space.canonical(last.shortlist[exchange.improve(starts)])
+    first = last.shortlist[plans]
+    best = np.argsort(exchange.scores(first, _total(len(first))), kind="stable")[:_STARTS]
+    starts = np.concatenate([first[best], last.shortlist[further]])
+    designs = problem.space.canonical(exchange.singles(starts, _total(len(starts)), last.shortlist))
     name = "total" if with_load_errors else "duir"
-    values = known_criteria()[name].values(problem.assess(*problem.space.decode(designs)))
+    values = known_criteria()[name].values(problem.assessed(designs))
     if np.isnan(values).all():
         what = "no plan that was found among the candidates identifies what the targets need"
         raise InfeasibleError(what, where=problem.source, remedy="Allow more measurements, or more loads.")
-    best = int(np.nanargmin(values))
-    return Selection(designs[best], float(values[best]), result.bound)
+    least = int(np.nanargmin(values))
+    return Selection(designs[least], float(values[least]), bound)
+
+
+def _total(count: int) -> Aims:
+    return Aims(np.zeros((count, 1)), np.ones((count, 1)))

@@ -4,16 +4,20 @@ Simulated binary crossover and polynomial mutation are pymoo's; what is added is
 variables are indices, and that the order of the measurements means nothing.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from pymoo.core.crossover import Crossover
 from pymoo.core.mutation import Mutation
+from pymoo.core.population import Population
 from pymoo.core.repair import Repair
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
 from expdesign.arrays import FloatArray
+from expdesign.design.operators.exchange import bred
+from expdesign.design.operators.operator import State
 from expdesign.design.space import DesignSpace
 
 
@@ -86,3 +90,24 @@ class CanonicalOrder(Repair):  # type: ignore[misc]
     def _do(self, problem: Any, X: FloatArray, **kwargs: Any) -> FloatArray:
         decisions = X.reshape(len(X), self._space.measurements, self._space.decisions)
         return self._space.canonical(decisions).reshape(len(X), -1)
+
+
+class Recombination:
+    """NSGA-II's own variation of its survivors (`mate`, of so many); and children of neighbours in the sense of the
+    front, which descend: a memetic algorithm (Moscato 1989) in which every aim has parents of its own (MOEA/D, Zhang &
+    Li 2007).
+    """
+
+    name = "recombination"
+
+    def __init__(self, mate: Callable[[int], Population]) -> None:
+        self._mate = mate
+
+    def offspring(self, state: State) -> FloatArray:
+        drawn = self._mate(state.options.population // 2)
+        designs = state.population.decisions(drawn.get("X").astype(float))
+        if not state.smooth:
+            return designs
+        aims = state.aims(state.options.aims)
+        children = state.descended(bred(state, aims, np.arange(len(aims))), aims, state.options.brief)
+        return np.concatenate([designs, children])

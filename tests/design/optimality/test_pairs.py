@@ -9,9 +9,9 @@ from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.optimality.additive import Additive
-from expdesign.design.optimality.pair_exchange import PairExchange, exchanged_in_pairs
-from expdesign.design.optimality.sum_exchange import exchanged_by_sums
+from expdesign.design.optimality.exchange import Exchange
 from expdesign.design.problem import DesignProblem
+from expdesign.design.scalarisation import Aims
 from expdesign.design.start import reachable_measurements, starting_designs
 
 NAMES = ("duir", "feir")
@@ -23,7 +23,7 @@ def drawn(here: DesignProblem, count: int, seed: int = 5) -> Array:
 
 
 def values(here: DesignProblem, designs: Array, name: str) -> Array:
-    return known_criteria()[name].values(here.assess(*here.space.decode(designs)))
+    return known_criteria()[name].values(here.assessed(designs))
 
 
 @pytest.mark.parametrize("base", [BIPOD, HEXAPOD])
@@ -36,7 +36,7 @@ def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(ba
     moved[:, free] += 1e-6 * (here.space.upper - here.space.lower)[free]
     offered = np.concatenate([design[:2], moved])
     parts = sums.parts(design)
-    noise, force = PairExchange(here, NAMES, offered).estimates(parts, np.array([0, 1]))
+    noise, force = Exchange(here, NAMES).estimates(parts, np.array([0, 1]), sums.terms(sums.parts(offered)))
     assert np.sqrt(noise[0, 1]) == pytest.approx(values(here, design[None], "duir")[0], rel=1e-6)
     assert np.sqrt(force[0, 1]) == pytest.approx(values(here, design[None], "feir")[0], rel=1e-6)
     beside = np.concatenate([moved, design[2:]])
@@ -54,15 +54,15 @@ def test_pairs_lead_to_lower_valleys_than_single_exchanges_alone() -> None:
     here = problem(HEXAPOD, {"experiment.measurements": 4, "experiment.load_error": error})
     generator, count = np.random.default_rng(1), 60
     offered = drawn(here, 80)
-    aims = np.zeros((count, 2)), np.tile(FEIR, (count, 1))
+    aims = Aims(np.zeros((count, 2)), np.tile(FEIR, (count, 1)))
     designs = starting_designs(here, count, generator).reshape(count, 4, -1)
-    designs = exchanged_by_sums(here, designs, *aims, NAMES, offered)
+    designs = Exchange(here, NAMES).singles(designs, aims, offered)
     designs[:, 0] = offered[generator.integers(80, size=count)]
     places = np.argsort(generator.random((count, 3, 4)), axis=2)[..., :2]
-    pairs = exchanged_in_pairs(here, designs, *aims, places, NAMES, offered)
+    pairs = Exchange(here, NAMES).pairs(designs, aims, places, offered)
     assert (values(here, pairs, "feir") <= values(here, designs, "feir") * (1.0 + 1e-9)).all()
     alone, both = (
-        values(here, exchanged_by_sums(here, each, *aims, NAMES, offered), "feir") for each in (designs, pairs)
+        values(here, Exchange(here, NAMES).singles(each, aims, offered), "feir") for each in (designs, pairs)
     )
     difference = both - alone
     assert difference.mean() < -2.0 * difference.std() / count**0.5
@@ -73,8 +73,8 @@ def test_nothing_is_better_than_the_best_of_all_pairs(base: dict[str, object]) -
     here = problem(base, {"experiment.measurements": 3})
     offered = drawn(here, 30)
     designs = starting_designs(here, 4, np.random.default_rng(1)).reshape(4, 3, -1)
-    aims = np.zeros((4, 2)), np.tile(FEIR, (4, 1))
-    found = exchanged_in_pairs(here, designs, *aims, np.tile(np.array([0, 1]), (4, 1, 1)), NAMES, offered)
+    aims = Aims(np.zeros((4, 2)), np.tile(FEIR, (4, 1)))
+    found = Exchange(here, NAMES).pairs(designs, aims, np.tile(np.array([0, 1]), (4, 1, 1)), offered)
     pairs = offered[np.array(list(product(range(30), repeat=2)))]
     for before, after in zip(designs, found, strict=True):
         rest = np.broadcast_to(before[2:], (len(pairs), 1, before.shape[1]))
@@ -87,9 +87,9 @@ def test_nothing_is_better_than_the_best_of_all_pairs(base: dict[str, object]) -
 def test_what_no_pair_improves_stays_as_it_is() -> None:
     here = problem(HEXAPOD)
     designs = starting_designs(here, 3, np.random.default_rng(2)).reshape(3, here.space.measurements, -1)
-    aims = np.zeros((3, 2)), np.tile(FEIR, (3, 1))
+    aims = Aims(np.zeros((3, 2)), np.tile(FEIR, (3, 1)))
     places = np.tile(np.array([0, 1]), (3, 1, 1))
-    same = exchanged_in_pairs(here, designs, *aims, places, NAMES, designs[0, :1])
+    same = Exchange(here, NAMES).pairs(designs, aims, places, designs[0, :1])
     better = values(here, same, "feir") <= values(here, designs, "feir")
     assert (better | (same == designs).all(axis=(1, 2))).all()
-    assert exchanged_in_pairs(here, designs[:0], aims[0][:0], aims[1][:0], places[:0], NAMES, designs[0]).shape[0] == 0
+    assert Exchange(here, NAMES).pairs(designs[:0], aims[:0], places[:0], designs[0]).shape[0] == 0

@@ -1,0 +1,14 @@
+"""Designs that a search makes of given ones, for tests of what holds at optima."""
+
+from dataclasses import replace
+
+from tests.oracle import Array
+
+from expdesign.design.problem import DesignProblem
+from expdesign.design.search import search
+
+
+def refined(here: DesignProblem, designs: Array, generations: int | None = None) -> Array:
+    """The front (d, m, g) of a search with gradients that begins with designs (b, m, g)."""
+    options = replace(here.optimiser, polish=True, generations=generations)
+    return search(replace(here, optimiser=options), start=designs).decisions
