@@ -39,7 +39,7 @@ def experiment(seed: int, rows: int) -> tuple[list[bool], int, int]:
     robot = read_robot(Path("configs/robots/ur5.yaml"))
     read = recordings_from_table(table_of(recordings(faults, rows, seed), "positions.csv"), robot)
     assert read.deviations is not None
-    whitening = Whitening(read.deviations, read.series)
+    whitening = Whitening(read.deviations)
     data = Data(read, row_data(read, robot), whitening, reading=reading_of(robot, read))
     effects = (GeometricError.from_text(robot, "geometry"), UnknownTool.from_text(robot, "platform"))
     chain = Chain(robot, effects, reading=data.reading)

@@ -84,7 +84,7 @@ def recorded(name: str, *elements: dict[str, Any], **options: Any) -> Recordings
 
 def data_of(name: str, recordings: Recordings) -> Data:
     """What a fit compares the chain with."""
-    whitening = Whitening(np.array(recordings.deviations), recordings.series)
+    whitening = Whitening(np.array(recordings.deviations))
     return Data(recordings, row_data(recordings, machine(name)), whitening)
 
 

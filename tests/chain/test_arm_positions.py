@@ -65,7 +65,7 @@ def found(robot: SerialRobot, effect: Effect, read: Array, rows: Recordings) -> 
     data = replace(rows, deflections=read + DEVIATION * np.random.default_rng(4).standard_normal(read.shape))
     chain = Chain(robot, (effect,), reading=reading_of(robot, data))
     assert data.deviations is not None
-    return fit(chain, Data(data, row_data(data, robot), Whitening(data.deviations, data.series)))
+    return fit(chain, Data(data, row_data(data, robot), Whitening(data.deviations)))
 
 
 def require_recovered(result: Fit, truth: list[float]) -> None:
@@ -160,7 +160,7 @@ def test_bearings_of_which_each_shows_as_much_are_named_together(arm: SerialRobo
     noise = DEVIATION * np.random.default_rng(4).standard_normal(read.shape)
     data = replace(rows, deflections=read + noise)
     assert data.deviations is not None
-    whitening = Whitening(data.deviations, data.series)
+    whitening = Whitening(data.deviations)
     sample = Sample.of(Data(data, row_data(data, arm), whitening, reading=reading_of(arm, data)), ~data.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     entries = candidates([*each, together], sample, arm, base.values)
@@ -199,7 +199,7 @@ def test_a_tool_is_a_payload_that_nobody_entered(arm: SerialRobot) -> None:
     stiff = replace(stiff, deviations=np.full(read.shape, 1e-6))
     chain = Chain(arm, (effect,), reading=reading_of(arm, stiff))
     assert stiff.deviations is not None
-    result = fit(chain, Data(stiff, row_data(stiff, arm), Whitening(stiff.deviations, stiff.series)))
+    result = fit(chain, Data(stiff, row_data(stiff, arm), Whitening(stiff.deviations)))
     deviation = np.sqrt(np.diag(result.covariance))[chain.base :]
     assert np.abs((result.values[chain.base :] - truth) / deviation).max() < 4.0
     assert deviation[0] < 1.0

@@ -257,7 +257,7 @@ def test_what_a_weight_does_not_tell_stays_small_and_serves_other_loads() -> Non
     )
     points = replace(points, deflections=predicted(effects, truth, points)[:, 3:5])
     assert points.deviations is not None
-    fitting = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    fitting = Data(points, row_data(points, BODY), Whitening(points.deviations))
     chain = Chain(BODY, effects)
     found = fit(chain, fitting, np.array([*np.zeros(6), 1e-6, 20.0]))
     assert not found.determined.all()
@@ -274,5 +274,5 @@ def _across(wrenches: Array, gravity: Array) -> Array:
 
 def _fitted(effect: Effect, values: Array, points: Recordings) -> Fit:
     assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
     return summarise(Chain(BODY, (effect,)), data, values)

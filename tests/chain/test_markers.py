@@ -100,7 +100,7 @@ def test_instrument_marker_and_stiffness_are_found_together(arm: SerialRobot) ->
     assert isinstance(reading, MarkerPosition)
     assert not reading.held
     assert data.deviations is not None
-    result = fit(Chain(arm, reading=reading), Data(data, row_data(data, arm), Whitening(data.deviations, data.series)))
+    result = fit(Chain(arm, reading=reading), Data(data, row_data(data, arm), Whitening(data.deviations)))
     error = result.values[7:] - [*INSTRUMENT, *PLACE]
     assert np.abs(error / np.sqrt(np.diag(result.covariance))[7:]).max() < 4.0
     loaded = [2, 3, 5]  # shoulder, elbow, wrist
@@ -134,7 +134,7 @@ def test_predictions_are_certain_only_where_the_tip_is_turned_as_before(arm: Ser
     reading = reading_of(arm, data)
     assert data.deviations is not None
     chain = Chain(arm, reading=reading)
-    result = fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations, data.series), reading=reading))
+    result = fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations), reading=reading))
     model = Model.from_fit(result, read_yaml(write_arm(tmp_path)), "arm.csv")
     q = np.vstack([configurations(3, 9, one_orientation=True), configurations(3, 9)])
     truth = measured(arm, q, seed=None)
@@ -176,7 +176,7 @@ def test_a_model_of_positions_is_read_back_number_for_number(arm: SerialRobot, t
     assert data.deviations is not None
     rows = row_data(data, arm)
     chain = Chain(arm, (GeometricError.from_text(arm, "link 3"),), reading=reading)
-    result = fit(chain, Data(data, rows, Whitening(data.deviations, data.series)))
+    result = fit(chain, Data(data, rows, Whitening(data.deviations)))
     (tmp_path / "model.yaml").write_text(
         model_text(Model.from_fit(result, document, "arm.csv"), tmp_path), encoding="utf-8"
     )
@@ -195,9 +195,9 @@ def test_markers_read_at_one_configuration_are_no_replicates_of_each_other(arm: 
     names = ("ball", "other")
     apart = replace(empty, deflections=readings + np.repeat([[0.0] * 3, place], 12, axis=0), deviations=None)
     apart = replace(apart, marker=np.repeat([0, 1], 12), markers=names)
-    assert noise_from_replicates(apart, 3, shared_reference=False) is None
+    assert noise_from_replicates(apart, 3) is None
     alike = replace(empty, deviations=None)
-    level = noise_from_replicates(alike, 3, shared_reference=False)
+    level = noise_from_replicates(alike, 3)
     assert level is not None
     # 36 degrees of freedom: the standard error of a deviation is 1/√72 of it.
     assert level.deviations[0, 0] == pytest.approx(DEVIATION, rel=4.0 / np.sqrt(72.0))

@@ -41,7 +41,7 @@ def arm_fit(folder: Path) -> tuple[SerialRobot, Recordings, Fit]:
     data = recordings_of(arm, q, truth.predict(row_data(empty, arm), values) + noise)
     chain = Chain(arm, (effect,), reading=reading_of(arm, data))
     assert data.deviations is not None
-    return arm, data, fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations, data.series)))
+    return arm, data, fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations)))
 
 
 def test_what_rows_determine_together_has_a_finite_deviation(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.references import Sharing, with_references
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot import Robot
 
@@ -71,6 +72,11 @@ def table_of(frame: pd.DataFrame, source: str = "recordings.csv") -> Table:
 def read(frame: pd.DataFrame, here: Robot, source: str = "recordings.csv") -> Recordings:
     """Recordings from a frame, through the text of a file."""
     return recordings_from_table(table_of(frame, source), here)
+
+
+def by_series(recordings: Recordings, shared: bool) -> Recordings:
+    """The recordings, the rows of one series sharing their reference or not."""
+    return with_references(recordings, Sharing(option=shared))[0]
 
 
 def experiment(name: str, rows: int, seed: int = 0, loads_per_pose: int = 2) -> Experiment:

@@ -76,7 +76,7 @@ def test_two_parameters_that_only_appear_together_are_both_undetermined() -> Non
 def test_the_chain_without_effects_is_the_base_model(name: str) -> None:
     made = experiment(name, 8)
     recordings = made.recordings(made.noisy(np.random.default_rng(2)))
-    whitening = Whitening(np.array(recordings.deviations), recordings.series)
+    whitening = Whitening(np.array(recordings.deviations))
     data = Data(recordings, row_data(recordings, made.robot), whitening)
     found = fit(Chain(made.robot), data)
     direct = linear_fit(

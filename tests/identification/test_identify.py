@@ -7,8 +7,9 @@ import pandas as pd
 import pytest
 from scipy.stats import norm, t
 from tests.cases import ROBOTS, robot
-from tests.identification.experiments import Experiment, experiment, read
+from tests.identification.experiments import Experiment, by_series, experiment, read
 
+from expdesign.api.identify import with_doubts
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.identification.identify import Identification, identify
 from expdesign.recordings.join import join
@@ -46,7 +47,7 @@ def test_exact_deflections_give_the_true_stiffness(name: str) -> None:
 def test_estimate_and_covariance_are_those_of_the_theory(name: str, shared: bool) -> None:
     made = experiment(name, 9, seed=3, loads_per_pose=3)
     deflections = made.noisy(np.random.default_rng(5), shared_reference=shared)
-    found = identify(made.robot, made.recordings(deflections), shared_reference=shared)
+    found = identify(made.robot, by_series(made.recordings(deflections), shared))
     estimate, covariance = dense(made, deflections, shared)
     deviation = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose(found.compliance.estimate, estimate, rtol=1e-9)
@@ -63,13 +64,9 @@ def test_the_scatter_of_estimates_is_the_covariance_that_is_stated(shared: bool)
     made = experiment("H1", 8, seed=2)
     generator = np.random.default_rng(8)
     count = 800
-    exact = made.recordings(made.exact)
+    exact = by_series(made.recordings(made.exact), shared)
     results = [
-        identify(
-            made.robot,
-            replace(exact, deflections=made.noisy(generator, shared_reference=shared)),
-            shared_reference=shared,
-        )
+        identify(made.robot, replace(exact, deflections=made.noisy(generator, shared_reference=shared)))
         for _ in range(count)
     ]
     root = np.linalg.cholesky(results[0].covariance)
@@ -97,10 +94,10 @@ def test_intervals_cover_the_truth_in_95_of_100_experiments(name: str, rows: int
     generator = np.random.default_rng(11)
     count = 2000
     covered = np.zeros(len(made.compliance))
-    exact = made.recordings(made.exact, stated=stated)
+    exact = by_series(made.recordings(made.exact, stated=stated), shared)
     for _ in range(count):
         recordings = replace(exact, deflections=made.noisy(generator, shared_reference=shared))
-        interval = identify(made.robot, recordings, shared_reference=shared).stiffness
+        interval = identify(made.robot, recordings).stiffness
         low, high = np.nan_to_num(interval.low, nan=-np.inf), np.nan_to_num(interval.high, nan=np.inf)
         covered += (low <= 1.0 / made.compliance) & (1.0 / made.compliance <= high)
     np.testing.assert_allclose(covered / count, 0.95, atol=0.015)
@@ -145,7 +142,7 @@ def test_replicates_show_the_noise_whatever_the_model(shared: bool) -> None:
     made = replicated(experiment("H1", 40, seed=7), 6)
     wrong = made.noisy(np.random.default_rng(1), shared_reference=shared)
     wrong += 1e-5 * np.sin(1e3 * made.poses)
-    found = identify(made.robot, made.recordings(wrong, stated=False), shared_reference=shared)
+    found = identify(made.robot, by_series(made.recordings(wrong, stated=False), shared))
     assert found.noise.origin == "replicates"
     expected = [np.sqrt((made.deviation[part] ** 2).mean()) for part in (slice(0, 3), slice(3, 6))]
     levels = [group.deviation for group in found.noise.groups]
@@ -159,10 +156,10 @@ def test_the_tests_have_the_level_that_they_state(shared: bool) -> None:
     made = replicated(experiment("bipod", 6, seed=8), 3)
     generator = np.random.default_rng(21)
     chance, lack = [], []
-    exact = made.recordings(made.exact)
+    exact = by_series(made.recordings(made.exact), shared)
     for _ in range(600):
         recordings = replace(exact, deflections=made.noisy(generator, shared_reference=shared))
-        goodness = identify(made.robot, recordings, shared_reference=shared).goodness
+        goodness = identify(made.robot, recordings).goodness
         assert goodness.lack_of_fit is not None
         chance.append(goodness.p_value)
         lack.append(goodness.lack_of_fit.p_value)
@@ -187,20 +184,20 @@ def same(first: Identification, second: Identification, **tolerance: float) -> N
 def test_the_order_of_the_rows_changes_nothing(shared: bool, stated: bool) -> None:
     made = experiment("irregular", 12, seed=9)
     frame = made.frame(made.noisy(np.random.default_rng(2)), stated=stated)
-    first = identify(made.robot, read(frame, made.robot), shared_reference=shared)
+    first = identify(made.robot, by_series(read(frame, made.robot), shared))
     shuffled = frame.sample(frac=1.0, random_state=4)
-    same(first, identify(made.robot, read(shuffled, made.robot), shared_reference=shared))
+    same(first, identify(made.robot, by_series(read(shuffled, made.robot), shared)))
     renumbered = shuffled.assign(sequence=np.arange(1, 13))
-    same(first, identify(made.robot, read(renumbered, made.robot), shared_reference=shared))
+    same(first, identify(made.robot, by_series(read(renumbered, made.robot), shared)))
 
 
 @pytest.mark.parametrize("shared", [True, False])
 def test_a_file_split_in_two_changes_nothing(shared: bool) -> None:
     made = experiment("H1", 11, seed=10, loads_per_pose=3)
     frame = made.frame(made.noisy(np.random.default_rng(3)))
-    first = identify(made.robot, read(frame, made.robot), shared_reference=shared)
+    first = identify(made.robot, by_series(read(frame, made.robot), shared))
     parts = [read(frame.iloc[:5], made.robot, "a.csv"), read(frame.iloc[5:], made.robot, "b.csv")]
-    same(first, identify(made.robot, join(parts), shared_reference=shared))
+    same(first, identify(made.robot, by_series(join(parts), shared)))
 
 
 @pytest.mark.parametrize(("length", "force"), [(2.5, 1.0), (1.0, 4.0), (0.4, 0.3)])
@@ -353,20 +350,20 @@ def test_deflections_of_the_wrong_sign_are_suspected() -> None:
 
 
 @pytest.mark.parametrize("stated", [True, False])
-def test_one_column_of_the_wrong_sign_is_suspected_by_name(stated: bool) -> None:
+def test_one_column_of_the_wrong_sign_is_named_in_the_record(stated: bool) -> None:
     made = experiment("H1", 12, seed=19)
     deflections = made.noisy(np.random.default_rng(1))
-    assert identify(made.robot, made.recordings(deflections, stated=stated)).suspicions == []
+    assert with_doubts(identify(made.robot, made.recordings(deflections, stated=stated))).suspicions == []
     deflections[:, 4] *= -1.0
-    found = identify(made.robot, made.recordings(deflections, stated=stated))
-    assert [text for text in sentences(found.suspicions) if "sign of dry_rad turned" in text]
+    found = with_doubts(identify(made.robot, made.recordings(deflections, stated=stated)))
+    assert [text for text in sentences(found.suspicions) if "Has dry_rad the wrong sign?" in text]
 
 
 def test_deflections_a_hundred_times_too_large_are_suspected() -> None:
     made = experiment("bipod", 8, seed=20)
     made = replace(made, compliance=made.compliance * 1e2, deviation=made.deviation * 1e2)
-    found = identify(made.robot, made.recordings(made.noisy(np.random.default_rng(1))))
-    assert any("softer" in text and "unit" in text for text in sentences(found.suspicions))
+    found = with_doubts(identify(made.robot, made.recordings(made.noisy(np.random.default_rng(1)))))
+    assert any("softer" in text and "hundred times" in text for text in sentences(found.suspicions))
 
 
 def test_a_singular_row_is_named() -> None:

@@ -1,6 +1,7 @@
 """Sequential design: its forecast is the criterion `total`, and its choice is the best there is."""
 
 from dataclasses import replace
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -8,20 +9,20 @@ import pytest
 from tests.identification.experiments import table_of
 
 from expdesign.criteria.criterion import known_criteria
+from expdesign.criteria.information import Information
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.sequential import (
-    Knowledge,
     expected_total,
-    knowledge_of,
+    information_of,
     next_measurements,
-    together,
 )
 from expdesign.design.start import reachable_measurements
 from expdesign.identification.recorded_knowledge import recorded_knowledge
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.recordings.reader import recordings_from_table
+from expdesign.recordings.references import reference_names
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -37,7 +38,9 @@ def total(problem: DesignProblem, plan: Plan) -> float:
     return float(known_criteria()["total"].values(assessment)[0])
 
 
-def recorded(problem: DesignProblem, decisions: np.ndarray, series: np.ndarray | None = None) -> tuple[Knowledge, Plan]:
+def recorded(
+    problem: DesignProblem, decisions: np.ndarray, series: np.ndarray | None = None
+) -> tuple[Information, Plan]:
     """What recordings of some measurements say, through the text of a file, and their plan."""
     configurations, loads = problem.space.decode(decisions)
     numbers = np.arange(1, len(decisions) + 1) if series is None else series
@@ -47,6 +50,8 @@ def recorded(problem: DesignProblem, decisions: np.ndarray, series: np.ndarray |
     for axis, deviation in zip(problem.noise.axes, np.sqrt(np.diag(problem.noise.covariance)), strict=True):
         frame[coordinates.deflection[axis]] = 1e-6
         frame[coordinates.deviation[axis]] = deviation
+    if problem.noise.shared_reference:
+        frame["reference"] = reference_names(numbers)
     return recorded_knowledge(problem, recordings_from_table(table_of(frame), problem.loaded.robot), loads), plan
 
 
@@ -55,9 +60,9 @@ def test_the_forecast_is_the_criterion_total(name: str) -> None:
     problem = problem_of(name)
     decisions = reachable_measurements(problem, 5, np.random.default_rng(1))
     known, _ = recorded(problem, decisions[:3])
-    each = knowledge_of(problem, decisions[3:])
+    each = information_of(problem, decisions[3:])
     found = expected_total(
-        together([known, each.part(0), each.part(1)]), problem.targets, problem.loaded.robot.compliance
+        reduce(Information.plus, [known, each.part(0), each.part(1)]), problem.targets, problem.loaded.robot.compliance
     )
     expected = total(problem, Plan(*problem.space.decode(decisions), np.arange(1, 6)))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
@@ -76,12 +81,12 @@ def test_one_more_measurement_is_better_than_any_of_thousands_drawn() -> None:
     problem = problem_of("hexapod-h1")
     known, _ = recorded(problem, reachable_measurements(problem, 3, np.random.default_rng(3)))
     found = next_measurements(problem, known, count=1, accuracy=None, seed=1)
-    others = knowledge_of(problem, reachable_measurements(problem, 3000, np.random.default_rng(99)))
+    others = information_of(problem, reachable_measurements(problem, 3000, np.random.default_rng(99)))
     scale = problem.loaded.robot.compliance
     best = expected_total(known.plus(others), problem.targets, scale).min()
     assert found.after[0] <= best
     assert found.after[0] < found.before
-    again = known.plus(knowledge_of(problem, found.decisions).part(0))
+    again = known.plus(information_of(problem, found.decisions).part(0))
     np.testing.assert_allclose(expected_total(again, problem.targets, scale), found.after[0])
     assert bool(problem.loaded.robot.usable(problem.space.decode(found.decisions)[0]).all())
 

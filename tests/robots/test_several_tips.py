@@ -82,7 +82,7 @@ def test_all_masses_load_the_joints_below_them(torso: SerialRobot) -> None:
 def data_of(robot: SerialRobot, frame: pd.DataFrame) -> Data:
     read = recordings_from_table(table_of(frame), robot)
     assert read.deviations is not None
-    whitening = Whitening(read.deviations, read.series)
+    whitening = Whitening(read.deviations)
     return Data(read, row_data(read, robot), whitening, reading=reading_of(robot, read))
 
 

@@ -125,7 +125,9 @@ class Chain:
 
     def row_symbols(self) -> Row:
         """Symbols of one row."""
-        return row_symbols(self.robot, len(self.reading.names) if self.instrument else 0)
+        if not self.instrument:
+            return row_symbols(self.robot)
+        return row_symbols(self.robot, len(self.reading.names), oriented=bool(self.reading.oriented))
 
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""
@@ -158,7 +160,7 @@ class Chain:
         unknown, stands = theta[self.compliances : self.base], replace(row, pose=pose)
         if self.instrument:
             reading = self.reading.expression(robot, deflection, stands, unknown, self._link_errors(parts))
-            for effect, part in zip(self.effects, parts, strict=True):
+            for effect, part in zip(self.effects, parts, strict=True) if self.reading.by_instrument else ():
                 reading = effect.reading(reading, row, part)
         elif self.from_command:
             reading = self.reading.displacement(robot, deflection, stands, unknown, row.pose)

@@ -19,7 +19,8 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.row import row_data
-from expdesign.compensation.joint_space import joint_commands
+from expdesign.compensation.arm_targets import ArmTargets, of_joints
+from expdesign.compensation.joint_space import at_targets, joint_commands, tip_chain
 from expdesign.compensation.prediction import chain_of, moved, predict_with
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.models.model_file import Model
@@ -64,7 +65,7 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
     """
     robot = model.chain.robot
     if robot.links is not None:
-        return _in_joint_space(model, robot, targets)
+        return compensate_arm(model, of_joints(robot, targets))
     if robot.inverse_kinematics is None and not robot.on_support:
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
@@ -90,12 +91,14 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
     return Compensation(commands, robot.actuator_coordinates(commands), prediction.deviations, iteration, residual)
 
 
-def _in_joint_space(model: Model, robot: Robot, targets: LoadedPoints) -> Compensation:
-    chain = chain_of(model, platform=True)
-    found = joint_commands(chain, model.values, robot, targets)
-    _require_within_limits(robot, targets, found.commands)
-    prediction = predict_with(chain, model, moved(targets, found.commands))
-    none = np.zeros((len(targets), 0))
+def compensate_arm(model: Model, targets: ArmTargets) -> Compensation:
+    """Commands for poses of an arm's tip; deviations are along the axes of the targets' frame. See `compensate`."""
+    found = joint_commands(model, targets)
+    robot, points = model.chain.robot, targets.points
+    _require_within_limits(robot, points, found.commands)
+    aimed = moved(at_targets(model, targets, targets.frame), found.commands)
+    prediction = predict_with(tip_chain(model, targets.frame), model, aimed)
+    none = np.zeros((len(points), 0))
     return Compensation(found.commands, none, prediction.deviations, found.iterations, float(found.residual.max()))
 
 

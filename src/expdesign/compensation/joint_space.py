@@ -1,32 +1,31 @@
-"""Joint coordinates that bring a serial robot's tip to its target under load.
+"""Joint coordinates that bring an arm's tip to its target under load.
 
-The command q solves T(q) ⊕ ΔX(q, F) = T(q_D), T(q) being the tip's nominal pose, q_D the coordinates that the target is
-given in, and ΔX the motion that the model predicts at the command. Each pass corrects the remaining twist [e_p, e_o] by
-the smallest step (in parts of each joint's range) that undoes the error of the position and, as far as the remaining
-freedom allows, that of the orientation,
+The command q solves T(q) = T_D, T(q) being the pose that the model predicts for the loaded tip at the command, with the
+geometry that was identified, own weight and load, and T_D the target (`arm_targets.py`). Each pass corrects the
+remaining twist [e_p, e_o] by the smallest step (in parts of each joint's range) that undoes the error of the position
+and, as far as the remaining freedom allows, that of the orientation,
 
     δq = S·z,   z = A⁺e_p + N·(B·N)⁺·(e_o − B·A⁺e_p),   A = J_p·S, B = J_o·S, N = I − A⁺A,
 
 so that a redundant arm moves as little as it can, and one with too few joints keeps position before orientation.
-The target is where the tip of the unloaded robot stands when it is sent to q_D: the sag under the links' own weight is
-part of that pose, as it is of every deflection's reference.
+A model of deflections knows neither geometry nor sag, which cancel from them: T(q) is the nominal pose moved by the
+deflection under the load.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.readings.tip import Frame, TipPose
 from expdesign.chain.row import row_data
+from expdesign.compensation.arm_targets import ArmTargets, instrument_of
 from expdesign.compensation.prediction import moved
 from expdesign.errors import ConvergenceError, SingularConfigurationError
+from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.capabilities import Links
-from expdesign.robots.orientation import rotation_vector
 from expdesign.robots.robot import CONDITION_LIMIT, Robot
-from expdesign.symbolic import BatchFunction
 
 TOLERANCE = 1e-12
 """m, rad: change of the remaining error in one pass at which nothing is gained any more."""
@@ -52,56 +51,59 @@ class JointCommands:
     iterations: int
 
 
-def joint_commands(chain: Chain, values: FloatArray, robot: Robot, targets: LoadedPoints) -> JointCommands:
-    """Commands for targets whose configurations (N, n_q) are q_D.
+def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
+    """Commands for targets.
 
     Raises:
         ConvergenceError: no command is found.
         SingularConfigurationError: an arm of six or more joints cannot move its tip as the correction demands.
     """
-    wanted = targets.configurations
-    links = robot.links
-    assert links is not None
-    error = _error_function(links, len(robot.configuration))
+    robot, points = model.chain.robot, targets.points
+    assert robot.links is not None
     joints = len(robot.stiffness)
-    scale = np.where(np.isfinite(links.high - links.low), links.high - links.low, 2.0 * np.pi)[:joints]
-    commands = wanted.copy()
-    previous = np.full(len(wanted), np.inf)
+    scale = np.where(np.isfinite(robot.links.high - robot.links.low), robot.links.high - robot.links.low, 2.0 * np.pi)
+    chain, aimed = tip_chain(model, "base"), at_targets(model, targets, "base")
+    commands = points.configurations.copy()
+    previous = np.full(len(points), np.inf)
     iterations = 0
     for iteration in range(1, _ITERATIONS + 1):
-        deflections = chain.predict(row_data(moved(targets, commands), robot), values)
+        reached = chain.predict(row_data(moved(aimed, commands), robot), model.values)
         iterations = iteration
-        (twist,) = error(wanted, commands, deflections)
+        twist = np.hstack([targets.positions - reached[:, :3], -reached[:, 3:]])
         if not np.isfinite(twist).all():
             row = int(np.argmax(~np.isfinite(twist).all(axis=1)))
-            raise ConvergenceError("no command was found: the predicted pose runs away", where=targets.where(row))
+            raise ConvergenceError("no command was found: the predicted pose runs away", where=points.where(row))
         residual = np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
         now = residual.max(axis=1)
         if (np.abs(previous - now) <= TOLERANCE).all() or (now <= TOLERANCE).all():
             break
         previous = now
         # Branches stay where they are.
-        commands[:, :joints] += _steps(robot, commands, twist, scale)
-        _require_small(robot, targets, commands - wanted)
+        commands[:, :joints] += _steps(robot, commands, twist, scale[:joints])
+        _require_small(robot, points, commands - points.configurations)
     else:
         what = f"no command was found in {_ITERATIONS} passes"
-        raise ConvergenceError(what, where=targets.source, remedy="Is the load far beyond what was identified?")
-    _require_attained(robot, targets, residual)
+        raise ConvergenceError(what, where=points.source, remedy="Is the load far beyond what was identified?")
+    _require_attained(robot, points, residual)
     return JointCommands(commands, residual, iterations)
 
 
-def _error_function(links: Links, count: int) -> BatchFunction:
-    """Twist from the loaded tip at a command to the target, as a function of q_D, q and ΔX."""
-    wanted, command, deflection = ca.SX.sym("wanted", count), ca.SX.sym("command", count), ca.SX.sym("deflection", 6)
-    target, target_rotation = links.tip(wanted)
-    position, rotation = links.tip(command)
-    turn = rotation_vector(target_rotation @ rotation.T)
-    # Deflection and correction are small turns, whose vectors add up to their product's, which is of second order.
-    return BatchFunction(
-        "tip_error",
-        [wanted, command, deflection],
-        [ca.vertcat(target - position - deflection[:3], turn - deflection[3:])],
-    )
+def tip_chain(model: Model, frame: Frame) -> Chain:
+    """The model's chain up to the pose of the tip."""
+    return Chain(model.chain.robot, model.chain.effects, reading=TipPose(model.chain.reading, frame))
+
+
+def at_targets(model: Model, targets: ArmTargets, frame: Frame) -> LoadedPoints:
+    """The points with the orientations that the tip shall have there, as absolute readings where the model knows such.
+
+    Own weight shows in the pose of a model of positions, and cancels from one of deflections.
+    """
+    rotations = targets.rotations
+    if frame == "instrument":
+        rotations = instrument_of(model)[1].T @ rotations
+    names = model.chain.reading.names
+    marker = np.zeros(len(targets.points), dtype=np.int64) if names else None
+    return replace(targets.points, aim=rotations, marker=marker, markers=names)
 
 
 def _steps(robot: Robot, commands: FloatArray, twist: FloatArray, scale: FloatArray) -> FloatArray:

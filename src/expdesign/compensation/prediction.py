@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
@@ -21,11 +23,14 @@ class Prediction:
     """Readings (m, rad), deflections in most cases, and their standard deviations, shape (N, n) each.
 
     Deviations are infinite where the recordings did not determine the model; `measurand` says what the readings are.
+    With orientations of targets, `orientations` (N, 3, 3) are these in the instrument's axes, and the last three
+    deviations those of a turn about them.
     """
 
     deflections: FloatArray
     deviations: FloatArray
     measurand: Measurand = DEFLECTIONS
+    orientations: FloatArray | None = None
 
 
 def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Chain:
@@ -46,13 +51,24 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
     reading = model.chain.reading
     seen = None if platform else reading.at_points(points)
     if seen is not None:
-        return replace(predict_with(chain_of(model, platform=False), model, seen), measurand=seen.measurand)
+        if isinstance(reading, MarkerPosition) and reading.oriented:
+            seen = replace(seen, aim=reading.orientations(model.chain.robot, seen, model.values[_own(model)]))
+        found = predict_with(chain_of(model, platform=False), model, seen)
+        turned = None
+        if seen.aim is not None and found.deflections.shape[1] > 3:
+            turned = Rotation.from_rotvec(found.deflections[:, 3:]).as_matrix() @ seen.aim
+        return replace(found, measurand=seen.measurand, orientations=turned)
     return predict_with(chain_of(model, platform=True), model, without_markers(points))
+
+
+def _own(model: Model) -> slice:
+    """Where the parameters of the reading lie."""
+    return slice(model.chain.compliances, model.chain.base)
 
 
 def without_markers(points: LoadedPoints) -> LoadedPoints:
     """The same points, at which no marker is looked at."""
-    return replace(points, marker=None, markers=())
+    return replace(points, marker=None, markers=(), aim=None)
 
 
 def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:

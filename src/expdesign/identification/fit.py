@@ -78,6 +78,8 @@ class Fit:
         rank: of the sensitivities.
         subspace: what is known of combinations of parameters; None where each parameter is determined or not for
             itself.
+        inflation: factor on the covariance beyond what the whitened readings alone would give, where the noise was
+            learnt with the parameters.
     """
 
     chain: Chain
@@ -90,11 +92,28 @@ class Fit:
     dof: int
     rank: int
     subspace: Estimable | None = None
+    inflation: float = 1.0
 
     @property
     def estimable(self) -> Estimable:
         """The covariance of every combination of parameters that the data determine."""
         return Estimable.from_covariance(self.covariance) if self.subspace is None else self.subspace
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the sum of squared residuals alone: readings minus all that was fitted to them.
+
+        E(rᵀr) = N − tr(H) with the hat matrix H = S·P·Sᵀ. Without a prior tr(H) is the rank; a parameter that its prior
+        holds takes nothing from the readings, and one that the readings alone determine takes one. Markers and the
+        instrument's frame are among the parameters.
+        """
+        sensitivities = as_matrix(self.sensitivities)
+        fitted = float(((sensitivities @ self.estimable.generalised) * sensitivities).sum()) / self.inflation
+        return self.residuals.size - round(min(max(fitted, 0.0), float(min(sensitivities.shape))))
+
+    def seen_by(self, rows: BoolArray) -> "Fit":
+        """The same fit with the residuals and sensitivities of some rows (N,) alone: those that counted."""
+        return replace(self, residuals=self.residuals[rows], sensitivities=self.sensitivities[rows])
 
     def known_as(self, estimable: Estimable) -> "Fit":
         """The same fit with another covariance of what the data determine."""

@@ -1,4 +1,4 @@
-"""Geometric calibration of robots on legs: what is identified from absolute readings, and whether they determine it.
+"""Geometric calibration: what is identified from absolute readings, and whether they determine it.
 
 The geometry (`chain/effects/legs/geometry.py`) and, where the frames are unknown, their displacements have wide normal
 priors, or the one of the robot file. The priors fix the gauge freedoms of unknown frames; what the readings determine,
@@ -12,6 +12,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
+from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
 from expdesign.chain.effects.legs.geometry import LegGeometry
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, NotIdentifiableError
@@ -40,14 +41,19 @@ _UNDETERMINED = 0.1
 def calibration_of(robot: Robot, recordings: Recordings, asked: Calibration | None) -> Calibration:
     """What is identified: what is asked for, or what the columns say.
 
-    Measured poses show the geometry, and with loads the stiffness as well; deflections and, of a loaded robot,
-    positions of markers are taken for the stiffness alone.
+    Positions and poses of an arm show its geometry and, as its links weigh, its stiffness. Measured poses of a platform
+    show the geometry, and with loads the stiffness as well; deflections and positions of markers on a loaded platform
+    are taken for the stiffness alone.
 
     Raises:
         InputError: the robot or the recordings do not go with what is asked for.
     """
     loaded = bool(np.any(recordings.wrenches))
+    yields = bool(np.isfinite(robot.stiffness).all())
+    arm = robot.links is not None and recordings.measurand.absolute
     if asked is None:
+        if arm:
+            return "both" if yields else "geometric"
         if recordings.poses:
             return "both" if loaded else "geometric"
         on_legs = robot.inverse_kinematics is not None and recordings.measurand is not DEFLECTIONS
@@ -55,16 +61,19 @@ def calibration_of(robot: Robot, recordings: Recordings, asked: Calibration | No
     if asked not in CALIBRATIONS:
         remedy = f"Choose {', '.join(CALIBRATIONS)}."
         raise InputError(f"`{asked}` is no calibration", where="--calibration", remedy=remedy)
+    if asked != "geometric" and not yields:
+        what = f"`{robot.name}` has no `actuator_stiffness`, about which stiffness could be identified"
+        raise InputError(what, where="--calibration", remedy="Add its order of magnitude, or use `geometric`.")
     if asked == "elastostatic":
         return asked
-    if robot.inverse_kinematics is None:
-        what = f"{asked} calibration needs a robot on legs, and `{robot.name}` is a {robot.kind}"
-        raise InputError(what, where="--calibration", remedy="`expdesign diagnose` finds the geometry of arms.")
+    if robot.inverse_kinematics is None and robot.links is None:
+        what = f"{asked} calibration needs a robot with legs or joints, and `{robot.name}` is a {robot.kind}"
+        raise InputError(what, where="--calibration", remedy="Leave the option out.")
     if not recordings.measurand.absolute:
         what = "deflections are differences, in which the geometry cancels"
         remedy = "Give measured poses (measured_x_m ...) or positions of markers, or use `elastostatic`."
         raise InputError(what, where=recordings.source, remedy=remedy)
-    if asked == "both" and not loaded:
+    if asked == "both" and not loaded and not arm:
         what = "no row has a load, so that nothing shows the stiffness"
         raise InputError(what, where=recordings.source, remedy="Record loaded poses, or use `geometric`.")
     return asked
@@ -146,21 +155,10 @@ def _size(closed_form: ParallelRobot) -> float:
     return float(np.ptp(closed_form.geometry)) / 2.0
 
 
-def judged_by_readings(fit: Fit) -> Fit:
-    """The fit with χ² and degrees of freedom of the readings alone.
-
-    Wide priors count as readings that always agree. The sum of squared residuals has the expectation N − tr(H) with
-    the hat matrix H, whether the parameters are spread as their priors say or the priors are so wide that they tell
-    nothing.
-    """
-    hat = float(np.einsum("nkp,pq,nkq->", fit.sensitivities, fit.covariance, fit.sensitivities))
-    return replace(fit, chi2=float((fit.residuals**2).sum()), dof=round(fit.residuals.size - hat))
-
-
 def geometry_slice(chain: Chain) -> slice | None:
     """Where the geometry lies among the parameters of a chain, None where it is not one of them."""
     for effect, part in zip(chain.effects, chain.slices, strict=True):
-        if isinstance(effect, LegGeometry):
+        if isinstance(effect, LegGeometry | CalibratedGeometryError):
             return part
     return None
 

@@ -8,6 +8,9 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.elastostatics.maps import actuator_forces, observation_matrix
 from expdesign.errors import InputError
+from expdesign.identification.arm import ArmCalibration, calibrate
+from expdesign.identification.arm_options import ArmOptions
+from expdesign.identification.coverage import NONE_HELD_OUT, HeldOutRows, reading_deviations
 from expdesign.identification.estimability import (
     idle_actuators,
     idle_remarks,
@@ -16,14 +19,15 @@ from expdesign.identification.estimability import (
 )
 from expdesign.identification.fit import Fit, idle_knowledge, linear_fit
 from expdesign.identification.geometric import Calibration, calibration_of, geometry_slice
-from expdesign.identification.goodness import Goodness, goodness_of_fit
+from expdesign.identification.goodness import StatementOfFit, statement_of_fit
 from expdesign.identification.influence import Influence, influence
-from expdesign.identification.intervals import Intervals, uncertainty
+from expdesign.identification.intervals import Intervals, Uncertainty, uncertainty
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.identification.positions import PositionFit, fit_positions
-from expdesign.identification.suspicions import require_positive, suspicions
+from expdesign.identification.suspicions import negative_compliances, require_positive
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.references import reference_rows
 from expdesign.recordings.remark import Remark
 from expdesign.robots.robot import Robot
 
@@ -41,14 +45,14 @@ class Identification:
         noise: standard deviations of the fitted rows.
         compliance: with 95 % intervals (m/N or rad/(N·m)).
         stiffness: with 95 % intervals (N/m or N·m/rad), infinite or NaN where the compliance's interval contains zero.
-        goodness: tests of the fit.
+        goodness: whether the model accounts for the fitted rows.
         influence: contributions of the fitted rows.
-        test_residuals: of the rows that were held out, divided by their standard deviations, shape (n_test, k).
+        held_out: the rows marked `test`.
         prior: relative standard deviation of the prior compliances, or None.
-        shared_reference: whether the rows of a series share their unloaded measurement.
         suspicions: what looks like a mistake in the recordings, or limits what they tell.
         calibration: what was identified.
         geometry: errors of joints and lengths with 95 % intervals (m or rad), or None where the geometry is nominal.
+        arm: the calibration of an arm from absolute readings, or None.
     """
 
     robot: Robot
@@ -58,20 +62,35 @@ class Identification:
     noise: NoiseLevel
     compliance: Intervals
     stiffness: Intervals
-    goodness: Goodness
+    goodness: StatementOfFit
     influence: Influence
-    test_residuals: FloatArray
+    held_out: HeldOutRows
     prior: float | None
-    shared_reference: bool
     suspicions: list[Remark]
     calibration: Calibration = "elastostatic"
     geometry: Intervals | None = None
+    arm: ArmCalibration | None = None
 
     @property
     def geometry_names(self) -> tuple[str, ...]:
         """Names of the errors in `geometry`."""
         part = geometry_slice(self.fit.chain)
         return () if part is None else tuple(parameter.name for parameter in self.fit.chain.parameters[part])
+
+    @property
+    def test_residuals(self) -> FloatArray:
+        """Measured minus predicted, in standard deviations, of the rows marked `test`, shape (n_test, k)."""
+        return self.held_out.residuals
+
+    @property
+    def reading_deviations(self) -> FloatArray:
+        """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
+        return reading_deviations(self.noise.deviations, self.goodness.birge_ratio)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the readings of rows marked `test` within their 95 % intervals; NaN where there are none."""
+        return self.held_out.coverage(self.fit.estimable, self.goodness.birge_ratio)
 
     @property
     def covariance(self) -> FloatArray:
@@ -86,23 +105,23 @@ def identify(
     robot: Robot,
     recordings: Recordings,
     *,
-    shared_reference: bool = False,
     prior: float | None = None,
     calibration: Calibration | None = None,
     frames_known: bool = True,
+    options: ArmOptions | None = None,
 ) -> Identification:
-    """Identify the compliances by weighted (or, with a shared reference, generalised) least squares.
+    """Identify the compliances by weighted least squares, generalised where rows share an unloaded reading.
 
     theory.md 3: ĉ = (G·A_M)⁺·G·ΔX̂_M and Cov(ĉ) = (A_MᵀV⁻¹A_M)⁻¹, through an orthogonal factorisation of G·A_M.
 
     Args:
         robot: the robot; its approximate stiffness scales the problem and is the mean of the prior.
         recordings: what was measured; rows marked `test` are predicted but not fitted.
-        shared_reference: whether half of the variance of each row is common to its series.
         prior: relative standard deviation with which the approximate compliances are known beforehand; None for no
             prior.
         calibration: what is identified; None for what the columns say (`calibration_of`).
         frames_known: whether measured poses are in the very frames of the commands.
+        options: of the calibration of an arm from absolute readings.
 
     Raises:
         InputError: there is nothing to fit, or the deflections have the wrong sign.
@@ -110,19 +129,20 @@ def identify(
         NotIdentifiableError: the recordings do not determine every compliance.
     """
     chosen = calibration_of(robot, recordings, calibration)
+    if recordings.measurand.absolute and robot.links is not None:
+        return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
     if recordings.measurand.absolute:
-        found = fit_positions(
-            robot, recordings, shared_reference=shared_reference, calibration=chosen, frames_known=frames_known
-        )
-        return _of_positions(robot, recordings, found, chosen, shared_reference=shared_reference)
-    return _of_deflections(robot, recordings, prior, shared_reference=shared_reference)
+        found = fit_positions(robot, recordings, calibration=chosen, frames_known=frames_known)
+        return _of_positions(robot, recordings, found, chosen)
+    return _of_deflections(robot, recordings, prior)
 
 
-def _of_deflections(
-    robot: Robot, recordings: Recordings, prior: float | None, *, shared_reference: bool
-) -> Identification:
+def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None) -> Identification:
     """Identification of the compliances alone, in which deflections are linear."""
-    fitted = ~recordings.test & ~reference_rows(recordings)
+    if not np.isfinite(robot.stiffness).all():
+        what = f"deflections show how joints yield, and `{robot.name}` has no `actuator_stiffness`"
+        raise InputError(what, where=recordings.source, remedy="Add its order of magnitude to the robot file.")
+    fitted = fitted_rows(recordings)
     if not fitted.any():
         what = "no row is left to fit"
         raise InputError(what, where=recordings.source, remedy="Mark some loaded rows `train` in the column `split`.")
@@ -140,8 +160,11 @@ def _of_deflections(
         knowledge = idle_knowledge(idle, len(start))
     chain = Chain(robot)
 
+    def whitening_of(deviations: FloatArray) -> Whitening:
+        return Whitening(deviations, references=train.references)
+
     def solve(deviations: FloatArray) -> Fit:
-        whitening = Whitening(deviations, train.series, shared_reference=shared_reference)
+        whitening = whitening_of(deviations)
         readings, sensitivities = whitening.apply(train.deflections), whitening.apply(observation)
         return linear_fit(chain, start, readings, sensitivities, knowledge)
 
@@ -155,11 +178,12 @@ def _of_deflections(
     if train.deviations is not None:
         noise = NoiseLevel(train.deviations, "recordings")
     else:
-        replicated = noise_from_replicates(train, translations, shared_reference=shared_reference)
+        replicated = noise_from_replicates(train, translations)
         noise = replicated or noise_from_residuals(train, translations, solve)
     fit = solve(noise.deviations)
     require_positive(fit, train, robot)
-    goodness = goodness_of_fit(fit, train, noise, shared_reference=shared_reference)
+    whitening = whitening_of(noise.deviations)
+    goodness = statement_of_fit(fit, train, noise, whitening, recordings.components(robot.coordinates))
     known = uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
     if prior is None and idle is not None:
         # What stays as the robot file has it was not determined.
@@ -169,55 +193,89 @@ def _of_deflections(
         robot=robot,
         recordings=recordings,
         fitted=fitted,
-        fit=fit.known_as(known.estimable),
+        fit=replace(fit.known_as(known.estimable), inflation=goodness.birge_ratio**2),
         noise=noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
         goodness=goodness,
-        influence=influence(fit, noise_known=noise.known),
-        test_residuals=_test_residuals(robot, recordings, fit, noise),
+        influence=influence(fit, whitening, noise_known=noise.known),
+        held_out=_held_out(robot, recordings, fit, noise),
         prior=prior,
-        shared_reference=shared_reference,
-        suspicions=suspicions(fit, train, robot, noise_known=noise.known)
+        suspicions=negative_compliances(fit, robot)
         + ([] if prior is not None or idle is None else idle_remarks(robot, idle)),
     )
 
 
-def _of_positions(
-    robot: Robot, recordings: Recordings, found: PositionFit, calibration: Calibration, *, shared_reference: bool
-) -> Identification:
+def _of_positions(robot: Robot, recordings: Recordings, found: PositionFit, calibration: Calibration) -> Identification:
     """Identification from absolute readings; a prior on the compliances is part of the model (`positions`)."""
     train = recordings.rows(found.fitted)
-    goodness = goodness_of_fit(found.fit, train, found.noise, shared_reference=shared_reference)
+    whitening = Whitening(found.noise.deviations, references=train.references)
+    columns = recordings.components(robot.coordinates)
+    goodness = statement_of_fit(found.fit, train, found.noise, whitening, columns)
     known = uncertainty(found.fit, found.noise).inflated(goodness.birge_ratio, goodness.dof)
     count = len(robot.stiffness)
     intervals = known.intervals(found.fit.values)
     compliance = _scaled(intervals.part(slice(count)), robot.compliance)
     part = geometry_slice(found.fit.chain)
-    effect = influence(found.fit, noise_known=found.noise.known)
+    effect = influence(found.fit, whitening, noise_known=found.noise.known)
     return Identification(
         robot=robot,
         recordings=recordings,
         fitted=found.fitted,
-        fit=found.fit.known_as(known.estimable),
+        fit=replace(found.fit.known_as(known.estimable), inflation=goodness.birge_ratio**2),
         noise=found.noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
         goodness=goodness,
         influence=replace(effect, share=effect.share[:, :count]),
-        test_residuals=found.test_residuals,
+        held_out=found.held_out,
         prior=None,
-        shared_reference=shared_reference,
         suspicions=found.remarks,
         calibration=calibration,
         geometry=None if part is None else intervals.part(part),
     )
 
 
-def reference_rows(recordings: Recordings) -> BoolArray:
-    """Unloaded rows whose deflections are exactly zero: references by definition, which measure nothing; shape (N,)."""
-    unloaded = (recordings.wrenches == 0.0).all(axis=1)
-    rows: BoolArray = unloaded & (recordings.deflections == 0.0).all(axis=1)
+def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibration: Calibration) -> Identification:
+    """Identification of an arm from absolute readings, whose noise already accounts for what the model leaves over."""
+    train, fit, noise = recordings.rows(found.fitted), found.fit, found.noise
+    whitening = Whitening(noise.deviations)
+    if train.aim is None and np.isfinite(train.deflections).all():
+        goodness = statement_of_fit(fit, train, noise, whitening, recordings.components(robot.coordinates))
+    else:  # replicates and single rows are judged by complete readings of one kind
+        p_value = found.stated[2] if noise.known and found.stated is not None else None
+        mean_square = fit.chi2 / max(fit.dof, 1)
+        chi2 = fit.chi2 if noise.known else None
+        goodness = StatementOfFit(chi2, fit.dof, p_value, origin=noise.origin, mean_square=mean_square)
+    dof = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
+    intervals = Uncertainty(fit.estimable, dof).intervals(fit.values)
+    count, part = len(robot.stiffness), geometry_slice(fit.chain)
+    compliance = _scaled(intervals.part(slice(count)), robot.compliance)
+    effect = influence(fit, whitening, noise_known=noise.known)
+    return Identification(
+        robot=robot,
+        recordings=recordings,
+        fitted=found.fitted,
+        fit=fit,
+        noise=noise,
+        compliance=compliance,
+        stiffness=compliance.inverse(),
+        goodness=goodness,
+        influence=replace(effect, share=effect.share[:, :count]),
+        held_out=found.held_out,
+        prior=None,
+        suspicions=found.remarks,
+        calibration=calibration,
+        geometry=None if part is None else intervals.part(part),
+        arm=found,
+    )
+
+
+def fitted_rows(recordings: Recordings) -> BoolArray:
+    """Rows that are neither held out nor references, shape (N,)."""
+    if recordings.measurand.absolute:
+        return ~recordings.test
+    rows: BoolArray = ~recordings.test & ~reference_rows(recordings)
     return rows
 
 
@@ -230,12 +288,12 @@ def _scaled(intervals: Intervals, factor: FloatArray) -> Intervals:
     )
 
 
-def _test_residuals(robot: Robot, recordings: Recordings, fit: Fit, noise: NoiseLevel) -> FloatArray:
-    """Measured minus predicted, in standard deviations, of the rows that were held out, shape (n_test, k)."""
+def _held_out(robot: Robot, recordings: Recordings, fit: Fit, noise: NoiseLevel) -> HeldOutRows:
+    """The rows that were held out."""
     test = recordings.rows(recordings.test)
-    if len(test) == 0:
-        return np.zeros((0, len(recordings.axes)))
+    if not len(test):
+        return NONE_HELD_OUT
     observation = observation_matrix(robot.jacobians(test.configurations), test.wrenches)[:, test.axes]
-    deviations = test.deviations if test.deviations is not None else noise.deviations[0]
-    residuals: FloatArray = (test.deflections - observation @ (fit.values * robot.compliance)) / deviations
-    return residuals
+    deviations = test.deviations if test.deviations is not None else noise.deviations[:1]
+    sensitivities = observation * robot.compliance / deviations[..., None]
+    return HeldOutRows(test.deflections / deviations - sensitivities @ fit.values, sensitivities)

@@ -48,7 +48,8 @@ class Intervals:
         with np.errstate(divide="ignore"):
             low = np.where(self.high > 0.0, 1.0 / self.high, np.nan)
             high = np.where(self.low > 0.0, 1.0 / self.low, np.inf)
-        return Intervals(1.0 / self.estimate, low, np.where(self.high > 0.0, high, np.nan))
+            estimate = 1.0 / self.estimate
+        return Intervals(estimate, low, np.where(self.high > 0.0, high, np.nan))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ components, which converges to the restricted maximum likelihood estimate).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -63,6 +63,10 @@ class NoiseLevel:
         """Whether the recordings state the standard deviations."""
         return self.origin == "recordings"
 
+    def of_rows(self, count: int) -> "NoiseLevel":
+        """An estimated level for any number of rows."""
+        return replace(self, deviations=np.tile(self.deviations[:1], (count, 1)))
+
 
 def axis_groups(recordings: Recordings, translations: int) -> list[tuple[str, IntArray]]:
     """The measured components by kind: names and indices into the measured components."""
@@ -73,11 +77,11 @@ def axis_groups(recordings: Recordings, translations: int) -> list[tuple[str, In
     return [(name, columns) for name, columns in groups if columns.size]
 
 
-def noise_from_replicates(recordings: Recordings, translations: int, *, shared_reference: bool) -> NoiseLevel | None:
+def noise_from_replicates(recordings: Recordings, translations: int) -> NoiseLevel | None:
     """The noise level that replicates show, or None where there are too few of them."""
-    groups = replicate_groups(recordings, shared_reference=shared_reference)
+    groups = replicate_groups(recordings)
     ones = np.ones_like(recordings.deflections)
-    error = pure_error(recordings, ones, groups, shared_reference=shared_reference)
+    error = pure_error(recordings, ones, groups)
     if error.dof < FEWEST_REPLICATES:
         return None
     levels = []

@@ -14,11 +14,11 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
+from expdesign.identification.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.identification.fit import Data, Fit, fit
 from expdesign.identification.geometric import (
     Calibration,
     geometry_remarks,
-    judged_by_readings,
     require_determined,
     usable_rows,
 )
@@ -37,14 +37,14 @@ class PositionFit:
         fitted: the rows that were fitted, shape (N,).
         fit: of the fitted rows.
         noise: standard deviations of the fitted rows.
-        test_residuals: of the held-out rows that can be predicted, in standard deviations, shape (n, k).
+        held_out: the rows marked `test` that can be predicted.
         remarks: what is confounded or looks like a mistake.
     """
 
     fitted: BoolArray
     fit: Fit
     noise: NoiseLevel
-    test_residuals: FloatArray
+    held_out: HeldOutRows
     remarks: list[Remark]
 
 
@@ -52,7 +52,6 @@ def fit_positions(
     robot: Robot,
     recordings: Recordings,
     *,
-    shared_reference: bool,
     calibration: Calibration = "elastostatic",
     frames_known: bool = True,
 ) -> PositionFit:
@@ -61,7 +60,6 @@ def fit_positions(
     Args:
         robot: the robot.
         recordings: positions of markers, or measured poses.
-        shared_reference: whether half of the variance of each row is common to its series.
         calibration: what is identified; the geometry alone from rows without load.
         frames_known: whether measured poses are in the very frames of the commands.
 
@@ -79,7 +77,7 @@ def fit_positions(
     idle = np.ones(len(robot.stiffness), dtype=bool) if calibration == "geometric" else None
 
     def data(deviations: FloatArray) -> Data:
-        whitening = Whitening(deviations, train.series, shared_reference=shared_reference)
+        whitening = Whitening(deviations, references=train.references)
         return Data(train, rows, whitening, idle=idle, reading=reading)
 
     def solve(deviations: FloatArray) -> Fit:
@@ -93,13 +91,13 @@ def fit_positions(
     else:
         noise = noise_from_residuals(train, robot.coordinates.translations, solve)
     result = solve(noise.deviations)
-    if effects:
-        result = judged_by_readings(result)
     judged = recordings.test & usable & reading.predictable(robot, recordings)
     test = recordings.rows(judged)
-    residuals = np.zeros((0, len(recordings.axes)))
-    if len(test):
-        deviations = test.deviations if test.deviations is not None else noise.deviations[:1]
-        predicted = chain.predict(row_data(test, robot), result.values)[:, recordings.axes]
-        residuals = (test.deflections - predicted) / deviations
-    return PositionFit(fitted, result, noise, residuals, reading.degeneracies + geometry_remarks(result))
+    remarks = reading.degeneracies + geometry_remarks(result)
+    if not len(test):
+        return PositionFit(fitted, result, noise, NONE_HELD_OUT, remarks)
+    predicted, sensitivities = chain.predict_with_sensitivities(row_data(test, robot), result.values)
+    stated = test.deviations if test.deviations is not None else noise.deviations[:1]
+    axes = recordings.axes
+    held_out = HeldOutRows((test.deflections - predicted[:, axes]) / stated, sensitivities[:, axes] / stated[..., None])
+    return PositionFit(fitted, result, noise, held_out, remarks)

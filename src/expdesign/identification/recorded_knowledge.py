@@ -3,25 +3,25 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.criteria.information import Information
 from expdesign.design.problem import DesignProblem
-from expdesign.design.sequential import Knowledge
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.identification.geometric import Calibration
-from expdesign.identification.identify import Identification, identify, reference_rows
+from expdesign.identification.identify import Identification, fitted_rows, identify
 from expdesign.identification.whitening import Whitening
 from expdesign.loads.wrench import Wrench
 from expdesign.recordings.recordings import Recordings
 
 
-def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: FloatArray | None) -> Knowledge:
+def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: FloatArray | None) -> Information:
     """Information and load errors of recordings.
 
     Standard deviations are those of the recordings; where they state none they are estimated, or, where the recordings
     are too few for that, those of the configuration.
 
     Args:
-        problem: the robot, its sources of load error, and whether a series shares its reference.
+        problem: the robot and its sources of load error.
         recordings: what was measured; rows held out for testing do not count.
         loads: load parameters of every row (N, k) in the order of the recordings; None where there are no load errors.
 
@@ -29,10 +29,10 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
         InputError: the noise is not known.
     """
     loaded, robot = problem.loaded, problem.loaded.robot
-    fitted = ~recordings.test & ~reference_rows(recordings)
+    fitted = fitted_rows(recordings)
     train = recordings.rows(fitted)
     deviations = train.deviations if train.deviations is not None else estimated_deviations(problem, recordings, train)
-    whitening = Whitening(deviations, train.series, shared_reference=problem.noise.shared_reference)
+    whitening = Whitening(deviations, references=train.references)
     jacobians = robot.jacobians(train.configurations)
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
     observation = measured.observation[:, train.axes] * loaded.scale
@@ -54,7 +54,7 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     root = rows.reshape(-1, count)
     if len(root) > count:
         root = np.asarray(np.linalg.qr(root, mode="r"))
-    return Knowledge(root, np.concatenate(common, axis=-1), own)
+    return Information(root, np.concatenate(common, axis=-1), own)
 
 
 def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:
@@ -74,14 +74,12 @@ def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:
 
 def identified_so_far(problem: DesignProblem, recordings: Recordings) -> Identification:
     """What the recordings identify of what the configuration calibrates; raises as `identify` does."""
-    regressor, shared = problem.loaded.regressor, problem.noise.shared_reference
+    regressor = problem.loaded.regressor
     calibration: Calibration = "elastostatic"
     if not isinstance(regressor, Elastostatic):
         calibration = "both" if regressor.needs_load else "geometric"
     known = regressor.redundant == 0
-    return identify(
-        problem.loaded.robot, recordings, shared_reference=shared, calibration=calibration, frames_known=known
-    )
+    return identify(problem.loaded.robot, recordings, calibration=calibration, frames_known=known)
 
 
 def estimated_deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:

@@ -6,14 +6,18 @@ from expdesign.recordings.remark import Remark
 
 
 @dataclass(frozen=True)
-class TurnedSign(Remark):
-    """With the sign of a column turned the recordings would fit far better.
+class Implausible(Remark):
+    """Physics speaks against the recordings as they are (`plausibility`).
 
     Attributes:
-        column: of the deflection.
+        what: what is computed from them.
+        likely: the mistake that is probably in them.
+        where: row or column, where it concerns one.
     """
 
-    column: str
+    what: str
+    likely: str
+    where: str = ""
 
 
 @dataclass(frozen=True)
@@ -27,17 +31,6 @@ class NegativeCompliance(Remark):
 
     actuator: str
     certain: bool
-
-
-@dataclass(frozen=True)
-class UnlikelyCompliance(Remark):
-    """The robot is far stiffer or softer than its file says.
-
-    Attributes:
-        ratio: median of the identified compliances in units of the robot file's.
-    """
-
-    ratio: float
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,9 @@ from expdesign.chain.row import row_data
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.errors import InputError
 from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
 from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
 
 _LOAD_STREAM, _NOISE_STREAM = 1, 2
 
@@ -42,9 +40,6 @@ def simulated_deflections(
         seed: the same seed gives the same errors of the loads and the same noise, whichever of them is switched off.
         noise: whether there is noise.
         errors: whether the loads have errors.
-
-    Raises:
-        InputError: the model is of another kind of robot.
     """
     loaded = problem.loaded
     added = load_errors(loaded, plan, seed) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
@@ -75,17 +70,8 @@ def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
 def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:
     """Deflections of a model under the actual loads, rows as in the file."""
     own = model.chain.robot
-    require_same_kind(model, problem.loaded.robot)
     order = np.argsort(points.lines, kind="stable")
     return model.chain.predict(row_data(with_errors(points, added), own), model.values)[order]
-
-
-def require_same_kind(model: Model, robot: Robot) -> None:
-    """Raise an `InputError` where a model is of another kind of robot."""
-    own = model.chain.robot
-    if robot.configuration != own.configuration or len(robot.stiffness) != len(own.stiffness):
-        what = f"the model is of a {own.kind}, and the configuration of a {robot.kind}"
-        raise InputError(what, where=model.source, remedy="Use a model of the configuration's robot.")
 
 
 def with_errors(points: LoadedPoints, added: FloatArray) -> LoadedPoints:

@@ -9,7 +9,7 @@ from expdesign.chain.row import row_data
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
-from expdesign.identification.synthetic import load_errors, plan_noise, require_same_kind, with_errors
+from expdesign.identification.synthetic import load_errors, plan_noise, with_errors
 from expdesign.models.model_file import Model
 from expdesign.recordings.recordings import LoadedPoints
 
@@ -29,7 +29,7 @@ def simulated_poses(
     Without a model they are the commands, with the deflections of the base model where there are loads.
 
     Raises:
-        InputError: the model is of another kind of robot, or of positions of markers.
+        InputError: the model is of positions of markers.
     """
     loaded = problem.loaded
     if model is None and problem.found is not None:
@@ -47,7 +47,6 @@ def simulated_poses(
 
 def _with_poses(model: Model, problem: DesignProblem) -> Chain:
     """The model's chain with a reading of poses; one of deflections has no parameters of the instrument either."""
-    require_same_kind(model, problem.loaded.robot)
     chain = model.chain
     if "frames" in chain.reading.record:
         return chain

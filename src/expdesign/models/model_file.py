@@ -7,9 +7,9 @@ covariance, number for number.
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
 import yaml
@@ -25,9 +25,11 @@ from expdesign.errors import InputError
 from expdesign.files.kinds import CURRENT_VERSIONS, require_kind
 from expdesign.files.schema import Number, Positive, Section, validate
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.models.calibrated import Calibrated
 from expdesign.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.models.estimable import Estimable
 from expdesign.models.estimable_entry import EstimableSection, estimable_entry, subspace_of
+from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
@@ -61,6 +63,10 @@ class Model:
         source: name of the file it was read from, or of the recordings.
         subspace: what is known of combinations of parameters; None where each is determined or not for itself.
         birge_ratio: by which standard deviations allow for a model that the recordings refute, 1 where they do not.
+        reading_std: standard deviation of a reading of the recordings (m, rad), widened as the fit asks for, by the
+            column that states it; empty where it is not known.
+        fit: what the recordings say of the model (`goodness.Verdict`); empty where that is not known.
+        calibrated: ranges of the recordings; None where they are not known.
     """
 
     chain: Chain
@@ -71,12 +77,35 @@ class Model:
     source: str
     subspace: Estimable | None = None
     birge_ratio: float = 1.0
+    reading_std: Mapping[str, float] = field(default_factory=dict)
+    fit: str = ""
+    calibrated: Calibrated | None = None
 
     @classmethod
-    def from_fit(cls, fit: Fitted, robot: YamlDocument, source: str, *, birge_ratio: float = 1.0) -> "Model":
-        """The model of a fit of the robot that the document `robot` describes, inflated by a Birge ratio."""
+    def from_fit(
+        cls,
+        fit: Fitted,
+        robot: YamlDocument,
+        source: str,
+        *,
+        birge_ratio: float = 1.0,
+        reading_std: Mapping[str, float] | None = None,
+        verdict: str = "",
+        recordings: LoadedPoints | None = None,
+    ) -> "Model":
+        """The model of a fit to `recordings` of the robot that a document describes, its covariance as it predicts."""
         return cls(
-            fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source, fit.subspace, birge_ratio
+            fit.chain,
+            fit.values,
+            fit.covariance,
+            robot.content,
+            robot.folder,
+            source,
+            fit.subspace,
+            birge_ratio,
+            reading_std or {},
+            verdict,
+            None if recordings is None else Calibrated.of(recordings, fit.chain.robot),
         )
 
     @property
@@ -100,12 +129,16 @@ class _ModelSection(Section):
     instrument: dict[str, Number] = Field(default_factory=dict)
     markers: list[str] | None = None
     held: list[list[str]] = Field(default_factory=list)
+    oriented: list[str] = Field(default_factory=list)
     frames: Literal["known", "unknown"] | None = None
     effects: list[EffectSection]
     parameters: list[str]
     covariance: list[list[float]]
     estimable: EstimableSection | None = None
     birge_ratio: Positive = 1.0
+    reading_std: dict[str, Positive] = Field(default_factory=dict)
+    fit: str = ""
+    calibrated: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(default_factory=dict)
 
 
 def model_text(model: Model, folder: Path) -> str:
@@ -122,6 +155,9 @@ def model_text(model: Model, folder: Path) -> str:
         "kind": "model",
         "schema_version": CURRENT_VERSIONS["identified model"],
         "identified_from": model.source,
+        **(
+            {} if model.calibrated is None else {"calibrated": {k: list(v) for k, v in model.calibrated.ranges.items()}}
+        ),
         "robot": robot,
         "compliance": dict(zip(model.chain.robot.actuators, model.compliance.tolist(), strict=True)),
         "relative_compliance": model.values[: model.chain.compliances].tolist(),
@@ -130,6 +166,8 @@ def model_text(model: Model, folder: Path) -> str:
         "parameters": _names(model.chain),
         "covariance": (model.covariance * np.outer(scale, scale)).tolist(),
         **({} if model.birge_ratio == 1.0 else {"birge_ratio": model.birge_ratio}),
+        **({"reading_std": dict(model.reading_std)} if model.reading_std else {}),
+        **({"fit": model.fit} if model.fit else {}),
         **estimable_entry(model.estimable.in_units(scale)),
     }
     head = (
@@ -186,6 +224,9 @@ def model_from_document(document: YamlDocument) -> Model:
         covariance=covariance / np.outer(scale, scale),
         subspace=subspace_of(section.estimable, len(scale), document, 1.0 / scale),
         birge_ratio=section.birge_ratio,
+        reading_std=section.reading_std,
+        fit=section.fit,
+        calibrated=Calibrated({k: (v[0], v[1]) for k, v in section.calibrated.items()}) if section.calibrated else None,
         robot=section.robot,
         folder=document.folder,
         source=document.source,
@@ -194,10 +235,11 @@ def model_from_document(document: YamlDocument) -> Model:
 
 def _compliances(section: _ModelSection, robot: Robot) -> FloatArray:
     """Compliances in units of the robot file's: to the last bit as they were written, unless someone changed them."""
-    relative: FloatArray = np.array(list(section.compliance.values())) * robot.stiffness
     written = np.array(section.relative_compliance)
-    if written.shape == relative.shape and np.allclose(written, relative, rtol=1e-12, atol=0.0):
+    stated = np.array(list(section.compliance.values()))
+    if written.shape == stated.shape and np.allclose(written * robot.compliance, stated, rtol=1e-12, atol=0.0):
         return written
+    relative: FloatArray = stated * robot.stiffness
     return relative
 
 
@@ -220,7 +262,7 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
     places = {name: place for name, place in robot.markers.items() if name in section.markers}
     start = np.array(list(section.instrument.values()))
     held = tuple((str(pair[0]), str(pair[-1])) for pair in section.held)
-    reading = MarkerPosition(tuple(section.markers), places, robot.instrument, start, held)
+    reading = MarkerPosition(tuple(section.markers), places, robot.instrument, start, held, tuple(section.oriented))
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:
         remedy = f"They must be {', '.join(expected)}, in this order."
@@ -252,7 +294,8 @@ def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) ->
 
 def _units(chain: Chain) -> FloatArray:
     """Factors from the chain's parameters to those of the file: compliances in m/N, effects as they are."""
-    return np.concatenate([chain.robot.compliance, np.ones(len(chain.parameters) - chain.compliances)])
+    compliance = np.where(chain.robot.compliance > 0.0, chain.robot.compliance, 1.0)
+    return np.concatenate([compliance, np.ones(len(chain.parameters) - chain.compliances)])
 
 
 def _names(chain: Chain) -> list[str]:

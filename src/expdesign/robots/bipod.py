@@ -107,8 +107,8 @@ class Bipod(ParallelRobot):
         base = np.broadcast_to(self.base_joints, (*origin.shape[:-1], 2, 2))
         points = np.concatenate([base, origin[..., None, :]], axis=-2)
         parts = (
-            Part("base joints", "base", ((0, 1),)),
+            Part("base", "base", ((0, 1),)),
             Part("legs", "actuator", ((0, 2), (1, 2))),
             Part("tool point", "platform", ((2,),)),
         )
-        return Drawing(points, origin, parts)
+        return Drawing(points, origin, parts, dict(zip(self.actuators, parts[1].paths, strict=True)))

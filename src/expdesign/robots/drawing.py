@@ -3,7 +3,8 @@
 A kind of robot that wants to be drawn gives one `Drawing`; reports know nothing of legs or links.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from expdesign.arrays import FloatArray
@@ -34,8 +35,21 @@ class Drawing:
         points: in O (m), shape (..., k, d) with d = 2 or 3.
         origin: origin of the platform frame P in O (m), where wrenches refer to, shape (..., d).
         parts: lines between the points.
+        components: components that a diagnosis can name (`leg 1`, `joint 1`, `link 1`) and the points that each joins;
+            a leg begins at its base joint, and a joint is one point.
+        directions: unit vectors in O along the axes of joints, by component, shapes (..., d).
     """
 
     points: FloatArray
     origin: FloatArray
     parts: tuple[Part, ...]
+    components: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    directions: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def paths(self, component: str) -> tuple[tuple[int, ...], ...]:
+        """Lines that show a component of a diagnosis; none for what a picture does not show."""
+        if component in self.components:
+            return (self.components[component],)
+        roles: dict[str, Role] = {"base": "base", "platform": "platform", "payload": "platform"}
+        wanted = "actuator" if component.startswith("all ") else roles.get(component)
+        return tuple(path for part in self.parts if part.role == wanted for path in part.paths)

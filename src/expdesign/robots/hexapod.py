@@ -163,8 +163,8 @@ class Hexapod(ParallelRobot):
         platform = origin[..., None, :] + self.platform_joints @ rotation.swapaxes(-1, -2)
         points = np.concatenate([np.broadcast_to(self.base_joints, platform.shape), platform], axis=-2)
         parts = (
-            Part("base joints", "base", ((*range(6), 0),)),
+            Part("base", "base", ((*range(6), 0),)),
             Part("legs", "actuator", tuple((leg, leg + 6) for leg in range(6))),
-            Part("platform joints", "platform", ((*range(6, 12), 6),)),
+            Part("platform", "platform", ((*range(6, 12), 6),)),
         )
-        return Drawing(points, origin, parts)
+        return Drawing(points, origin, parts, dict(zip(self.actuators, parts[1].paths, strict=True)))

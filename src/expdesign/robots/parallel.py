@@ -75,6 +75,11 @@ class ParallelRobot(Robot):
         pose = ca.SX.sym("X", self.coordinates.n)
         return BatchFunction("lengths", [pose], [self.actuator_lengths(pose, ca.SX(self.geometry))])
 
+    @property
+    def actuator_limits(self) -> tuple[FloatArray, FloatArray]:
+        low, high = self.leg_length or (-np.inf, np.inf)
+        return np.full(len(self.stiffness), low), np.full(len(self.stiffness), high)
+
     def lengths(self, poses: FloatArray) -> FloatArray:
         """Actuator coordinates (m or rad) at poses (..., n), shape (..., n_p)."""
         (lengths,) = self._lengths(poses)

@@ -245,6 +245,12 @@ class Robot(ABC):
         return None
 
     @property
+    def actuator_limits(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest coordinates of the actuators (m or rad), infinite without a limit, shapes (n_p,)."""
+        unlimited = np.full(len(self.stiffness), np.inf)
+        return -unlimited, unlimited
+
+    @property
     def effort(self) -> FloatArray | None:
         """Largest force or moment of each actuator (N or N·m), infinite where unknown, shape (n_p,); or None."""
         return None

@@ -45,9 +45,11 @@ class SerialSection(RobotSection):
         description="Link of the URDF whose deflection counts; its frame is P. Of several, the column `tip` says by "
         "name which one a row is of."
     )
-    actuator_stiffness: list[Positive] = Field(
+    actuator_stiffness: list[Positive] | None = Field(
+        default=None,
         description="Approximate stiffness apK of every joint that moves the tip, in the order of the chain: N·m/rad "
-        "for revolute and N/m for prismatic joints."
+        "for revolute and N/m for prismatic joints. Default: joints do not yield, and geometry alone can be "
+        "identified.",
     )
     limits: dict[str, Range] = Field(
         default_factory=dict,
@@ -130,9 +132,10 @@ class SerialRobot(Robot):
             raise InputError(f"there is no file {path}", where=document.where(("urdf",)), remedy=remedy)
         tree = _tree(section, path, document)
         names = configuration_names(tree)
-        if len(section.actuator_stiffness) != len(tree.coordinates):
+        stiffness = section.actuator_stiffness or [np.inf] * len(tree.coordinates)
+        if len(stiffness) != len(tree.coordinates):
             joints = ", ".join(f"{n}: {c.joint}" for n, c in zip(names, tree.coordinates, strict=False))
-            what = f"{len(tree.coordinates)} values are needed here, not {len(section.actuator_stiffness)}"
+            what = f"{len(tree.coordinates)} values are needed here, not {len(stiffness)}"
             raise InputError(what, where=document.where(("actuator_stiffness",)), remedy=f"Order: {joints}.")
         for column, (low, high) in section.limits.items():
             where = document.where(("limits", column))
@@ -143,7 +146,7 @@ class SerialRobot(Robot):
                                  remedy="Write `[low, high]`.")  # fmt: skip
         return cls(
             tree,
-            np.array(section.actuator_stiffness),
+            np.array(stiffness),
             gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
             limits={column: (low, high) for column, (low, high) in section.limits.items()},
             name=section.name,
@@ -152,6 +155,10 @@ class SerialRobot(Robot):
     @property
     def actuators(self) -> tuple[str, ...]:
         return tuple(f"joint {k + 1}" for k in range(len(self.stiffness)))
+
+    @property
+    def actuator_limits(self) -> tuple[FloatArray, FloatArray]:
+        return self.low[: len(self.stiffness)], self.high[: len(self.stiffness)]
 
     @property
     def effort(self) -> FloatArray | None:
@@ -228,7 +235,9 @@ class SerialRobot(Robot):
         q = ca.SX.sym("q", len(self.configuration))
         poses = self.tree.forward(q)
         names = [name for path in self.tree.paths for name in (self.tree.base, *(joint.child for joint in path))]
-        return BatchFunction("serial_drawing", [q], [ca.horzcat(*(poses[name][:3, 3] for name in names)).T])
+        axes = [poses[joint.child][:3, :3] @ ca.SX(joint.axis) for joint in self.tree.joints]
+        points = ca.horzcat(*(poses[name][:3, 3] for name in names)).T
+        return BatchFunction("serial_drawing", [q], [points, ca.horzcat(*axes).T])
 
     @cached_property
     def _place(self) -> BatchFunction:
@@ -291,18 +300,26 @@ class SerialRobot(Robot):
         )
 
     def drawing(self, configurations: FloatArray) -> Drawing:
-        (points,) = self._drawn(configurations)
+        points, axes = self._drawn(configurations)
+        axes = axes.reshape(*points.shape[:-2], len(self.actuators), 3)  # that of a single joint comes back as a vector
         lines: tuple[list[tuple[int, ...]], ...] = ([], [], [])
+        components: dict[str, tuple[int, ...]] = {}
+        numbers = {joint.name: number for number, joint in enumerate(self.tree.joints, 1)}
         start = 0
         for path in self.tree.paths:
             moving = [start + i for i, joint in enumerate(path) if self.tree.motion(joint) is not None]
             ends = (start, moving[0] + 1, moving[-1] + 1, start + len(path))
             for line, first, last in zip(lines, ends, ends[1:], strict=False):
                 line.append(tuple(range(first, last + 1)))
+            at = {numbers[joint.name]: start + i for i, joint in enumerate(path, 1) if joint.name in numbers}
+            for (number, first), last in zip(at.items(), (*list(at.values())[1:], start + len(path)), strict=True):
+                components.setdefault(f"joint {number}", (first,))
+                components.setdefault(f"link {number}", tuple(range(first, last + 1)))
             start += len(path) + 1
         base, links, tips = (tuple(line) for line in lines)
         parts = (Part("base", "base", base), Part("links", "actuator", links), Part("tip", "platform", tips))
-        return Drawing(points, self.position(configurations), parts)
+        directions = {name: axes[..., k, :] for k, name in enumerate(self.actuators)}
+        return Drawing(points, self.position(configurations), parts, components, directions)
 
 
 def configuration_names(tree: KinematicTree) -> tuple[str, ...]:

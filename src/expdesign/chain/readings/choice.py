@@ -14,6 +14,14 @@ from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.robots.robot import Robot
 
 
+def _oriented(points: LoadedPoints) -> tuple[str, ...]:
+    """Markers of which an orientation was read in a fitted row."""
+    if points.aim is None or not isinstance(points, Recordings):
+        return ()
+    seen = np.isfinite(points.deflections[:, 3:]).any(axis=1) & ~points.test
+    return tuple(name for index, name in enumerate(points.markers) if (seen & (points.marker == index)).any())
+
+
 def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True) -> Reading:
     """What points read, with a start of the unknown parameters.
 
@@ -37,7 +45,7 @@ def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True)
         what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"
         raise InputError(what, where=points.source, remedy="Convert them to deflections.")
     places = {name: place for name, place in robot.markers.items() if name in points.markers}
-    reading = MarkerPosition(points.markers, places, robot.instrument, np.zeros(0))
+    reading = MarkerPosition(points.markers, places, robot.instrument, np.zeros(0), oriented=_oriented(points))
     if not isinstance(points, Recordings):
         return replace(reading, start=np.zeros(len(reading.parameters)))
     if robot.instrument is None:

@@ -55,7 +55,7 @@ class Deflection(Reading):
         return deflection
 
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
-        return replace(points, marker=None, markers=(), poses=False)
+        return replace(points, marker=None, markers=(), aim=None, poses=False)
 
 
 DEFLECTION = Deflection()

@@ -6,7 +6,12 @@ The chain ends with the position of a marker in the instrument's axes,
 
 p and R being the tip's pose as geometry alone has it, (δp, δφ) its deflection, m the marker's place on the tip and
 (t_I, R_I) the instrument's pose in O. Marker and instrument are parameters of every model, the base model included,
-unless the robot file gives them.
+unless the robot file gives them. Where an instrument reads orientations as well (a camera, a T-Mac), the marker is a
+target with a frame R_m on the tip, and the last three components are the rotation vector, in the instrument's axes, of
+
+    R_Iᵀ·Rot(δφ)·R(q; geometry)·R_m·Aᵀ
+
+with the measured orientation A: 0 is what was measured.
 
 A tool that keeps one orientation shows only p + R·m − t_I: the marker's place along an axis of the tip that never turns
 is confounded with the instrument's. Orientations that vary by less than geometry is uncertain by anyway tell nothing
@@ -26,7 +31,7 @@ from expdesign.errors import InputError
 from expdesign.moments import arrays_in_space, in_space
 from expdesign.recordings.recordings import LoadedPoints, Recordings
 from expdesign.recordings.remark import Remark
-from expdesign.robots.orientation import rotation_matrix
+from expdesign.robots.orientation import rotation_matrix, rotation_vector
 from expdesign.robots.robot import Robot
 
 SMALLEST_TURN = 0.02
@@ -61,6 +66,7 @@ class MarkerPosition(Reading):
         instrument: the instrument's known pose in O (m, rad), shape (6,), or None.
         start: of the unknown parameters, in the order of `parameters`.
         held: coordinates of markers that are held at the tip's origin, e.g. `("prism", "x")`.
+        oriented: markers that are targets with a frame, whose orientation on the tip is estimated.
     """
 
     names: tuple[str, ...]
@@ -68,6 +74,7 @@ class MarkerPosition(Reading):
     instrument: FloatArray | None
     start: FloatArray
     held: tuple[tuple[str, str], ...] = ()
+    oriented: tuple[str, ...] = ()
     absolute = True
     linear = False
     compliance_spread = 3.0
@@ -81,10 +88,14 @@ class MarkerPosition(Reading):
     def parameters(self) -> tuple[Parameter, ...]:
         """The instrument's pose, then the places of the markers, where they are unknown."""
         frame = () if self.instrument is not None else tuple(Parameter(f"instrument {a}", 1e-2) for a in _AXES)
-        return frame + tuple(
-            Parameter(f"marker {name} {axis}_m", 1e-2, spread=_HELD if (name, axis) in self.held else MARKER_SPREAD)
-            for name in self.unknown
-            for axis in "xyz"
+        return (
+            frame
+            + tuple(
+                Parameter(f"marker {name} {axis}_m", 1e-2, spread=_HELD if (name, axis) in self.held else MARKER_SPREAD)
+                for name in self.unknown
+                for axis in "xyz"
+            )
+            + tuple(Parameter(f"marker {name} {axis}", 1e-2) for name in self.oriented for axis in _AXES[3:])
         )
 
     @property
@@ -98,10 +109,11 @@ class MarkerPosition(Reading):
 
     @property
     def record(self) -> dict[str, object]:
-        return {"markers": list(self.names), "held": [list(pair) for pair in self.held]}
+        record: dict[str, object] = {"markers": list(self.names), "held": [list(pair) for pair in self.held]}
+        return record | ({"oriented": list(self.oriented)} if self.oriented else {})
 
     def width(self, robot: Robot) -> int:
-        return 3
+        return 6 if self.oriented else 3
 
     def with_own_weight(self, row: Row, change: ca.SX) -> Row:
         return replace(row, carried=row.carried + change)
@@ -120,6 +132,19 @@ class MarkerPosition(Reading):
         numbers = np.array([self.names.index(name) for name in points.markers])
         return replace(points, marker=numbers[points.marker], markers=self.names)
 
+    def orientations(self, robot: Robot, points: LoadedPoints, theta: FloatArray) -> FloatArray:
+        """Orientations of the targets in the instrument's axes with the nominal robot and values of `parameters`.
+
+        Shape (N, 3, 3); that of the tip for markers without orientation.
+        """
+        frame = theta[:6] if self.instrument is None else self.instrument
+        start = (6 if self.instrument is None else 0) + 3 * len(self.unknown)
+        targets = np.tile(np.eye(3), (len(self.names), 1, 1))
+        for index, name in enumerate(self.oriented):
+            targets[self.names.index(name)] = matrix_of_angles(theta[start + 3 * index : start + 3 * index + 3])
+        turned: FloatArray = matrix_of_angles(frame[3:]).T @ robot.jacobians(points.configurations).rotation
+        return turned @ targets[points.marker]
+
     def predictable(self, robot: Robot, recordings: Recordings) -> BoolArray:
         """Rows in which nothing that is held shows: the tip is turned as in the fitted rows, shape (N,)."""
         if not self.held:
@@ -129,7 +154,9 @@ class MarkerPosition(Reading):
         return within
 
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
-        """Position (3,) of the row's marker in the instrument's axes; `geometry` holds a serial robot's errors."""
+        """Position of the row's marker in the instrument's axes, and its turn from `row.aim` where orientations are
+        read; `geometry` holds a serial robot's errors.
+        """
         frame = theta[:6] if self.instrument is None else ca.SX(self.instrument)
         offset = 6 if self.instrument is None else 0
         place = ca.SX.zeros(3)
@@ -141,7 +168,20 @@ class MarkerPosition(Reading):
                 own = theta[start : start + 3]
             place += row.marker[index] * own
         position, rotation = in_space(*robot.frame(row.pose, deflection, geometry))
-        return rotation_matrix(frame[3:6], "fixed-xyz").T @ (position + rotation @ place - frame[:3])
+        instrument = rotation_matrix(frame[3:6], "fixed-xyz")
+        seen = instrument.T @ (position + rotation @ place - frame[:3])
+        if not self.oriented:
+            return seen
+        target, start = ca.SX.eye(3), offset + 3 * len(self.unknown)
+        for index, name in enumerate(self.oriented):
+            own = rotation_matrix(theta[start + 3 * index : start + 3 * index + 3], "fixed-xyz")
+            target += row.marker[self.names.index(name)] * (own - ca.SX.eye(3))
+        return ca.vertcat(seen, rotation_vector(instrument.T @ rotation @ target @ ca.reshape(row.aim, 3, 3).T))
+
+
+def matrix_of_angles(angles: FloatArray) -> FloatArray:
+    """R = Rz·Ry·Rx (3, 3)."""
+    return np.array(ca.DM(rotation_matrix(ca.SX(angles), "fixed-xyz")))
 
 
 def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]:

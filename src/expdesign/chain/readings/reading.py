@@ -18,6 +18,8 @@ class Reading(ABC):
 
     Attributes:
         names: markers whose positions are read, in the order of `Row.marker`; none for deflections.
+        oriented: those of which orientations are read as well.
+        by_instrument: whether an instrument reads it, with its own errors.
         start: of the unknown parameters of the instrument, in the order of `parameters`.
         absolute: whether it says where the platform is, so that geometry shows; deflections are differences.
         chord_steps: to the true pose of a platform whose geometry is not nominal: deflections need it for their lever
@@ -27,6 +29,8 @@ class Reading(ABC):
     """
 
     names: tuple[str, ...]
+    oriented: tuple[str, ...] = ()
+    by_instrument: bool = True
     start: FloatArray
     absolute: bool
     chord_steps: int = 4

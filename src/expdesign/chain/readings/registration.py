@@ -1,24 +1,28 @@
 """Where the instrument stands and markers sit, from positions and the nominal robot: the start of a fit."""
 
-import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.readings.position import MarkerPosition, turns
+from expdesign.chain.readings.position import MarkerPosition, matrix_of_angles, turns
 from expdesign.errors import NotIdentifiableError
 from expdesign.moments import arrays_in_space
 from expdesign.recordings.recordings import Recordings
-from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.robot import Robot
 
 _ON_A_LINE = 1e-9
 """Ratio of the singular values of readings below which they lie on one line."""
 _ALTERNATIONS = 200
+_COMPLETE = 4
+"""Rows with all coordinates from which the instrument is registered; others are then filled in as registered."""
 
 
 def require_registration(recordings: Recordings) -> None:
     """Raise where the fitted readings are fewer than three points, or lie on one line: they place no instrument."""
-    readings = recordings.deflections[~recordings.test]
+    readings = recordings.deflections[~recordings.test][:, :3]
+    complete = np.isfinite(readings).all(axis=1)
+    if not complete.all() and complete.sum() < _COMPLETE:
+        return  # single coordinates place it together, if they do
+    readings = readings[complete]
     sizes = np.linalg.svd(readings - readings.mean(axis=0), compute_uv=False) if len(readings) > 2 else np.zeros(2)
     if sizes[1] <= _ON_A_LINE * sizes[0]:
         what = "the fitted positions do not tell where the instrument stands"
@@ -44,21 +48,29 @@ def held_coordinates(reading: MarkerPosition, robot: Robot, recordings: Recordin
 
 
 def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> FloatArray:
-    """Block coordinate descent: rigid registration of the instrument (Kabsch), then least squares for the places."""
+    """Block coordinate descent: rigid registration of the instrument (Kabsch), then least squares for the places.
+
+    Coordinates that were not read are those of the registration before (expectation-maximisation).
+    """
     kept = ~recordings.test
     assert recordings.marker is not None
     configurations, index = recordings.configurations[kept], recordings.marker[kept]
-    readings = recordings.deflections[kept]
+    readings = recordings.deflections[kept][:, :3]
+    seen = np.isfinite(readings)
+    complete = seen.all(axis=1)
     positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
     known = [reading.places.get(name) for name in reading.names]
     places = np.array([np.zeros(3) if place is None else place for place in known])
-    for _ in range(_ALTERNATIONS):
+    for step_number in range(_ALTERNATIONS):
         points = positions + np.einsum("nij,nj->ni", rotations, places[index])
-        if reading.instrument is None:
-            turn, shift = _registration(points, readings)
+        if reading.instrument is not None:
+            turn, shift = matrix_of_angles(reading.instrument[3:]), reading.instrument[:3]
+        elif step_number == 0 and complete.sum() >= _COMPLETE:
+            turn, shift = _registration(points[complete], readings[complete])
         else:
-            turn = _rotation(reading.instrument[3:])
-            shift = reading.instrument[:3]
+            filled = readings if step_number else np.where(seen, readings, points)
+            turn, shift = _registration(points, filled)
+        readings = np.where(seen, readings, (points - shift) @ turn)
         in_base = readings @ turn.T + shift
         for k, place in enumerate(known):
             mine = index == k
@@ -71,19 +83,27 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
                 step = np.linalg.lstsq(matrix, differences.ravel(), rcond=1e-6)[0]
                 places[k, free] += step[: len(free)]
     frame = [] if reading.instrument is not None else [*shift, *_angles(turn)]
-    return np.array([*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)])
+    found = [*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)]
+    for name in reading.oriented:
+        assert recordings.aim is not None
+        turned = np.isfinite(recordings.deflections[kept]).all(axis=1) & (index == reading.names.index(name))
+        found += _angles(
+            _mean_rotation(rotations[turned].swapaxes(1, 2) @ turn @ recordings.aim[kept][turned])
+        ).tolist()
+    return np.array(found)
 
 
 def registration_residuals(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> FloatArray:
     """What the start of a reading leaves of the positions, in O (m), shape (N, 3)."""
     assert recordings.marker is not None
     frame = reading.start[:6] if reading.instrument is None else reading.instrument
-    found = iter(reading.start[0 if reading.instrument is not None else 6 :].reshape(-1, 3))
+    first = 0 if reading.instrument is not None else 6
+    found = iter(reading.start[first : first + 3 * len(reading.unknown)].reshape(-1, 3))
     places = np.array([reading.places[name] if name in reading.places else next(found) for name in reading.names])
     configurations = recordings.configurations
     positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
     points = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
-    residuals: FloatArray = recordings.deflections @ _rotation(frame[3:]).T + frame[:3] - points
+    residuals: FloatArray = recordings.deflections[:, :3] @ matrix_of_angles(frame[3:]).T + frame[:3] - points
     return residuals
 
 
@@ -96,8 +116,11 @@ def _registration(points: FloatArray, readings: FloatArray) -> tuple[FloatArray,
     return turn, centre - turn @ middle
 
 
-def _rotation(angles: FloatArray) -> FloatArray:
-    return np.array(ca.DM(rotation_matrix(ca.SX(angles), "fixed-xyz")))
+def _mean_rotation(rotations: FloatArray) -> FloatArray:
+    """The rotation nearest to all of (N, 3, 3) in the sense of least squares."""
+    left, _, right = np.linalg.svd(rotations.mean(axis=0))
+    found: FloatArray = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+    return found
 
 
 def _angles(turn: FloatArray) -> FloatArray:

@@ -4,13 +4,15 @@ What the pose of the instrument or the place of a marker can stand for does not 
 loosely determined is held by how well machines are made (`spread`).
 """
 
+from typing import ClassVar
+
 import casadi as ca
 
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
 from expdesign.chain.components import each_joint, each_link
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.recordings.measurand import POSITIONS
+from expdesign.recordings.measurand import POSITIONS, Measurand
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
 
@@ -26,7 +28,7 @@ class GeometricError(Effect):
     """
 
     physics = "joint_position_error"
-    measurands = (POSITIONS,)
+    measurands: ClassVar[tuple[Measurand, ...]] = (POSITIONS,)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -14,6 +14,9 @@ from expdesign.chain.row import Row
 from expdesign.recordings.measurand import POSITIONS
 from expdesign.robots.robot import Robot
 
+_SPREAD = 0.3
+"""Standard deviation of a link's true mass about that of its CAD model, which lacks cables, covers and grease."""
+
 
 class LinkMassError(Effect):
     """`link k`, with what hangs on it, weighs 1 + `relative_mass_error` times as much as assumed."""
@@ -26,7 +29,7 @@ class LinkMassError(Effect):
         return heavy_links(robot)
 
     def describe(self) -> tuple[Parameter, ...]:
-        return (Parameter("relative_mass_error", 0.1, low=-1.0, high=9.0),)
+        return (Parameter("relative_mass_error", 0.1, low=-0.9, high=3.0, spread=_SPREAD),)
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
         robot = links_of(self.robot)

@@ -72,6 +72,10 @@ class PayloadMassError(Effect):
         return [PAYLOAD]
 
     @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        return [Weights(Wrong.ALL)]  # the loads of recordings decide about the others
+
+    @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
         return weights_from_text(text)
 

@@ -58,7 +58,7 @@ class UnknownTool(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         moments = (Parameter(f"tool_moment_{axis}_kgm", 0.1) for axis in self.robot.coordinates.axes)
-        return (Parameter("tool_mass_kg", 1.0, low=-1e5, high=1e6), *moments)
+        return (Parameter("tool_mass_kg", 1.0, low=0.0, high=1e6), *moments)
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         weight = ca.vertcat(theta[0] * row.gravity, moment(row.rotation @ theta[1:], row.gravity))

@@ -1,0 +1,311 @@
+"""Arms calibrated from positions and poses; pinocchio has the truth: zeros and links are off, joints yield."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pinocchio as pin
+import pytest
+from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, usual_faults
+from tests.oracle import Array
+
+import expdesign as xd
+from expdesign.api.identify import Identified
+from expdesign.api.inputs import table_of
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.row import row_data
+from expdesign.identification.arm import calibrate
+from expdesign.identification.arm_options import ArmOptions
+from expdesign.identification.noise_remarks import GenerousNoise, NoiseBeyondStated
+from expdesign.identification.redundancy import BlindPoses
+from expdesign.recordings.reader import recordings_from_table
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.kinematic_tree import KinematicTree
+from expdesign.robots.robot_file import read_robot
+from expdesign.robots.serial import SerialRobot
+from expdesign.robots.urdf import read_urdf
+
+ROBOT = Path("configs/robots/ur5.yaml")
+LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
+STATED = ["spx_m", "spy_m", "spz_m"]
+JOINTS = [f"q{k}_rad" for k in range(1, 7)]
+NOISE = 3e-5
+FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+
+
+def measured(rows: int = 240, seed: int = 5, faults: Faults = FAULTS) -> pd.DataFrame:
+    """Positions of three markers without load columns."""
+    return recordings(faults, rows, seed, deviation=NOISE).drop(columns=LOADS)
+
+
+@pytest.fixture(scope="module")
+def identified() -> Identified:
+    return xd.identify(ROBOT, measured())
+
+
+def geometry(found: Identified) -> Array:
+    frame = found.geometry
+    assert frame is not None
+    return np.asarray(frame["estimate"], dtype=float)
+
+
+def test_what_is_held_out_is_predicted_to_the_noise(identified: Identified) -> None:
+    arm = identified.result.arm
+    assert arm is not None
+    assert identified.result.calibration == "both"
+    held_out = arm.accuracy.entries["held out", "position"]
+    assert held_out.before.rms > 1e-3
+    assert held_out.after.rms < 1.2 * NOISE * np.sqrt(3.0)
+    p_value = identified.result.goodness.p_value
+    assert p_value is not None
+    assert p_value > 0.001
+
+
+def test_compliances_are_those_of_the_truth(identified: Identified) -> None:
+    """Joint 1 is upright and joint 6 has nothing beyond it: nothing shows how they yield."""
+    interval = identified.result.compliance
+    truth = FAULTS.softness / read_robot(ROBOT).stiffness
+    half = (interval.high - interval.low) / 2.0
+    assert (np.abs(interval.estimate - truth)[1:5] < 2.0 * half[1:5]).all()
+    assert half[1] < 0.05 * truth[1]
+    arm = identified.result.arm
+    assert arm is not None
+    assert arm.told_apart[1:4].all()
+    assert not arm.told_apart[0]
+
+
+def test_eighteen_parameters_of_six_revolute_axes_with_three_parallel_ones(identified: Identified) -> None:
+    """4 per revolute axis, of which instrument and markers stand for the first and the last ones."""
+    arm = identified.result.arm
+    assert arm is not None
+    first = next(each for each in arm.redundant if each.name == "joint 1's zero")
+    assert first.sentence.startswith("joint 1's zero cannot be told apart from the instrument")
+    assert len(arm.redundant) == 18
+    assert not [remark for remark in arm.remarks if isinstance(remark, BlindPoses)]
+
+
+def test_the_corrected_urdf_predicts_the_same(identified: Identified, tmp_path: Path) -> None:
+    identified.save(tmp_path / "out")
+    robot = read_robot(ROBOT)
+    assert isinstance(robot, SerialRobot)
+    corrected = KinematicTree(read_urdf(tmp_path / "out/robot.urdf"), robot.tree.base, list(robot.tree.tips))
+    other = SerialRobot(corrected, robot.stiffness)
+    model, rows = identified.model, identified.result.recordings
+    plain = Chain(other, reading=model.chain.reading)
+    expected = model.chain.predict(row_data(rows, robot), model.values)
+    found = plain.predict(row_data(rows, other), model.values[: plain.base])
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert "identified_one" in corrected.urdf.links
+
+
+def test_the_model_file_holds_the_geometry(identified: Identified, tmp_path: Path) -> None:
+    identified.save(tmp_path / "out")
+    points = measured().drop(columns=["px_m", "py_m", "pz_m", *STATED])
+    predicted = xd.predict(tmp_path / "out/model.yaml", points).frame
+    error = (predicted[["px_m", "py_m", "pz_m"]] - measured()[["px_m", "py_m", "pz_m"]]).to_numpy()
+    assert np.sqrt((error**2).mean()) < 1.2 * NOISE
+    assert predicted["spx_m"].max() < NOISE
+
+
+def test_turning_the_instrument_changes_no_geometry(identified: Identified) -> None:
+    frame = measured()
+    turn = pin.SE3(pin.rpy.rpyToMatrix(0.7, -0.4, 2.0), np.array([5.0, -3.0, 1.0]))
+    moved = np.array([turn.act(point) for point in frame[["px_m", "py_m", "pz_m"]].to_numpy()])
+    frame[["px_m", "py_m", "pz_m"]] = moved
+    np.testing.assert_allclose(geometry(xd.identify(ROBOT, frame)), geometry(identified), atol=2e-8)
+
+
+@pytest.mark.parametrize("factor", [1.0 / 3.0, 3.0, None])
+def test_a_wrong_standard_deviation_is_named_and_changes_nothing(identified: Identified, factor: float | None) -> None:
+    frame = measured()
+    if factor is None:
+        frame = frame.drop(columns=STATED)
+    else:
+        frame[STATED] *= factor
+    other = xd.identify(ROBOT, frame)
+    np.testing.assert_allclose(geometry(other), geometry(identified), atol=5e-6)
+    (level,) = other.result.noise.groups
+    assert abs(level.deviation / NOISE - 1.0) < 0.1
+    kinds = {1.0 / 3.0: NoiseBeyondStated, 3.0: GenerousNoise}
+    wanted = kinds.get(factor) if factor is not None else None
+    assert wanted is None or any(isinstance(remark, wanted) for remark in other.result.suspicions)
+
+
+def test_student_s_t_ignores_outliers(identified: Identified) -> None:
+    frame = measured()
+    train = np.flatnonzero(frame["split"] == "train")[:150:15]
+    frame.loc[train, "px_m"] += 3e-3
+    squares = np.abs(geometry(xd.identify(ROBOT, frame)) - geometry(identified)).max()
+    robust = np.abs(geometry(xd.identify(ROBOT, frame, loss="student")) - geometry(identified)).max()
+    assert robust < 2e-5
+    assert robust < 0.1 * squares
+
+
+def test_a_joint_that_stands_still_is_named() -> None:
+    rows = recordings_of(measured(120))
+    still = replace(rows, configurations=np.where(np.arange(6) == 3, 0.3, rows.configurations))
+    arm = Arm(FAULTS)
+    positions = np.array([
+        arm.position(q, PLACES[rows.markers[int(number)]])
+        for q, number in zip(still.configurations, np.asarray(rows.marker), strict=True)
+    ])  # fmt: skip
+    found = calibrate(read_robot(ROBOT), replace(still, deflections=positions), "both")
+    (blind,) = [remark for remark in found.remarks if isinstance(remark, BlindPoses)]
+    assert any("joint 4" in name or "joint 5" in name for name in blind.names)
+
+
+def recordings_of(frame: pd.DataFrame) -> Recordings:
+    return recordings_from_table(table_of(frame, "recordings"), read_robot(ROBOT))
+
+
+def mixed(count: int = 90, seed: int = 1) -> pd.DataFrame:
+    """Full poses of a target and positions of a marker in one table, joints by their names in the URDF."""
+    generator, arm = np.random.default_rng(seed), Arm(FAULTS)
+    target = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.5, 1.0), np.array([0.02, 0.03, 0.1]))
+    names = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+    rows = []
+    for number in range(count):
+        command = generator.uniform([-2.5, -2.4, -2.0, -2.5, -2.5, -2.8], [2.5, -0.7, 2.0, 2.5, 2.5, 2.8])
+        row: dict[str, object] = {"sequence": number + 1, "series": number + 1}
+        row |= {f"{name}_rad": value for name, value in zip(names, command, strict=True)}
+        position = arm.position(command, PLACES["one"]) + NOISE * generator.standard_normal(3)
+        if number % 3 == 2:
+            row |= {"kind": "position", "marker": "one"}
+            row |= dict(zip(("px_m", "py_m", "pz_m"), position, strict=True))
+            if number % 2:
+                del row["py_m"]
+        else:
+            pose = INSTRUMENT.inverse() * arm._data.oMf[arm._tip] * target
+            turned = pin.exp3(1e-4 * generator.standard_normal(3)) @ pose.rotation
+            place = pose.translation + NOISE * generator.standard_normal(3)
+            row |= {"kind": "pose"}
+            row |= dict(zip((f"measured_{axis}_m" for axis in "xyz"), place, strict=True))
+            angles = pin.rpy.matrixToRpy(turned)
+            row |= dict(zip((f"measured_r{axis}_rad" for axis in "xyz"), angles, strict=True))
+        rows.append({**row, "split": "test" if number % 5 == 0 else "train"})
+    return pd.DataFrame(rows)
+
+
+def test_poses_and_positions_with_empty_cells_and_without_loads() -> None:
+    found = xd.identify(ROBOT, mixed())
+    arm = found.result.arm
+    assert arm is not None
+    assert arm.accuracy.entries["held out", "position"].after.rms < 1.5 * NOISE * np.sqrt(3.0)
+    assert arm.accuracy.entries["held out", "orientation"].after.rms < 1.5 * 1e-4 * np.sqrt(3.0)
+    levels = {group.name: group.deviation for group in found.result.noise.groups}
+    assert abs(levels["translations"] / NOISE - 1.0) < 0.25
+    assert abs(levels["rotations"] / 1e-4 - 1.0) < 0.25
+    points = mixed().drop(columns=[name for name in mixed() if str(name).startswith(("measured_", "p"))])
+    predicted = xd.predict(found.model, points).frame
+    poses = (points["kind"] == "pose").to_numpy()
+    for name in ("measured_x_m", "measured_z_m"):
+        assert np.abs(predicted[name] - mixed()[name])[poses].max() < 6.0 * NOISE
+    assert np.abs(predicted["px_m"] - mixed()["px_m"])[~poses].max() < 6.0 * NOISE
+
+
+def test_geometry_alone_needs_no_stiffness(tmp_path: Path) -> None:
+    """Of an arm that does not yield: the whole of the truth is found."""
+    urdf = Path("configs/robots/ur5.urdf").resolve()
+    text = f"name: plain\nkind: serial\nurdf: {urdf}\nbase_link: base\ntip_link: flange\n"
+    (tmp_path / "robot.yaml").write_text(text)
+    faults = replace(FAULTS, softness=np.zeros(6))
+    found = xd.identify(tmp_path / "robot.yaml", measured(180, faults=faults))
+    assert found.result.calibration == "geometric"
+    arm = found.result.arm
+    assert arm is not None
+    assert arm.accuracy.entries["held out", "position"].after.rms < 1.3 * NOISE * np.sqrt(3.0)
+    found.save(tmp_path / "out")
+    assert xd.predict(tmp_path / "out/model.yaml", measured(6)).frame["spx_m"].max() < NOISE
+    with pytest.raises(xd.InputError, match="actuator_stiffness"):
+        xd.identify(tmp_path / "robot.yaml", measured(30), calibration="both")
+
+
+def test_commands_reach_targets_of_the_tip_in_pinocchio(identified: Identified) -> None:
+    """Places of the markers at known configurations are reached again from a posture that is a little off."""
+    model, arm = identified.model, Arm(FAULTS)
+    reading = model.chain.reading
+    assert isinstance(reading, MarkerPosition)
+    places = model.values[model.chain.compliances + 6 : model.chain.base].reshape(3, 3)
+    commands = np.random.default_rng(9).uniform(
+        [-2.0, -2.0, -1.5, -2.0, 0.5, -2.0], [2.0, -0.9, -0.5, 2.0, 2.0, 2.0], (6, 6)
+    )
+    wanted = [np.array([arm.position(q, PLACES[name]) for name in reading.names]) for q in commands]
+    poses = np.array([pose_between(places, points) for points in wanted])
+    targets = pd.DataFrame(commands + 0.003, columns=JOINTS)
+    targets[["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]] = poses
+    found = xd.compensate(model, targets, frame="instrument").frame
+    reached = [np.array([arm.position(q, PLACES[name]) for name in reading.names]) for q in found[JOINTS].to_numpy()]
+    assert np.abs(np.array(reached) - np.array(wanted)).max() < NOISE
+    assert np.abs(found[JOINTS].to_numpy() - commands).max() > 5e-5
+    # The nominal controller, asked for the corrected pose, goes to the same joint coordinates.
+    nominal = read_robot(ROBOT).position(found[JOINTS].to_numpy())
+    np.testing.assert_allclose(found[["controller_x_m", "controller_y_m", "controller_z_m"]], nominal, atol=1e-12)
+
+
+def pose_between(places: Array, points: Array) -> Array:
+    """The rigid motion from markers on the tip to where they are (Kabsch), as x, y, z, rx, ry, rz."""
+    centre, middle = places.mean(axis=0), points.mean(axis=0)
+    left, _, right = np.linalg.svd((points - middle).T @ (places - centre))
+    turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    return np.concatenate([middle - turn @ centre, pin.rpy.matrixToRpy(turn)])
+
+
+def test_joint_columns_alone_are_the_pose_of_the_nominal_robot(identified: Identified) -> None:
+    commands = np.random.default_rng(2).uniform(-1.0, 1.0, (4, 6)) + np.array([0.0, -1.5, 1.0, 0.0, 1.2, 0.0])
+    found = xd.compensate(identified.model, pd.DataFrame(commands, columns=JOINTS)).frame
+    robot = read_robot(ROBOT)
+    np.testing.assert_allclose(found[["target_x_m", "target_y_m", "target_z_m"]], robot.position(commands), atol=1e-12)
+    # Own weight alone lowers the tip by more than a tenth of a millimetre, and zeros are off by a milliradian.
+    assert np.abs(found[JOINTS].to_numpy() - commands).max() > 1e-3
+    assert (found["sx_m"] > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ({"px_m": 0.1, "py_m": 0.1, "pz_m": 0.1}, "a position and a pose"),
+        ({"measured_rx_rad": None}, "three angles"),
+        ({"measured_rx_rad": 120.0}, "cannot be an angle in rad"),
+        ({"kind": "posture"}, "neither `pose` nor `position`"),
+    ],
+)
+def test_wrong_rows(change: dict[str, float | str | None], part: str) -> None:
+    frame = mixed(12)
+    for name, value in change.items():
+        frame[name] = frame[name].astype(object)
+        frame.loc[0, name] = value
+    with pytest.raises(xd.InputError, match=part):
+        xd.identify(ROBOT, frame)
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_truth() -> None:
+    """200 experiments of 120 positions, with zeros, lengths and angles drawn: 95 ± 1.5 % of all intervals."""
+    robot = read_robot(ROBOT)
+    assert isinstance(robot, SerialRobot)
+    rows = recordings_of(measured(120))
+    effect = CalibratedGeometryError(robot, GEOMETRY)
+    generator, options = np.random.default_rng(11), ArmOptions()
+    start = calibrate(robot, rows, "both", options)
+    reading = start.fit.chain.reading
+    chain = Chain(robot, (effect,), reading=reading)
+    kept = [int(i) for i in start.minimal.kept if i >= chain.base]
+    inside, total = 0, 0
+    for _ in range(200):
+        truth = start.fit.values.copy()
+        truth[: chain.compliances] = np.exp(generator.normal(0.0, 0.3, chain.compliances))
+        for index in kept:
+            name = chain.parameters[index].name
+            size = 4e-4 if name.endswith("_m") else 1.5e-3 if "_offset_" in name else 8e-4
+            truth[index] = generator.normal(0.0, size)
+        read = chain.predict(row_data(rows, robot), truth) + NOISE * generator.standard_normal(rows.deflections.shape)
+        found = calibrate(robot, replace(rows, deflections=read), "both", options)
+        deviation = np.sqrt(np.diag(found.fit.covariance))
+        told = [i for i in [*range(chain.compliances), *kept] if found.told_apart[i]]
+        inside += int((np.abs(found.fit.values - truth)[told] <= 1.96 * deviation[told]).sum())
+        total += len(told)
+    assert abs(inside / total - 0.95) < 0.015, inside / total
