@@ -26,7 +26,7 @@ from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
-from expdesign.design.single import search_single
+from expdesign.design.search import search_single
 from expdesign.design.start import starting_designs
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
@@ -37,6 +37,7 @@ from expdesign.identification.synthetic import load_errors
 from expdesign.models.model_file import Model
 from expdesign.recordings.reader import points_from_table, recordings_from_table
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.references import Sharing, with_references
 from expdesign.report.blocks import DataTable, Download, Figure, Section, Steps
 from expdesign.report.page import Page, render
 from expdesign.validation.comparison import mean, root_mean_square
@@ -105,12 +106,11 @@ def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = Laborato
     parser.add_argument("--repetitions", type=int, default=400)
     parser.add_argument("--scatter", type=float, default=0.1, help="relative scatter of the true stiffness (1 sigma)")
     parser.add_argument("--generations", type=int, default=None, help="of the search for each criterion's plan")
-    parser.add_argument("--refinements", type=int, default=150, help="steps of the local search that follows")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     loop = loop_of(read_problem(options.config), options.scatter, make)
     module = "closed_loop" if make is LaboratoryBench else "closed_loop_arm"
-    plans = plans_by_criterion(loop.problem, options.seed, options.generations, options.refinements)
+    plans = plans_by_criterion(loop.problem, options.seed, options.generations)
     attained, predicted = run(loop, plans, options.repetitions, options.seed)
     table = summary(attained, predicted)
     command = (
@@ -147,13 +147,13 @@ def table_of(frame: pd.DataFrame) -> Table:
     return parse_table(csv_text(frame), "closed loop")
 
 
-def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | None, refinements: int) -> dict[str, Plan]:
+def plans_by_criterion(problem: DesignProblem, seed: int, generations: int | None) -> dict[str, Plan]:
     """The best plan that is found by every known criterion alone."""
     plans = {}
     for name, criterion in known_criteria().items():
-        best = search_single(problem, criterion, seed=seed, generations=generations, refinements=refinements)
-        print(f"{name}: {best.value:.6g} after {best.evaluations} designs", file=sys.stderr, flush=True)
-        plans[name] = plan_of_decisions(problem, best.decisions)
+        best = search_single(problem, criterion, seed=seed, generations=generations)
+        print(f"{name}: {best.criteria[name][0]:.6g} after {best.evaluations} designs", file=sys.stderr, flush=True)
+        plans[name] = plan_of_decisions(problem, best.decisions[0])
     return plans
 
 
@@ -214,7 +214,7 @@ def attained_with(loop: Loop, plan: Plan, stiffness: FloatArray, draw: int) -> f
     measured = loop.bench.measured(applied, stiffness, deviations, shared=noise.shared_reference, seed=draw)
     kept = [name for name in measured.columns if name in (*coordinates.deflection, *coordinates.deviation)]
     recordings = recordings_from_table(table_of(pd.concat([assumed, measured[kept]], axis=1)), robot)
-    result = identify(robot, recordings, shared_reference=noise.shared_reference)
+    result = identify(robot, with_references(recordings, Sharing(configured=noise.shared_reference))[0])
     document = YamlDocument("closed loop", Path(), problem.config["robot"])
     return error_of(loop, stiffness, Model.from_fit(result.fit, document, "closed loop"))
 

@@ -33,11 +33,11 @@ from benchmarks.closed_loop import (
 )
 from benchmarks.closed_loop_arm import ArmBench
 from benchmarks.optimality.against_figaroh import figaroh
+from benchmarks.optimality.selection import choose_measurements
 from scipy.stats import qmc
 
 from expdesign.arrays import FloatArray
 from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.optimality.selection import choose_measurements
 from expdesign.design.plan import Plan, plan_frame, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem

@@ -54,6 +54,7 @@ def _timed(config: str, size: int) -> dict[str, Callable[[], object]]:
     from expdesign.design.optimality.weights import Dual  # noqa: PLC0415
     from expdesign.design.problem_file import read_problem  # noqa: PLC0415
     from expdesign.design.pymoo_problem import DesignPopulation  # noqa: PLC0415
+    from expdesign.design.scalarisation import Aims  # noqa: PLC0415
     from expdesign.design.start import starting_designs  # noqa: PLC0415
 
     problem = read_problem(Path(config))
@@ -63,7 +64,7 @@ def _timed(config: str, size: int) -> dict[str, Callable[[], object]]:
     single = designs.reshape(size * space.measurements, -1)
     width = information.rows(single[:1]).shape[2]
     dual = Dual(np.random.default_rng(0).standard_normal((width, 3)), 1.0, 1.0, 5)
-    front = objectives.scalarised(np.zeros((size, 2)), np.ones((size, 2)))
+    front = objectives.scalarised(Aims(np.zeros((size, 2)), np.ones((size, 2))))
     return {
         "objectives and constraints": lambda: population.objectives(designs),
         "objectives": lambda: objectives.values(designs),

@@ -14,9 +14,11 @@ from typing import Any
 import expdesign as xd
 from expdesign.api.schema import KINDS, robot_sections
 from expdesign.files.output import json_text
-from thesis_studies.study import StudySection, known_studies
 
 DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS.parent))  # the studies stand beside the package
+from thesis_studies.study import StudySection, known_studies  # noqa: E402
+
 PAGE = DOCS / "file-formats.md"
 ROBOTS = ("bipod", "body", "hexapod", "serial")
 """Kinds of robots on the page; a new kind works without being on it."""

@@ -19,7 +19,7 @@ from expdesign.commands.main import main
 
 PAGE = Path(__file__).with_name("tutorial.md")
 _FENCE = re.compile(r"^```(\w+)(?: title=\"([^\"]+)\")?\n(.*?)^```\n", flags=re.DOTALL | re.MULTILINE)
-_PROGRESS = re.compile(r"^\w+: \d+/\d+")
+_PROGRESS = re.compile(r"^\w+ing(?: \(stage \d+ of \d+\))?: ")
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from tests.oracle import Array
 from expdesign.coordinates import Coordinates
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.targets import Aggregate, Targets
+from expdesign.design.options import SearchOptions
 from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem, OptimiserSettings
+from expdesign.design.problem import DesignProblem
 from expdesign.design.space import DesignSpace, PoseSet
 from expdesign.design.variables import fixed
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -244,7 +245,7 @@ class Setup:
     def problem(self) -> DesignProblem:
         """The same as a design problem; nothing is searched in it."""
         space = DesignSpace(1, PoseSet((fixed(0.0),)), (), (), self.loaded.robot.coordinates, None)
-        settings = OptimiserSettings(4, 1, 1, False)
+        settings = SearchOptions(4, 1, 1, False)
         return DesignProblem(
             loaded=self.loaded,
             noise=self.noise,

@@ -52,7 +52,7 @@ def transfer(result: Diagnosis, file: Path) -> Transfer:
 def everything(robot: Robot, recordings: Recordings, reading: Reading) -> Sample:
     """All rows of recordings, those marked `test` as well, with the deviations that they state."""
     assert recordings.deviations is not None
-    whitening = Whitening(recordings.deviations, recordings.series)
+    whitening = Whitening(recordings.deviations)
     data = Data(recordings, row_data(recordings, robot), whitening, reading=reading)
     return Sample.of(data, np.ones(len(recordings), dtype=bool))
 

@@ -12,11 +12,12 @@ A function lies in the file of its name in `expdesign.api`, and is imported when
 its command, except `plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`.
 """
 
-import importlib
-import pkgutil
-from typing import TYPE_CHECKING, Any
+import functools as _functools
+import importlib as _importlib
+import pathlib as _pathlib
+import typing as _typing
 
-if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` finds them by their place
+if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` finds them by their place
     from expdesign.api.check import Checked as Checked
     from expdesign.api.check import CheckedModel as CheckedModel
     from expdesign.api.check import CheckedProblem as CheckedProblem
@@ -40,6 +41,8 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.load import load as load
     from expdesign.api.montecarlo import MonteCarlo as MonteCarlo
     from expdesign.api.montecarlo import montecarlo as montecarlo
+    from expdesign.api.physics import Physics as Physics
+    from expdesign.api.physics import physics as physics
     from expdesign.api.plan_next import PlannedNext as PlannedNext
     from expdesign.api.plan_next import plan_next as plan_next
     from expdesign.api.predict import Predicted as Predicted
@@ -59,11 +62,19 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` fi
     from expdesign.api.table import table as table
     from expdesign.api.verify import Verified as Verified
     from expdesign.api.verify import verify as verify
+    from expdesign.chain.effect import Effect as Effect
+    from expdesign.criteria.criterion import Criterion as Criterion
     from expdesign.design.problem import DesignProblem as DesignProblem
+    from expdesign.errors import ConvergenceError as ConvergenceError
     from expdesign.errors import ExpdesignError as ExpdesignError
+    from expdesign.errors import InfeasibleError as InfeasibleError
     from expdesign.errors import InputError as InputError
+    from expdesign.errors import NotIdentifiableError as NotIdentifiableError
+    from expdesign.errors import SingularConfigurationError as SingularConfigurationError
     from expdesign.models.model_file import Model as Model
     from expdesign.recordings.recordings import Recordings as Recordings
+    from expdesign.robots.robot import Robot as Robot
+    from expdesign.sweeps.engine import WorkersError as WorkersError
 
 __version__ = "0.1.0"
 
@@ -76,39 +87,50 @@ _TYPES = {
     "CheckedSweep": "api.check",
     "Commands": "api.compensate",
     "Comparison": "api.compare",
-    "Corrections": "api.table",
+    "ConvergenceError": "errors",
     "Corrected": "api.correct",
+    "Corrections": "api.table",
+    "Criterion": "criteria.criterion",
     "DesignProblem": "design.problem",
     "Diagnosed": "api.diagnose",
+    "Effect": "chain.effect",
     "Evaluation": "api.evaluate",
     "ExpdesignError": "errors",
     "Identified": "api.identify",
+    "InfeasibleError": "errors",
     "InputError": "errors",
     "LaboratorySheet": "api.sheet",
     "Model": "models.model_file",
     "MonteCarlo": "api.montecarlo",
+    "NotIdentifiableError": "errors",
+    "Physics": "api.physics",
     "PlannedNext": "api.plan_next",
     "Predicted": "api.predict",
     "Recordings": "recordings.recordings",
     "Registered": "api.register",
+    "Robot": "robots.robot",
     "RobotFile": "api.inputs",
     "Run": "api.run",
     "Simulated": "api.simulate",
+    "SingularConfigurationError": "errors",
     "Sweep": "api.sweep",
     "Verified": "api.verify",
+    "WorkersError": "sweeps.engine",
 }
 
 
+@_functools.cache
 def _functions() -> list[str]:
-    path = importlib.import_module("expdesign.api").__path__
-    return [info.name for info in pkgutil.iter_modules(path) if info.name not in ("inputs", "outputs")]
+    """Names of the modules of `expdesign.api` that define a function of their own name."""
+    folder = _pathlib.Path(__file__).parent / "api"
+    return [file.stem for file in sorted(folder.glob("*.py")) if f"\ndef {file.stem}(" in file.read_text("utf-8")]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> _typing.Any:
     if name in _TYPES:
-        found = getattr(importlib.import_module(f"expdesign.{_TYPES[name]}"), name)
+        found = getattr(_importlib.import_module(f"expdesign.{_TYPES[name]}"), name)
     elif not name.startswith("_") and name in _functions():
-        found = getattr(importlib.import_module(f"expdesign.api.{name}"), name)
+        found = getattr(_importlib.import_module(f"expdesign.api.{name}"), name)
     else:
         raise AttributeError(f"module `expdesign` has no attribute `{name}`")
     globals()[name] = found
@@ -116,4 +138,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_functions(), *_TYPES})
+    return sorted({"__version__", *_functions(), *_TYPES})

@@ -24,7 +24,8 @@ class ExpdesignError(Exception):
     def message(self) -> str:
         """The parts in one line: where, what and what to do."""
         head = f"{self.where}: {self.what}" if self.where else self.what
-        return f"{head}. {self.remedy}" if self.remedy else head
+        stop = "" if head.endswith(("?", "!", ".")) else "."
+        return f"{head}{stop} {self.remedy}" if self.remedy else head
 
 
 class InputError(ExpdesignError):

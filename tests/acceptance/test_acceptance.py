@@ -9,8 +9,9 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
 import expdesign as xd
-from expdesign.acceptance.budget import Contribution, UncertaintyBudget, planned_budget
-from expdesign.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.acceptance.budget import Contribution, UncertaintyBudget
+from expdesign.acceptance.decision import Basis, Decision, acceptance_record, sentences
+from expdesign.acceptance.planned import check_readings, planned_decision
 from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
@@ -31,7 +32,7 @@ def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -
 
 
 def decision(case: DesignProblem, plan: Plan) -> Decision:
-    return Decision(planned_budget(case, case.assess(plan.configurations[None], plan.loads[None], plan.series[None])))
+    return planned_decision(case, case.assess(plan.configurations[None], plan.loads[None], plan.series[None]))
 
 
 def test_coverage_factors() -> None:
@@ -154,3 +155,46 @@ def test_evaluate_and_run_say_it(tmp_path: Path) -> None:
     judged = xd.evaluate(result.problem, result.plan)
     assert judged.record["acceptance"]["targets"] == record["targets"]
     assert "Acceptance" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_a_plan_is_expected_to_pass_or_not() -> None:
+    case = problem(HEXAPOD)
+    plan = plan_for(case)
+    for factor, verdict, opening in (
+        (1e3, "expected to pass", "The robot is expected to pass"),
+        (1e-3, "not expected to pass", "The robot is not expected to pass"),
+    ):
+        tolerance = {"dx_m": factor * 1e-6, "dz_m": factor * 1e-6}
+        found = decision(problem(HEXAPOD, {"targets.0.tolerance": tolerance, "targets.1.tolerance": tolerance}), plan)
+        assert acceptance_record(found)["verdict"] == found.verdict == verdict
+        assert sentences(found)[0].startswith(opening)
+    assert decision(case, plan).basis is Basis.PLAN
+
+
+def test_as_many_check_readings_as_are_said_prove_conformity() -> None:
+    """Instrument of 2 um, tolerance 3 um, U 0.6 um: 8 readings, with which 95 % of such robots pass, but not with 4."""
+    one = np.array([[1.0]])
+    budget = UncertaintyBudget((Contribution("noise", 3e-7 * one, True),), 3e-6 * one, ("dx_m",), STANDARD, 3)
+    needed = check_readings(budget, 2e-6 * one)
+    assert needed == 8
+    generator = np.random.default_rng(1)
+
+    def proven(readings: int) -> float:
+        error = 3e-7 * generator.standard_normal(20000) + 2e-6 / np.sqrt(readings) * generator.standard_normal(20000)
+        return float((np.abs(error) + 2.0 * 2e-6 / np.sqrt(readings) <= 3e-6).mean())
+
+    assert proven(needed) > 0.945
+    assert proven(needed - 1) < 0.9545 + 0.003
+    assert proven(4) < 0.7
+    assert check_readings(budget, np.full((1, 1), np.nan)) is None
+    wide = UncertaintyBudget((Contribution("noise", 2e-6 * one, True),), 3e-6 * one, ("dx_m",), STANDARD, 3)
+    assert check_readings(wide, 2e-6 * one) is None
+
+
+def test_the_plan_says_how_many_check_readings_verify_will_need() -> None:
+    tolerance = {"dx_m": 5e-6, "dz_m": 5e-6}
+    case = problem(HEXAPOD, {"targets.0.tolerance": tolerance, "targets.1.tolerance": tolerance})
+    found = decision(case, plan_for(case))
+    assert found.check_readings is not None
+    assert f"will need {found.check_readings} independent check reading" in " ".join(sentences(found))
+    assert acceptance_record(found)["check_readings"] == found.check_readings

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,19 @@ import yaml
 from scipy.stats import norm
 from tests.acceptance.verified import CONFIG, STD, case, commands, measured, model
 from tests.commands.calls import call
+from tests.design.problems import changed, problem
 
 import expdesign as xd
 from expdesign.acceptance.check_measurement import read_check_measurement
+from expdesign.acceptance.record import certificate_number
 from expdesign.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
 from expdesign.api.inputs import table_of
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.models.model_file import model_text
+from expdesign.report import words
+from expdesign.report.blocks import KeyFigures
+from expdesign.report.verification_report import statement
 
 
 def test_what_is_attained_is_what_is_predicted() -> None:
@@ -63,7 +69,7 @@ def test_chi_squared_is_that_of_the_dense_covariance() -> None:
 
 def test_shared_references_correlate_rows_of_a_series() -> None:
     deviations = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
-    covariance = noise_covariance(deviations, np.array([1, 1, 2]), shared=True).reshape(3, 2, 3, 2)
+    covariance = noise_covariance(deviations, np.array(["a", "a", "b"])).reshape(3, 2, 3, 2)
     np.testing.assert_allclose(np.einsum("iaia->ia", covariance), deviations**2)
     assert covariance[0, 0, 1, 0] == pytest.approx(1.5)
     assert covariance[0, 0, 1, 1] == 0.0
@@ -102,7 +108,8 @@ def rates(count: int, error: dict[str, float], seed: int) -> tuple[float, float,
     for _ in range(count):
         found = xd.verify(model(), measured_again(frame, exact, generator), config=case())
         passes += found.result.verdict == "pass"
-        rejects += found.result.comparison.p_value < 0.05
+        p_value = found.result.statement.p_value
+        rejects += p_value is not None and p_value < 0.05
         for target in found.result.targets:
             for column, axis in enumerate(target.axes):
                 assert axis.error is not None
@@ -148,7 +155,7 @@ def test_a_robot_that_is_far_off_does_not_conform() -> None:
 def test_targets_that_were_not_measured_are_not_proven() -> None:
     frame = measured(commands(1), np.random.default_rng(2)).iloc[:1]
     found = xd.verify(model(), frame, config=case()).result
-    assert found.verdict == "fail"
+    assert found.verdict == "not proven"
     assert [axis.conformity for axis in found.targets[1].axes] == ["not proven"]
 
 
@@ -156,7 +163,8 @@ def test_tolerances_may_stand_in_columns_or_be_missing() -> None:
     frame = measured(commands(2), np.random.default_rng(1))
     assert xd.verify(model(), frame).result.verdict == "no tolerance"
     assert xd.verify(model(), frame.assign(tolerance_dz_m=5e-6)).result.verdict == "pass"
-    assert xd.verify(model(), frame.assign(tolerance_dz_m=1e-8)).result.verdict == "fail"
+    assert xd.verify(model(), frame.assign(tolerance_dz_m=1e-8)).result.verdict == "not proven"
+    assert xd.verify(model(), frame.assign(tolerance_dz_m=1e-8, dz_m=1e-3)).result.verdict == "fail"
 
 
 @pytest.mark.parametrize(
@@ -205,7 +213,7 @@ def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.Capture
     )  # fmt: skip
     printed = capsys.readouterr()
     assert code == 0
-    assert "verdict: pass" in printed.err
+    assert "verdict: pass" in printed.out
     assert "serial_number" in printed.err
     record = json.loads((out / "verification.json").read_text())
     assert record["verdict"] == "pass"
@@ -213,6 +221,11 @@ def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.Capture
     assert record["files"][str(files["check.csv"])] == digest
     assert record["about"]["date"] == "2026-03-01"
     page = (out / "report.html").read_text()
+    number = record.pop("certificate")
+    assert number == certificate_number(record)
+    assert number != certificate_number(record | {"about": record["about"] | {"operator": "B"}})
+    assert f"Certificate {number}, made by expdesign {xd.__version__}" in page
+    assert 'content: "page " counter(page) " of " counter(pages)' in page
     for text in (digest, "A. N. Other", "20.0 ± 0.1 °C", "Name and signature", "interferometer &lt;X&gt;", "passes"):
         assert text in page
 
@@ -239,3 +252,80 @@ def test_the_number_of_readings_that_would_prove_conformity() -> None:
     assert target(2, AxisResult("dx_m", 0.1, 0.1, 1.0, 2.0)).measurements_needed == 2
     assert target(2, AxisResult("dx_m", 1.1, 0.1, 1.0, 2.0)).measurements_needed is None
     assert target(0, AxisResult("dx_m", None, None, 1.0, 2.0)).measurements_needed is None
+
+
+def test_a_certificate_that_does_not_pass_states_no_risk_and_says_how_many_readings_would_prove_it() -> None:
+    frame = measured(commands(1), np.random.default_rng(2)).iloc[:1]
+    found = xd.verify(model(), frame, config=case())
+    assert found.result.verdict == "not proven"
+    said = " ".join(statement(found.result))
+    assert "No axis is proven to be beyond its tolerance" in said
+    assert f"{words.count(found.result.readings_needed or 0, 'independent reading')} of every target" in said
+    page = found.page()
+    titles = {
+        figure.label for block in page.sections[0].blocks if isinstance(block, KeyFigures) for figure in block.items
+    }
+    assert "Risk" not in titles
+    assert "Readings needed" in titles
+    assert found.record["readings_needed"] == found.result.readings_needed
+
+
+def test_a_certificate_that_passes_states_its_risk() -> None:
+    found = xd.verify(model(), measured(commands(3), np.random.default_rng(1)), config=case())
+    assert found.result.readings_needed == 3
+    assert "Three independent readings of every target proved it." in statement(found.result)
+    titles = [
+        figure.label
+        for block in found.page().sections[0].blocks
+        if isinstance(block, KeyFigures)
+        for figure in block.items
+    ]
+    assert "Risk" in titles
+
+
+def test_readings_at_no_target_of_the_configuration_are_named() -> None:
+    here = case()
+    elsewhere = problem(changed(CONFIG, {f"targets.{i}.pose": [0.005, -0.005 * (i + 1), 0, 0, 0, 0] for i in range(2)}))
+    frame = measured(commands(2), np.random.default_rng(1))
+    found = xd.verify(model(), frame, config=elsewhere).result
+    assert found.off_target
+    assert found.verdict == "not proven"
+    assert any("No check reading is at a target" in text for text in statement(found))
+    assert not xd.verify(model(), frame, config=here).result.off_target
+    # As many as would prove it if the mean were 0: k·σ/√n ≤ T on every axis.
+    needed = max(
+        int(np.ceil((2.0 * axis.reading / axis.tolerance) ** 2))
+        for target in found.targets
+        for axis in target.axes
+        if axis.tolerance is not None and axis.reading is not None
+    )
+    assert found.readings_needed == max(needed, 1)
+
+
+def test_what_is_not_as_predicted_is_said_in_one_sentence_with_its_row() -> None:
+    frame = measured(commands(2), np.random.default_rng(2))
+    frame["dz_m"] = frame["dz_m"] + np.where(frame.index == 1, 2e-5, 0.0)
+    found = xd.verify(model(), frame, config=case()).result
+    assert found.statement.verdict == "refuted"
+    said = " ".join(statement(found))
+    assert "The attained poses are not those that the model predicts" in said
+    assert "p below 1e-6" in said
+    assert "row 3 (dz_m" in said
+
+
+def test_overstated_deviations_of_check_readings_are_named() -> None:
+    frame = measured(commands(4), np.random.default_rng(2))
+    names = [name for name in map(str, frame.columns) if name.startswith("s") and name not in ("sequence", "series")]
+    frame[names] *= 5.0
+    found = xd.verify(model(), frame, config=case()).result
+    assert found.statement.verdict == "too good"
+    assert "times too large" in " ".join(statement(found))
+
+
+def test_a_model_that_its_own_recordings_refute_is_named() -> None:
+    refuted = replace(model(), fit="refuted")
+    found = xd.verify(refuted, measured(commands(3), np.random.default_rng(1)), config=case())
+    # The readings prove conformity at the targets, and nothing elsewhere.
+    assert found.result.verdict == "pass"
+    assert any("own recordings refute it" in text for text in statement(found.result))
+    assert found.record["model_refuted"]

@@ -100,7 +100,7 @@ def test_from_the_configuration_to_commands(arm: object, tmp_path: Path, capsys:
     moved = np.abs(commands[names].to_numpy() - pd.read_csv(plan)[names].to_numpy()).max()
     assert 1e-5 < moved < 0.05
     assert call("next", config, recordings, "--out", tmp_path / "next.csv") == 0
-    assert "not determined" not in capsys.readouterr().err
+    assert "not determined" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def benchmark() -> ModuleType:
 
 
 def test_the_benchmark_writes_its_result(tmp_path: Path) -> None:
-    options = ["--repetitions", "3", "--generations", "2", "--refinements", "5", "--out", str(tmp_path / "out")]
+    options = ["--repetitions", "3", "--generations", "2", "--out", str(tmp_path / "out")]
     benchmark().main([str(ROOT / "configs" / "closed-loop.yaml"), *options])
     table = pd.read_csv(tmp_path / "out" / "attained.csv").set_index("plan_by")
     assert float(table["mean"]["no compensation"]) > 5.0 * float(table["mean"]["total"])

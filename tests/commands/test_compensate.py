@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import ROBOT, call, model_file, plan_file
+import yaml
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file
 
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot_file import read_robot
@@ -42,3 +43,103 @@ def test_a_target_out_of_reach_ends_with_2_and_its_row(tmp_path: Path, capsys: p
     assert "plan.csv, row 4" in message
     assert "beyond the robot's limits: leg" in message
     assert not out.exists()
+
+
+def targets_with(folder: Path, **changes: object) -> Path:
+    """The plan's rows as targets, the first with other values."""
+    frame = pd.read_csv(plan_file(folder), dtype={"mass_kg": float})
+    for name, value in changes.items():
+        frame.loc[0, name] = value
+    path = folder / "targets.csv"
+    frame.to_csv(path, index=False)
+    return path
+
+
+def test_corrections_and_what_to_expect_are_written_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, targets, commands = model_file(tmp_path), plan_file(tmp_path), tmp_path / "commands.csv"
+    capsys.readouterr()
+    assert call("compensate", model, targets, "--out", commands) == 0
+    said = capsys.readouterr().out
+    written = pd.read_csv(commands)
+    moved = written[POSE[:3]].to_numpy() - written[[f"target_{name}" for name in POSE[:3]]].to_numpy()
+    np.testing.assert_allclose(written["correction_m"], np.linalg.norm(moved, axis=1), rtol=1e-9)
+    # About an axis near a coordinate's the angle is the change of that coordinate; here it is a few parts in 10 off.
+    turned = written[POSE[3:]].to_numpy() - written[[f"target_{name}" for name in POSE[3:]]].to_numpy()
+    np.testing.assert_allclose(written["correction_rad"], np.linalg.norm(turned, axis=1), rtol=0.2)
+    np.testing.assert_allclose(written["U_z_m"], 2.0 * written["sz_m"], rtol=1e-9)
+    largest = 1e6 * written["correction_m"].max(), 1e6 * written["correction_rad"].max()
+    length = 1e6 * written[["U_x_m", "U_y_m", "U_z_m"]].to_numpy().max()
+    assert f"largest correction {largest[0]:.3g} um, {largest[1]:.3g} urad; expected U {length:.3g} um" in said
+    assert written["beyond_calibration"].isna().all()
+    assert len(said.splitlines()) == 1 + 4 + 2
+    assert call("compensate", model, targets, "--out", tmp_path / "mm.csv", "--units", "mm,mrad") == 0
+    in_mm = pd.read_csv(tmp_path / "mm.csv")
+    for name in ("correction", "U_x", "U_rz"):
+        unit, other = ("rad", "mrad") if name == "U_rz" else ("m", "mm")
+        np.testing.assert_allclose(in_mm[f"{name}_{other}"], 1e3 * written[f"{name}_{unit}"], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "status", "said"),
+    [
+        ({"mass_kg": 26500.0}, 2, "row 2: the mass is 26500 kg, 1000 times the largest that was calibrated (26.5)"),
+        ({"mass_kg": 265.0}, 0, "row 2: the mass is 265 kg, 10 times the largest that was calibrated (26.5)"),
+        ({"com_x_m": 100.0}, 2, "row 2: a centre of mass would be 100 m away"),
+        ({"x_m": 10.0}, 2, "row 2, column x_m: at 10 m a leg would be 32.6 times as long"),
+        ({"rx_rad": 2.0}, 2, "Is it in degrees?"),
+    ],
+)
+def test_targets_that_cannot_be_meant(
+    changes: dict[str, object], status: int, said: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    model, out = model_file(tmp_path), tmp_path / "commands.csv"
+    capfd.readouterr()
+    assert call("compensate", model, targets_with(tmp_path, **changes), "--out", out) == status
+    assert said in capfd.readouterr().err
+    assert out.exists() == (status == 0)
+
+
+def test_extrapolation_is_said_for_its_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, out = model_file(tmp_path), tmp_path / "commands.csv"
+    capsys.readouterr()
+    assert call("compensate", model, targets_with(tmp_path, mass_kg=40.0, y_m=-0.02), "--out", out) == 0
+    said = capsys.readouterr().out
+    beyond = pd.read_csv(out)["beyond_calibration"].fillna("").tolist()
+    assert beyond[0].startswith("y_m -0.02 (recorded 0 to 0.02)")
+    assert "mass_kg 40 (recorded up to 26.5)" in beyond[0]
+    assert beyond[1:] == ["", "", ""]
+    assert beyond[0] in said
+    assert "1 of 4 targets beyond what was calibrated" in said
+
+
+def test_a_configuration_gives_its_targets_and_has_to_be_of_the_robot(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, out = model_file(tmp_path), tmp_path / "commands.csv"
+    assert call("compensate", model, CONFIG, "--out", out) == 0
+    written = pd.read_csv(out)
+    targets = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))["targets"]
+    np.testing.assert_allclose(written[[f"target_{name}" for name in POSE]], [target["pose"] for target in targets])
+    np.testing.assert_allclose(written["mass_kg"], [target["payload"]["mass_kg"] for target in targets])
+    other = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    other["robot"] = yaml.safe_load(ROBOT.read_text(encoding="utf-8"))
+    other["robot"]["home"][2] += 0.02
+    (tmp_path / "other.yaml").write_text(yaml.safe_dump(other), encoding="utf-8")
+    capsys.readouterr()
+    out = tmp_path / "others.csv"
+    assert call("compensate", model, tmp_path / "other.yaml", "--out", out) == 2
+    message = capsys.readouterr().err
+    assert "home is 20 mm apart" in message
+    assert "model.yaml" in message
+    assert call("compensate", model, tmp_path / "other.yaml", "--out", out, "--other-robot") == 0
+
+
+def test_a_model_keeps_the_ranges_of_its_recordings(tmp_path: Path) -> None:
+    content = yaml.safe_load(model_file(tmp_path).read_text(encoding="utf-8"))["calibrated"]
+    assert content["x_m"] == [-0.01, 0.01]
+    assert content["mass_kg"] == [0.0, 26.5]
+    assert content["com_y_m"] == [-0.05, 0.05]
+    assert content["force_N"] == pytest.approx([0.0, 26.5 * 9.80665])
+    assert content["moment_Nm"][1] == pytest.approx(26.5 * 9.80665 * np.hypot(0.1, 0.05), rel=0.05)

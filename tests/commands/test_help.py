@@ -1,12 +1,13 @@
 """Help of every command, with an example; and no library is imported for the list of commands."""
 
+import re
 import subprocess
 import sys
 
 import pytest
 from tests.commands.calls import call
 
-from expdesign.commands.main import command_modules
+from expdesign.commands.main import GROUPS, command_modules
 
 HEAVY = ("casadi", "numpy", "pandas", "plotly", "pymoo", "scipy")
 
@@ -16,7 +17,7 @@ def test_every_command_has_help_with_an_example(name: str, capsys: pytest.Captur
     assert call(name, "--help") == 0
     text = capsys.readouterr().out
     assert f"expdesign {name} " in text.split("Example:")[1]
-    first = command_modules()[name]
+    first = command_modules()[name].first
     assert first.endswith((".", "not identifiable."))
     assert first.split()[0] in text
 
@@ -30,9 +31,25 @@ def test_the_list_of_commands_imports_no_library() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stderr.strip() == "[]"
-    for name, first in command_modules().items():
+    for name, listed in command_modules().items():
         assert name in done.stdout
-        assert first.split()[0] in done.stdout
+        assert listed.first.split()[0] in done.stdout
+
+
+WAY = ["new", "check", "run", "sheet", "identify", "diagnose", "compensate", "verify"]
+DATA = ["register", "correct", "simulate", "predict", "table"]
+
+
+def test_the_commands_stand_in_three_groups(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("--help") == 0
+    text = capsys.readouterr().out
+    places = [text.index(f"{title}:") for title in GROUPS.values()]
+    assert places == sorted(places)
+    names = [line.split()[0] for line in text[places[0] :].splitlines() if re.match("  [a-z]", line)]
+    assert names == list(command_modules())
+    assert names[: len(WAY) + len(DATA)] == WAY + DATA
+    assert {command_modules()[name].group for name in WAY} == {"way"}
+    assert {command_modules()[name].group for name in DATA} == {"data"}
 
 
 def test_a_command_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:

@@ -38,6 +38,19 @@ def test_a_sweep_of_what_was_written(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "sweep of 9 runs over targets[0].weight" in capsys.readouterr().out
 
 
+def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("new", "sweep", "--out", tmp_path / "my sweep") == 0
+    said = capsys.readouterr().err
+    assert f"next: expdesign sweep '{tmp_path / 'my sweep' / 'sweep.yaml'}'" in said
+    content = yaml.safe_load((tmp_path / "my sweep" / "sweep.yaml").read_text())
+    (tmp_path / "my sweep" / "sweep.yaml").write_text(
+        yaml.safe_dump(content | {"vary": {"optimiser.seed": [1]}, "cases": [{"optimiser.generations": 1}]})
+    )
+    assert call("sweep", tmp_path / "my sweep" / "sweep.yaml", "--out", tmp_path / "out", "--workers", 1) == 0
+    assert set(pd.read_csv(tmp_path / "out" / "sweep.csv")["status"]) == {"finished"}
+    assert (tmp_path / "my sweep" / "robot.yaml").is_file()
+
+
 def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "robot.yaml").write_text("mine")
     assert call("new", "bipod", "--out", tmp_path) == 2

@@ -22,7 +22,7 @@ def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: pytes
     recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
     capsys.readouterr()
     assert call("next", CONFIG, recordings, "--out", out, "--count", 2) == 0
-    printed = capsys.readouterr().err
+    printed = capsys.readouterr().out
     plan = pd.read_csv(out)
     assert plan["sequence"].tolist() == [5, 6]
     assert plan["series"].tolist() == [4, 5]
@@ -39,10 +39,10 @@ def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: pytest.CaptureFixture[
     recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
     capsys.readouterr()
     assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.35) == 0
-    totals = forecast(capsys.readouterr().err)
+    totals = forecast(capsys.readouterr().out)
     assert totals[-1] <= 0.35 < totals[-2]
     assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.01, "--count", 1) == 0
-    assert "not enough for 0.01" in capsys.readouterr().err
+    assert "not enough for 0.01" in capsys.readouterr().out
 
 
 def test_the_next_measurements_can_be_simulated_and_identified_with_the_others(tmp_path: Path) -> None:

@@ -57,29 +57,29 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_from_two_lists_to_stiffness(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_from_two_lists_to_stiffness(folder: Path) -> None:
     out = folder / "recordings.csv"
     lists = (folder / "unloaded.txt", folder / "loaded.txt")
     options = ("--std", "1 um", "--record", folder / "record.json")
     assert call("register", folder / "robot.yaml", folder / "plan.csv", *lists, "--out", out, *options) == 0
-    assert "share its noise" in capsys.readouterr().err
     found, true = read_table(out), read_table(folder / "true.csv")
     errors = found.numbers(DEFLECTION) - true.numbers(DEFLECTION)
     stated = found.numbers(("sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad"))
     assert np.abs(errors / stated).max() < 4.0
     covariance = np.array(json.loads((folder / "record.json").read_text(encoding="utf-8"))["covariance"])
     np.testing.assert_allclose(np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)), stated, rtol=1e-12)
-    assert call("identify", folder / "robot.yaml", out, "--out", folder / "identified", "--shared-reference") == 0
+    assert call("identify", folder / "robot.yaml", out, "--out", folder / "identified") == 0
     record = json.loads((folder / "identified" / "identification.json").read_text(encoding="utf-8"))
     for estimate, _, _ in record["stiffness"].values():
         assert abs(estimate / 5.24e6 - 1.0) < 0.2
     assert record["p_value"] > 1e-3
+    assert record["shared_reference"]
 
 
 def test_without_a_deviation_it_is_estimated(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lists = (folder / "unloaded.txt", folder / "loaded.txt")
     assert call("register", folder / "robot.yaml", folder / "plan.csv", *lists, "--out", folder / "e.csv") == 0
-    text = capsys.readouterr().err.split("estimated from the residuals: ")[1]
+    text = capsys.readouterr().out.split("estimated from the residuals: ")[1]
     assert 0.6 < float(text.split()[0]) < 1.4  # 24 degrees of freedom: ±15 % (one standard deviation)
 
 

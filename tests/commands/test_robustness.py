@@ -252,7 +252,7 @@ def test_a_file_where_the_folder_should_be(
 ) -> None:
     (tmp_path / "taken").write_text("mine")
     inputs = [CONFIG] if command == "run" else [ROBOT, recordings_file(tmp_path)]
-    for long_work in ("run.search_within_budget", "diagnose.diagnose_recordings", "identify.identify_recordings"):
+    for long_work in ("run.search", "diagnose.diagnose_recordings", "identify.identify_recordings"):
         monkeypatch.setattr(f"expdesign.api.{long_work}", None)  # said before the work, not after it
     assert "is a file" in refused(capsys, command, *inputs, "--out", tmp_path / where)
     assert (tmp_path / "taken").read_text() == "mine"

@@ -30,6 +30,7 @@ def test_run_writes_what_the_interfaces_say(config: Path, tmp_path: Path) -> Non
     out = tmp_path / "out"
     assert call("run", config, "--out", out) == 0
     assert sorted(p.name for p in out.iterdir()) == [
+        ".expdesign.json",
         "pareto.csv",
         "plan.csv",
         "plans.csv",
@@ -131,7 +132,7 @@ def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: p
     out = tmp_path / "out"
     assert call("run", written(tmp_path, content), "--out", out) == 0
     assert json.loads((out / "run.json").read_text())["duir_lower_bound"] is None
-    assert "unknown frames make parameters redundant" in capsys.readouterr().err
+    assert "unknown frames make parameters redundant" in capsys.readouterr().out
     assert call("evaluate", tmp_path / "config.yaml", out / "plan.csv", "--json") == 0
     record = json.loads(capsys.readouterr().out.split("report.html")[-1])
     assert record["rank"] == 42

@@ -49,16 +49,15 @@ def test_the_workbook_filled_in_identifies_what_deflections_do(
     recordings = xd.simulate(config, plan, seed=4).frame
     fill_in(tmp_path / "sheet" / "sheet.xlsx", recordings, empty=6)
     capsys.readouterr()
-    options = ["--shared-reference"] if shared else []
     filled = tmp_path / "sheet" / "sheet.xlsx"
-    assert call("identify", ROBOT, filled, "--out", tmp_path / "filled", *options) == 0
+    assert call("identify", ROBOT, filled, "--out", tmp_path / "filled") == 0
     notes = capsys.readouterr().err
-    assert "1 rows without a measured value are left out" in notes
+    assert "1 row left out: no measured value" in notes
     assert "reference rows" in notes
     kept = recordings.drop(index=6).sort_values("series", kind="stable")
     kept["sequence"] = np.arange(1, len(kept) + 1)
     kept.to_csv(tmp_path / "direct.csv", index=False)
-    assert call("identify", ROBOT, tmp_path / "direct.csv", "--out", tmp_path / "direct", *options) == 0
+    assert call("identify", ROBOT, tmp_path / "direct.csv", "--out", tmp_path / "direct") == 0
     found = [json.loads((tmp_path / name / "identification.json").read_text()) for name in ("filled", "direct")]
     for name, interval in found[0]["stiffness"].items():
         np.testing.assert_allclose(interval, found[1]["stiffness"][name], rtol=1e-6)
@@ -90,7 +89,7 @@ def fill_in(path: Path, recordings, empty: int) -> None:  # type: ignore[no-unty
 def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
-    said = capsys.readouterr().err
+    said = capsys.readouterr().out
     table = read_table(tmp_path / "sheet" / "sheet.csv")
     loads = table.numbers(("mass_kg", "com_y_m"))
     loads[loads[:, 0] == 0.0] = 0.0
@@ -100,7 +99,7 @@ def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert np.count_nonzero(np.diff(table.integers("series"))) == 2
     page = (tmp_path / "sheet" / "sheet.html").read_text(encoding="utf-8")
     assert page.count("<tr class=") == 10
-    assert f"expdesign identify {ROBOT} sheet.xlsx --shared-reference" in page
+    assert f"expdesign identify {ROBOT} {tmp_path / 'sheet' / 'sheet.xlsx'} --out" in page
     assert "http" not in page
     assert len(page) < 60_000
 
@@ -127,3 +126,19 @@ def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.Captu
     xd.load(plan_file(tmp_path)).to_excel(path, index=False)
     assert call("identify", path, ROBOT, "--out", tmp_path / "out") == 2
     assert "plan.xlsx: this is a workbook, not text. Check the order of the files." in capsys.readouterr().err
+
+
+def test_numbers_in_the_files_are_those_of_the_page(tmp_path: Path) -> None:
+    """0.1018131 rad are 5.83346° to within 1e-6 rad, in the page as in the table; deviations are not rounded."""
+    config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
+    text = plan.read_text(encoding="utf-8").replace(
+        "-0.02,0.01,0,0.1,0,0", "-0.02,0.010000000123,0,0.1018131234567,0,0"
+    )
+    plan.write_text(text, encoding="utf-8")
+    assert call("sheet", config, plan, "--out", tmp_path / "sheet", "--units", "mm,deg") == 0
+    table = pd.read_csv(tmp_path / "sheet" / "sheet.csv")
+    page = (tmp_path / "sheet" / "sheet.html").read_text(encoding="utf-8")
+    assert set(table["y_mm"]) == {0.0, 10.0}
+    assert set(table["rx_deg"]) == {0.0, 5.83346}
+    assert ">5.83346<" in page
+    assert (table["sx_mm"] > 0.0).all()

@@ -25,20 +25,22 @@ def test_recordings_in_other_units_and_forms_identify_the_same(
     assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
     import expdesign as xd  # noqa: PLC0415
     from expdesign.api.outputs import save_table  # noqa: PLC0415
+    from expdesign.files.written import Purpose  # noqa: PLC0415
 
     frame = xd.load(plain)
     assert isinstance(frame, pd.DataFrame)
     forms = [
-        save_table(tmp_path / "units.csv", frame, "mm,mrad,g"),
-        save_table(tmp_path / "units.xlsx", frame, "um,deg"),
+        save_table(tmp_path / "units.csv", frame, "mm,mrad,g", Purpose("test")),
+        save_table(tmp_path / "units.xlsx", frame, "um,deg", Purpose("test")),
     ]
     german = tmp_path / "german.csv"
     german.write_bytes(forms[0].read_text().replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode("cp1252"))
     for path in [*forms, german]:
         capsys.readouterr()
-        assert call("identify", ROBOT, path, "--out", tmp_path / path.stem) == 0
-        assert "converted: x_" in capsys.readouterr().err
-        np.testing.assert_allclose(stiffness(tmp_path / path.stem), stiffness(tmp_path / "plain"), rtol=1e-9)
+        out = tmp_path / f"from-{path.name}"
+        assert call("identify", ROBOT, path, "--out", out) == 0
+        assert "columns converted from " in capsys.readouterr().err
+        np.testing.assert_allclose(stiffness(out), stiffness(tmp_path / "plain"), rtol=1e-9)
 
 
 def test_configuration_and_robot_in_other_units_give_the_same(
@@ -60,9 +62,10 @@ def test_configuration_and_robot_in_other_units_give_the_same(
 def test_output_in_units_of_choice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model, plan = model_file(tmp_path), plan_file(tmp_path)
     for command in ("predict", "compensate"):
-        assert call(command, model, plan, "--out", tmp_path / "si.csv") == 0
-        assert call(command, model, plan, "--out", tmp_path / "units.xlsx", "--units", "mm,mrad") == 0
-        plain, other = read_table(tmp_path / "si.csv"), read_table(tmp_path / "units.xlsx")
+        out, workbook = tmp_path / f"{command}.csv", tmp_path / f"{command}.xlsx"
+        assert call(command, model, plan, "--out", out) == 0
+        assert call(command, model, plan, "--out", workbook, "--units", "mm,mrad") == 0
+        plain, other = read_table(out), read_table(workbook)
         assert plain.columns == other.columns
         names = ("x_m", "rx_rad", "sx_m", "srx_rad")
         np.testing.assert_allclose(other.numbers(names), plain.numbers(names), rtol=1e-12)

@@ -17,10 +17,9 @@ from expdesign.comparison.comparable import differences, require_comparable
 from expdesign.comparison.contenders import Contender, drawn
 from expdesign.comparison.correlation import spearman
 from expdesign.comparison.judgement import Judgement, judge
-from expdesign.comparison.refinement import refined
 from expdesign.criteria.criterion import known_criteria
 from expdesign.design.plan import Plan
-from expdesign.design.single import search_single
+from expdesign.design.search import search_single
 from expdesign.errors import InputError
 from expdesign.report.comparison_report import agreement
 
@@ -153,15 +152,16 @@ def test_the_command_writes_what_the_interfaces_say(tmp_path: Path, capsys: pyte
 
 @pytest.mark.parametrize("name", ["o1", "o3", "feir"])
 def test_the_design_of_a_criterion_is_a_local_optimum_of_it(name: str) -> None:
-    """No small move within the limits improves the refined design, which a short search alone does not reach."""
+    """No small move within the limits improves the design that a search from a short one's design ends at."""
     few = problem(HEXAPOD)
     criterion = known_criteria()[name]
     sign = -1.0 if criterion.maximise else 1.0
-    start = search_single(few, criterion, seed=1, generations=3, refinements=5)
-    found = refined(few, criterion, start.decisions[None], 1)
+    few = replace(few, optimiser=replace(few.optimiser, polish=True, generations=None))
+    start = search_single(few, criterion, seed=1, generations=1)
+    found = search_single(few, criterion, seed=1, start=start.decisions).decisions
     scores = sign * criterion.values(few.assess(*few.space.decode(found)))
     best = found[int(np.argmin(scores))]
-    assert scores.min() < sign * start.value - 1e-3 * abs(start.value)
+    assert scores.min() <= sign * start.criteria[name][0]
     generator = np.random.default_rng(2)
     span = few.space.upper - few.space.lower
     moves = 0.01 * generator.standard_normal((400, *best.shape)) * span * ~few.space.discrete

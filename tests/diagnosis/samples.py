@@ -56,9 +56,7 @@ def simulated(
 
 def sample_of(name: str, recordings: Recordings, counts: Array | None = None) -> Sample:
     """All rows, or some."""
-    data = Data(
-        recordings, row_data(recordings, robot(name)), Whitening(np.array(recordings.deviations), recordings.series)
-    )
+    data = Data(recordings, row_data(recordings, robot(name)), Whitening(np.array(recordings.deviations)))
     return Sample.of(data, np.ones(len(recordings), dtype=bool) if counts is None else counts)
 
 

@@ -15,7 +15,7 @@ from expdesign.identification.whitening import Whitening
 def sample(count: int) -> Sample:
     points = recordings(count=count, axes=(3, 4))
     assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
     return Sample.of(data, np.ones(count, dtype=bool))
 
 

@@ -56,7 +56,7 @@ def positions(arm: SerialRobot, q: Array, moved: Array, test: Array | None = Non
 def search_of(arm: SerialRobot, recordings: Recordings) -> Search:
     """Zeros of all joints or a drift of the instrument: nothing else is in the library."""
     assert recordings.deviations is not None
-    whitening = Whitening(recordings.deviations, recordings.series)
+    whitening = Whitening(recordings.deviations)
     data = Data(recordings, row_data(recordings, arm), whitening, reading=reading_of(arm, recordings))
     sample = Sample.of(data, ~recordings.test)
     base = fit(Chain(arm, reading=sample.reading), sample)

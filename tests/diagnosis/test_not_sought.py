@@ -20,7 +20,7 @@ def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
     data = Data(
         recordings,
         row_data(recordings, robot(BIPOD)),
-        Whitening(recordings.deviations, recordings.series, shared_reference=False),
+        Whitening(recordings.deviations),
     )
     counts = np.ones(len(recordings), dtype=bool)
     if rows is not None:

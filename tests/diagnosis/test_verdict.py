@@ -10,6 +10,7 @@ from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.selection import Model
 from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
+from expdesign.identification.goodness import LackOfFit, StatementOfFit
 
 MOST_EFFECTS = 3
 GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
@@ -32,9 +33,12 @@ def many() -> Model:
 
 
 def test_without_effects_chi_squared_decides() -> None:
-    assert verdict_without(0.5, known_noise=True) == "consistent"
-    assert verdict_without(1e-5, known_noise=True) == "unexplained"
-    assert verdict_without(float("nan"), known_noise=False) == "consistent"
+    assert verdict_without(StatementOfFit.of_chi2(200.0, 200)) == "consistent"
+    assert verdict_without(StatementOfFit.of_chi2(20.0, 200)) == "consistent"
+    assert verdict_without(StatementOfFit.of_chi2(300.0, 200)) == "unexplained"
+    estimated = StatementOfFit(None, 200, None, origin="residuals")
+    assert verdict_without(estimated) == "consistent"
+    assert verdict_without(replace(estimated, lack_of_fit=LackOfFit(5.0, 100, 100, 1e-5))) == "unexplained"
 
 
 def test_one_effect_that_fits_explains(one: Model) -> None:

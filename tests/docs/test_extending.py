@@ -35,7 +35,7 @@ from thesis_studies.making import read_frame
 from thesis_studies.study import known_studies
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
-FILES = dict(re.findall(r'```python title="src/([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))
+FILES = dict(re.findall(r'```python title="(?:src/)?([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))
 
 BIPOD = {
     "schema_version": 1,
@@ -108,7 +108,7 @@ def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None])
     assert np.nanmedian(front.kktpm) < 1e-3
     rough = search(replace(case, optimiser=replace(case.optimiser, polish=False)))
     assert np.isfinite(rough.kktpm).all()
-    assert np.median(rough.kktpm) > np.nanmedian(front.kktpm)
+    assert len(front) > len(rough)  # between corners of the ranges gradients alone find designs
     table = gradient_check(case, front.decisions[0], ["ellipsoid"])
     assert table["relative_error"].max() < 1e-6
     assert "error ellipsoid" in render(design_report(case, front, {}))
@@ -191,7 +191,7 @@ def _identify_and_diagnose(folder: Path) -> None:
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(model), encoding="utf-8")
         recordings = folder / f"{name}.csv"
         assert call("simulate", folder / "run.yaml", folder / "plan.csv", "--model", folder / f"{name}.yaml",
-                    "--no-load-errors", "--out", recordings) == 0  # fmt: skip
+                    "--no-load-errors", "--seed", "4", "--out", recordings) == 0  # fmt: skip
         assert call("diagnose", folder / "robot.yaml", recordings, "--out", folder / f"{name}-out") == 0
     sound, play = (
         json.loads((folder / f"{name}-out" / "diagnosis.json").read_text(encoding="utf-8"))
@@ -301,7 +301,13 @@ def test_a_study(place: Callable[[str], None], tmp_path: Path) -> None:
     (tmp_path / "sag.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
     assert call("study", "sag", "--configurations", tmp_path, "--out", tmp_path / "out") == 0
     kept = tmp_path / "out" / "sag"
-    assert sorted(path.name for path in kept.iterdir()) == ["README.md", "sag.csv", "sag.svg", "study.json"]
+    assert sorted(path.name for path in kept.iterdir()) == [
+        ".expdesign.json",
+        "README.md",
+        "sag.csv",
+        "sag.svg",
+        "study.json",
+    ]
     frame = read_frame((kept / "sag.csv").read_text(encoding="utf-8"))
     expected = 1e6 * 9.80665 * (1e-7 + 1.0 / 1.3e7) / 3.0
     assert frame["sag_um"].tolist() == pytest.approx([expected, 10.0 * expected], rel=1e-5)

@@ -73,11 +73,11 @@ def test_broken_tables(text: str, what: str, where: str) -> None:
 
 
 def test_missing_columns_suggest_the_nearest() -> None:
-    table = parse_table("x_m,ym\n1,2\n", "t.csv")
+    table = parse_table("x_m,yy_m\n1,2\n", "t.csv")
     with pytest.raises(InputError, match="missing") as error:
         table.numbers(("x_m", "y_m"))
     assert error.value.where == "t.csv, column y_m"
-    assert "`ym`" in error.value.remedy
+    assert "`yy_m`" in error.value.remedy
 
 
 def test_missing_file(tmp_path: Path) -> None:

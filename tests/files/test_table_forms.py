@@ -9,10 +9,11 @@ import pandas as pd
 import pytest
 from openpyxl import Workbook, load_workbook
 
+from expdesign.api.outputs import save_table
 from expdesign.errors import InputError
 from expdesign.files.excel import workbook
 from expdesign.files.table import parse_table, read_table
-from expdesign.files.table_output import write_table
+from expdesign.files.written import Purpose
 
 PLAIN = "sequence,dx_m,note\n1,0.5,Müller\n2,-1.25e-6,µ\n"
 SEMICOLONS = PLAIN.replace(",", ";")
@@ -107,7 +108,7 @@ def test_a_sheet_of_a_workbook(tmp_path: Path, caplog: pytest.LogCaptureFixture)
             table = read_table(tmp_path / name)
         np.testing.assert_array_equal(table.numbers(("sequence", "dx_m")), [[1, 0.5e-3], [2, -1.25e-6]])
         assert table.lines.tolist() == [2, 4]
-    assert "sheet `Tabelle1` of `Cover`, `Tabelle1`; converted: dx_mm to dx_m" in caplog.text
+    assert "t.xlsx: read sheet `Tabelle1`; converted: dx_mm to dx_m" in caplog.text
     with pytest.raises(InputError, match="the column is missing") as error:
         table.require(("series",))
     assert "sheet `Tabelle1`, column series" in error.value.where
@@ -133,7 +134,7 @@ def test_workbooks_that_cannot_be_read(tmp_path: Path) -> None:
 def test_what_is_written_reads_back(tmp_path: Path) -> None:
     generator = np.random.default_rng(1)
     frame = pd.DataFrame({"sequence": np.arange(1, 101), "x_m": generator.normal(size=100), "note": ["ä"] * 100})
-    write_table(tmp_path / "t.xlsx", frame, "")
+    save_table(tmp_path / "t.xlsx", frame, None, Purpose("test"))
     table = read_table(tmp_path / "t.xlsx")
     np.testing.assert_allclose(table.numbers(("x_m",))[:, 0], frame["x_m"], rtol=5e-16)  # 16 digits
     assert table.frame["note"].tolist() == ["ä"] * 100

@@ -105,3 +105,14 @@ def test_worst_combination_is_what_it_says() -> None:
         assert each.noticed >= 1.0 - 1e-6
         assert each.limited_by in ("size", "detection")
         assert each.error == 0.0 or each.tolerable * each.error == pytest.approx(1.0)
+
+
+def test_an_arm_with_several_rows_in_a_series_hides_what_settles_late() -> None:
+    """Loads that change within a series show creep, of which every form has a size."""
+    recordings, deviations = recorded("ur5")
+    series = np.repeat(np.arange(1, len(recordings)), 2)[: len(recordings)]
+    only = Assumptions(physics=frozenset({"creep"}))
+    found = hidden_by(problem("ur5"), replace(recordings, series=series), deviations, only)
+    assert {each.physics for each in found.physics} == {"creep"}
+    assert np.isfinite(found.meir)
+    assert not found.unsized

@@ -2,19 +2,25 @@
 
 from collections.abc import Mapping
 from copy import deepcopy
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from tests.chain.kinds import KINDS
 
 import expdesign as xd
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import row_data
 from expdesign.design.plan import Plan, plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.design.start import starting_designs
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
+from expdesign.recordings.recordings import Recordings
+from expdesign.robots.robot import Robot
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 PARALLEL = ("hexapod-h1", "hexapod-120kg", "rubin-camera")
@@ -47,8 +53,18 @@ def truth_of(content: Mapping[str, Any], generator: np.random.Generator, spread:
     return result
 
 
-def recordings_of(content: Mapping[str, Any], seed: int, rows: int = 8, spread: float = 0.15) -> pd.DataFrame:
-    """Recordings with noise and load errors of a robot whose stiffness is not that of its file."""
+def recordings_of(
+    content: Mapping[str, Any], seed: int, rows: int = 8, spread: float = 0.15, series: int = 1
+) -> pd.DataFrame:
+    """Recordings with noise and load errors of a robot whose stiffness is not that of its file.
+
+    Args:
+        content: configuration.
+        seed: of stiffness, plan, noise and errors.
+        rows: how many there are.
+        spread: standard deviation of the logarithm of the stiffness.
+        series: rows at every pose.
+    """
     generator = np.random.default_rng(seed)
     truth = truth_of(content, generator, spread)
     truth["experiment"]["measurements"] = rows
@@ -56,4 +72,60 @@ def recordings_of(content: Mapping[str, Any], seed: int, rows: int = 8, spread: 
     decisions = case.space.canonical(starting_designs(case, 1, generator).reshape(1, rows, case.space.decisions))
     poses, loads = case.space.decode(decisions[0])
     frame = plan_frame(Plan(poses, loads, np.arange(1, rows + 1)), case.loaded, case.space.tilts)
+    if series > 1:
+        frame = in_series(frame, case.loaded.robot, generator, series)
     return xd.simulate(case, frame, seed=seed).frame
+
+
+def with_wrenches(content: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with forces and moments of the size of its payloads, in place of them."""
+    result: dict[str, Any] = deepcopy(dict(content))
+    experiment = result["experiment"]
+    mass = experiment["load"].get("mass_kg")
+    if mass is None:
+        return result
+    force = 9.81 * float(np.max(mass["choices"] if isinstance(mass, dict) else mass))
+    size = dict.fromkeys(("fx_N", "fy_N", "fz_N"), force) | dict.fromkeys(("mx_Nm", "my_Nm", "mz_Nm"), 0.15 * force)
+    experiment["load"] = {"kind": "wrench", **{name: [-most, most] for name, most in size.items()}}
+    experiment["load_error"] = []
+    return result
+
+
+def in_series(frame: pd.DataFrame, robot: Robot, generator: np.random.Generator, rows: int) -> pd.DataFrame:
+    """Plans have one row at a pose; here every pose has some, with times and temperatures."""
+    frame = frame.copy()
+    first = np.arange(len(frame)) // rows * rows
+    for name in robot.configuration:
+        frame[name] = frame[name].to_numpy()[first]
+    frame["series"] = first // rows + 1
+    frame["time_s"] = np.cumsum(generator.uniform(20.0, 200.0, len(frame)))
+    frame["temperature_degC"] = 20.0 + np.cumsum(generator.normal(scale=0.1, size=len(frame)))
+    return frame
+
+
+def concealing(recordings: Recordings, robot: Robot, generator: np.random.Generator) -> Recordings:
+    """Recordings into which a physics that the base model lacks is put, at up to the size that is typical of it.
+
+    It adds to the deflections no more than the load makes of them, as it does in robots that serve.
+    """
+    kinds = [kind for kind in KINDS if kind.candidates(robot, recordings)]
+    kind = kinds[int(generator.integers(len(kinds)))]
+    effect = kind.candidates(robot, recordings)[0]
+    chain, rows = Chain(robot, (effect,)), row_data(recordings, robot)
+    neutral = effect.neutral()
+    sizes = np.array([parameter.scale for parameter in effect.parameters])
+    values = neutral + sizes * generator.uniform(-1.0, 1.0, len(sizes))
+    ones = np.ones(chain.compliances)
+    change = chain.predict(rows, np.concatenate([ones, values])) - chain.predict(rows, np.concatenate([ones, neutral]))
+    if not np.isfinite(change).all():
+        return recordings
+    change = change[:, recordings.axes]
+    largest = np.sqrt((change**2).mean(axis=0)) / np.sqrt((recordings.deflections**2).mean(axis=0))
+    return replace(recordings, deflections=recordings.deflections + change / max(1.0, float(largest.max())))
+
+
+def read_out(recordings: Recordings) -> Recordings:
+    """Readings in steps of a power of ten of at most a standard deviation, as an instrument's display has them."""
+    assert recordings.deviations is not None
+    step = 10.0 ** np.floor(np.log10(recordings.deviations.min(axis=0)))
+    return replace(recordings, deflections=np.round(recordings.deflections / step) * step)

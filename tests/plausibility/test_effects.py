@@ -27,5 +27,7 @@ def test_an_effect_of_typical_size_is_not_warned_of(kind: type[Effect]) -> None:
         deflections = chain.predict(row_data(exact, here), np.concatenate([compliances, values]))
         if not np.isfinite(deflections).all():
             continue
-        noise = 0.01 * np.abs(deflections).mean(axis=0) * generator.standard_normal(deflections.shape)
-        assert recordings_findings(replace(exact, deflections=deflections + noise), here) == []
+        deviations = np.broadcast_to(0.01 * np.abs(deflections).mean(axis=0), deflections.shape)
+        noisy = deflections + deviations * generator.standard_normal(deflections.shape)
+        assert recordings_findings(replace(exact, deflections=noisy, deviations=deviations), here) == []
+        assert recordings_findings(replace(exact, deflections=noisy, deviations=None), here) == []

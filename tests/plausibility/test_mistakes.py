@@ -3,19 +3,37 @@
 import logging
 import re
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
 from tests.commands.calls import call
+from tests.oracle import Array
+from tests.plausibility.mistaken_files import POINTS, READ_AS, REFUSED, WORKBOOKS, YAML
+from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
 from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS
-from tests.plausibility.sound import CONFIGS, PARALLEL, content_of, problem_from, recordings_of
+from tests.plausibility.sound import (
+    CONFIGS,
+    PARALLEL,
+    concealing,
+    content_of,
+    problem_from,
+    read_out,
+    recordings_of,
+    with_wrenches,
+)
 
 from expdesign.api.identify import recordings_of as read
-from expdesign.api.inputs import problem_of, robot_of
+from expdesign.api.inputs import problem_of, robot_of, table_of
 from expdesign.errors import ExpdesignError
+from expdesign.plausibility.mistakes.frames import axes_in_words, axis_turns
 from expdesign.plausibility.problem import problem_findings
+from expdesign.plausibility.recordings import recordings_findings
+from expdesign.recordings.reader import read_recordings, recordings_from_table
+from expdesign.robots.robot_file import read_robot
 
 Log = pytest.LogCaptureFixture
 SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if not path.name.startswith("sweep"))
@@ -33,8 +51,9 @@ def said(log: Log, act: Any) -> str:
     return "\n".join([*refused, *(record.getMessage() for record in log.records)])
 
 
-def test_there_are_at_least_sixty() -> None:
-    assert len(CONFIGURATIONS) + len(RECORDINGS) >= 60
+def test_there_are_at_least_a_hundred() -> None:
+    tables = (CONFIGURATIONS, RECORDINGS, OF_PAYLOADS, OF_WRENCHES, READ_AS, REFUSED, WORKBOOKS, YAML, POINTS)
+    assert sum(len(table) for table in tables) >= 140
 
 
 @pytest.mark.parametrize("name", CONFIGURATIONS)
@@ -52,6 +71,29 @@ def test_mistaken_recordings(name: str, caplog: Log) -> None:
     frame = change(recordings_of(content, 5))
     robot = robot_of(content["robot"])
     assert re.search(words, said(caplog, lambda: read(frame, robot)))
+
+
+@pytest.mark.parametrize("name", [*OF_PAYLOADS, *OF_WRENCHES])
+def test_mistaken_rows(name: str, caplog: Log) -> None:
+    base, change, words = (OF_PAYLOADS | OF_WRENCHES)[name]
+    content = content_of(base) if name in OF_PAYLOADS else with_wrenches(content_of(base))
+    spread = 0.02 if words == "lb" else 0.15
+    frame, robot = change(recordings_of(content, 5, rows=12, spread=spread)), robot_of(content["robot"])
+    assert re.search(words, said(caplog, lambda: read(frame, robot)))
+
+
+@pytest.mark.parametrize("turn", axis_turns(3)[:23], ids=lambda turn: axes_in_words(turn, "base"))
+def test_an_instrument_is_named_in_each_of_the_23_frames(turn: Array) -> None:
+    """With how far χ² falls: below twice its degrees of freedom where it was many times as large."""
+    content = content_of("hexapod-h1")
+    robot = robot_of(content["robot"]).robot
+    sound = recordings_of(content, 5, rows=12)
+    recordings = recordings_from_table(table_of(read_in(turn)(sound), "recordings"), robot)
+    finding = recordings_findings(recordings, robot)[0]
+    assert f"Is the instrument's frame turned ({axes_in_words(turn, 'base')})?" in finding.likely
+    before, after = (float(text) for text in re.findall(r"(?:chi2|and) ([\d.e+]+)", finding.what)[-2:])
+    assert before > 10.0 * after
+    assert after < 2.0 * 66
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
@@ -83,22 +125,42 @@ def sane_configuration(seed: int) -> dict[str, Any]:
 
 
 def assert_sound(seed: int, log: Log) -> None:
-    content = sane_configuration(seed)
+    """A sound configuration, and recordings of its robot: as they are, without deviations, and with hidden physics."""
+    content, generator = sane_configuration(seed), np.random.default_rng(seed)
     assert [finding.what for finding in problem_findings(problem_from(content))] == []
-    frame = recordings_of(content, seed, rows=int(np.random.default_rng(seed).integers(4, 15)), spread=0.25)
+    rows, series = int(generator.integers(4, 15)), int(generator.integers(1, 4))
+    if seed % 3 == 2:
+        content = with_wrenches(content)
+    frame = recordings_of(content, seed, rows=rows, spread=0.25, series=series)
     robot = robot_of(content["robot"])
     assert said(log, lambda: read(frame, robot)) == ""
+    recordings = recordings_from_table(table_of(frame, "recordings"), robot.robot)
+    for made in (
+        read_out(recordings),
+        replace(recordings, deviations=None),
+        concealing(recordings, robot.robot, generator),
+        replace(concealing(recordings, robot.robot, generator), deviations=None),
+    ):
+        assert recordings_findings(made, robot.robot) == []
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(40))
 def test_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> None:
     assert_sound(seed, caplog)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(30, 530))
+@pytest.mark.parametrize("seed", range(40, 540))
 def test_five_hundred_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> None:
     assert_sound(seed, caplog)
+
+
+@pytest.mark.skipif(not folder().is_dir(), reason=f"no recordings in {folder()} (set {VARIABLE})")
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_real_recordings_are_not_warned_of(case: Case) -> None:
+    robot = read_robot(folder() / case.folder / case.robot)
+    for file in (case.file, *case.others):
+        assert recordings_findings(read_recordings(folder() / case.folder / f"{file}.csv", robot), robot) == []
 
 
 def test_flipped_signs_are_said_and_nothing_is_nan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

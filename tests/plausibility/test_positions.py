@@ -42,6 +42,27 @@ def swapped(first: str, second: str) -> Change:
     return lambda frame: frame.rename(columns={first: second, second: first})
 
 
+def late(rows: int) -> Change:
+    """Readings that stand some rows late."""
+    return lambda frame: frame.assign(**{name: np.roll(frame[name], rows) for name in READ}).iloc[rows:]
+
+
+def slipped(row: int, name: str, factor: float) -> Change:
+    return lambda frame: frame.assign(**{name: np.where(np.arange(len(frame)) == row, factor, 1.0) * frame[name]})
+
+
+def copied(first: int, rows: int) -> Change:
+    """Rows once more at the end, under new numbers."""
+
+    def change(frame: pd.DataFrame) -> pd.DataFrame:
+        again = frame.iloc[first : first + rows].copy()
+        for name in ("sequence", "series"):
+            again[name] += frame[name].max()
+        return pd.concat([frame, again])
+
+    return change
+
+
 def test_sound_positions_are_not_warned_of(arm: Robot, positions: pd.DataFrame, tmp_path: Path) -> None:
     assert recordings_findings(recordings_from_table(table_of(positions), arm), arm) == []
     torso = read_torso(tmp_path)
@@ -57,6 +78,10 @@ def test_sound_positions_are_not_warned_of(arm: Robot, positions: pd.DataFrame, 
         (scaled(["q3_rad"], -1.0), "q3_rad the wrong sign"),
         (scaled(["py_m"], -1.0), "left-handed"),
         (swapped("q2_rad", "q3_rad"), "q2_rad and q3_rad swapped"),
+        (swapped("q2_rad", "q5_rad"), "q2_rad and q5_rad swapped"),
+        (late(1), "readings stand one row too late"),
+        (slipped(30, "px_m", 10.0), "in row 32 10 times too large"),
+        (slipped(31, "py_m", -1.0), "in row 33 of the wrong sign"),
     ],
 )
 def test_commands_and_positions_of_different_frames_are_said(
@@ -65,6 +90,11 @@ def test_commands_and_positions_of_different_frames_are_said(
     (finding,) = recordings_findings(recordings_from_table(table_of(change(positions)), arm), arm)
     assert says in finding.likely
     assert "after registration" in finding.what
+
+
+def test_copied_positions_are_said(arm: Robot, positions: pd.DataFrame) -> None:
+    (finding,) = recordings_findings(recordings_from_table(table_of(copied(12, 3)(positions)), arm), arm)
+    assert "agree with those of row 14 far closer" in finding.what
 
 
 @pytest.mark.parametrize("column", ["com_z_m", "left_hand_com_z_m"])

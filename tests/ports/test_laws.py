@@ -1,5 +1,6 @@
 """Physics that no list holds: located, drawn, predicted with, and absent where there is none."""
 
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
@@ -12,7 +13,7 @@ from tests.ports.machines import BIPOD, lengths_of_leg_1, recordings_of, softene
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
-from expdesign.diagnosis.law_findings import LawFinding
+from expdesign.diagnosis.law_findings import LawFinding, sentence
 from expdesign.diagnosis.laws import sought_laws
 from expdesign.diagnosis.library import library
 from expdesign.errors import InputError
@@ -42,6 +43,19 @@ def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
     assert record["location"]["candidates"][0]["component"] == "leg 1"
     assert record["effects"][0]["curve"] == "law-1.csv"
     assert result.errors.test_after < 0.3 * result.errors.test_before
+
+
+def test_what_takes_nothing_away_is_not_explained() -> None:
+    """A share of 0 % is not said, nor what usually behaves like that; what fits as well is."""
+    laws = found().laws
+    assert laws is not None
+    part = laws.parts[0]
+    said, silent = (sentence(replace(part, share=share), robot(BIPOD), ("base",)) for share in (0.4, 0.002))
+    assert "(40 % of what the base model leaves over)" in said
+    assert said.count("do that") + said.count("does that") == 1
+    assert "leaves over" not in silent
+    assert "does that" not in silent
+    assert said.endswith(" These recordings fit base as well.")
 
 
 def test_the_band_covers_the_true_compliance() -> None:

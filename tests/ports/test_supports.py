@@ -65,7 +65,7 @@ def column(seed: int = 0) -> Recordings:
 
 def sample_of(points: Recordings) -> Sample:
     assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations, points.series))
+    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
     return Sample.of(data, ~points.test)
 
 

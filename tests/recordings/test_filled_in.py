@@ -11,6 +11,7 @@ from expdesign.errors import InputError
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import recordings_from_table
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.references import groups
 from expdesign.recordings.structure import check_structure
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
@@ -37,7 +38,7 @@ def test_rows_and_columns_that_are_empty_are_left_out(caplog: pytest.LogCaptureF
     assert found.axes.tolist() == [2]
     assert found.time is None
     assert found.temperature is None
-    assert "1 rows without a measured value are left out (row 3)" in caplog.text
+    assert "1 row left out: no measured value (row 3)" in caplog.text
     assert "drx_rad, time_s, temperature_degC" in caplog.text
 
 
@@ -60,7 +61,9 @@ def test_readings_are_counted_from_the_reference_before(caplog: pytest.LogCaptur
     assert found.sequence.tolist() == [2, 4, 6, 7, 8]
     np.testing.assert_allclose(found.deflections[:, 0], [-3e-6, -2e-6, -2e-6, -10e-6, 1e-6], rtol=1e-9)
     assert "readings of 5 rows counted from 3 reference rows" in caplog.text
-    assert "--shared-reference" in caplog.text
+    assert found.references is not None
+    assert groups(found.references).tolist() == [0, 1, 2, 2, 2]
+    assert "share its noise" in caplog.text
 
 
 def test_the_reference_stays_where_time_or_temperature_are_counted_from_it() -> None:

@@ -9,11 +9,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.design.result import pareto_frame, plan_of
-from expdesign.report import words
-from expdesign.report.design_report import lower_bound_sentence
+from expdesign.acceptance.decision import sentences
+from expdesign.acceptance.recommended import recommended_acceptance
+from expdesign.design.laboratory_sheet import Costs
+from expdesign.design.result import design_minutes, pareto_frame, plan_of
+from expdesign.report import criteria_table, words
+from expdesign.report.design_report import design_report
+from expdesign.report.design_texts import lower_bound_sentence
 from expdesign.report.error_budget import error_budget
-from expdesign.report.page import content_of
+from expdesign.report.page import content_of, render
 
 
 def content(html: str) -> dict[str, Any]:
@@ -99,15 +103,47 @@ def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any)
         np.testing.assert_allclose(budget.sources[..., index], np.sqrt(alone.force_variance), rtol=1e-9)
 
 
-def test_the_expected_accuracy_is_said_in_words(case: Any) -> None:
+def test_one_table_has_the_budget_and_what_is_accepted(case: Any) -> None:
+    """Rows of the recommended design: noise, sources and U of the decision that `run.json` records."""
+    decision = recommended_acceptance(case.problem, case.front)
     design = content(case.html)["data"]["designs"][case.front.recommended]
-    assert len(design["sentences"]) == len(case.problem.targets.weights)
-    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
-    for target, axis in budget.rows_that_matter():
-        sigma = words.number(1e6 * float(budget.total[case.front.recommended, target, axis]))
-        name = words.axis(budget.axes[axis])
-        unit = words.micro_unit(budget.axes[axis])
-        assert f"{sigma}\u00a0{unit} on {name}" in design["sentences"][target]
+    budget = decision.budget
+    assert design["sentences"] == sentences(decision)
+    assert len(design["budget"]) == int(budget.matters.sum())
+    for row, (target, axis) in zip(design["budget"], np.argwhere(budget.matters), strict=True):
+        assert row[0] == f"target {target + 1}, {words.axis(budget.axes[axis])}"
+        assert row[2] == words.number(1e6 * float(budget.contributions[0].deviation[target, axis]))
+        assert words.number(1e6 * float(budget.expanded[target, axis])) in row
+        assert row[-2] == decision.axis_verdict(target, axis)
+    assert case.html.count("comes from</h") == 1
+
+
+def test_the_plan_stands_before_the_choice_of_another(case: Any) -> None:
+    places = [case.html.index(f'<section id="{name}"') for name in ("summary", "design", "choice", "errors", "run")]
+    assert places == sorted(places)
+
+
+def test_measurements_are_at_as_many_poses_as_differ(case: Any) -> None:
+    configurations, _ = case.problem.space.decode(case.front.decisions[case.front.recommended])
+    poses = len({tuple(row) for row in configurations.round(9).tolist()})
+    assert f"at {words.count(poses, 'pose')}" in case.html
+
+
+def test_the_time_of_the_plan_is_among_the_cards(hexapod: Any) -> None:
+    assert "Time of the plan" not in hexapod.html
+    problem = replace(hexapod.problem, costs=Costs(pose_change=2.0, mass_change=10.0, reading=0.5))
+    minutes = design_minutes(problem, hexapod.front)
+    assert minutes is not None
+    page = render(design_report(problem, hexapod.front, hexapod.run))
+    card = page.split("Time of the plan", 1)[1][:200]
+    assert f">{words.number(float(minutes[hexapod.front.recommended]))}<" in card
+
+
+def test_criteria_that_are_zero_for_every_design_are_left_out(hexapod: Any) -> None:
+    zero = {name: np.zeros(len(hexapod.front)) for name in ("o1", "o2", "o3", "o4", "o5")}
+    front = replace(hexapod.front, criteria=hexapod.front.criteria | zero)
+    assert {"O1", "O5"}.isdisjoint(row[0][:2] for row in criteria_table.cells(front, 0))
+    assert "O1" in {row[0][:2] for row in criteria_table.cells(hexapod.front, 0)}
 
 
 def test_the_lower_bound_is_compared_with_the_recommended_design(hexapod: Any, bipod: Any) -> None:
@@ -116,7 +152,7 @@ def test_the_lower_bound_is_compared_with_the_recommended_design(hexapod: Any, b
     duir = hexapod.front.criteria["duir"]
     above = 100.0 * (duir[hexapod.front.recommended] / (0.8 * duir.min()) - 1.0)
     assert f"No plan of {words.count(hexapod.problem.space.measurements, 'measurement')}" in sentence
-    assert f"within {words.number(float(above), 2)}\u00a0%" in sentence
+    assert f"{words.number(float(above), 2)}\u00a0% above this bound" in sentence
     assert lower_bound_sentence(bipod.problem, bipod.front, bipod.run) is None
     assert "No plan of" not in bipod.html
 
@@ -151,3 +187,14 @@ def test_the_force_acts_where_its_moment_says(hexapod: Any) -> None:
 def test_three_objectives_bring_parallel_coordinates(hexapod: Any, bipod: Any) -> None:
     assert "parallel" in content(bipod.html)["figures"]
     assert "parallel" not in content(hexapod.html)["figures"]
+
+
+@pytest.mark.parametrize("share", [0.05, None])
+def test_a_plan_that_may_be_better_is_said_in_one_sentence(hexapod: Any, share: float | None) -> None:
+    duir = float(hexapod.front.criteria["duir"].min())
+    whole = {"finished": share is None, "open": share, "gap": 0.0, "exact": True, "least_known": duir}
+    run = hexapod.run | {"whole_plans": {"duir": whole}}
+    sentence = lower_bound_sentence(hexapod.problem, hexapod.front, run)
+    assert sentence is not None
+    assert ("if there is one, is at most 20\u00a0% better." in sentence) == (share is not None)
+    assert ("more than 0.10\u00a0% below that of the best design" in sentence) == (share is None)

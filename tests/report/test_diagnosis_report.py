@@ -1,12 +1,14 @@
 """The page of a diagnosis says what the diagnosis says, and shows foreign text as text."""
 
 import html
+import io
 import json
 import re
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 from tests.cases import robot
 from tests.chain.places import rows
@@ -20,6 +22,7 @@ from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.recordings.recordings import Recordings
 from expdesign.report import words
 from expdesign.report.diagnosis_report import diagnosis_report
+from expdesign.report.diagnosis_texts import conclusions, in_prose, terminal_lines
 from expdesign.report.page import content_of, render
 
 NAME = "bipod-unequal"
@@ -72,7 +75,7 @@ KINDS = ["consistent", "explained", "unexplained"]
 def test_verdict_and_errors_are_there(kind: str) -> None:
     result, shown = diagnosis(kind), text(kind)
     opening = {
-        "consistent": "The base model explains these recordings",
+        "consistent": "Nothing is missing that these recordings show",
         "explained": "with the physics named below it does",
         "unexplained": "no physics in the library accounts for",
     }
@@ -81,8 +84,9 @@ def test_verdict_and_errors_are_there(kind: str) -> None:
     for value in (result.errors.test_before, result.errors.test_after):
         assert number(value) in shown
     before_and_after = "Errors" if kind == "consistent" else "Before and after"
-    for heading in (before_and_after, "Where the mismatch is", "Residuals", "What was considered", "Next steps"):
+    for heading in (before_and_after, "Residuals", "What was considered", "Next steps"):
         assert heading in shown
+    assert ("Where the mismatch is" in shown) == (kind != "consistent")
 
 
 def test_findings_are_told_with_their_numbers() -> None:
@@ -95,8 +99,8 @@ def test_findings_are_told_with_their_numbers() -> None:
     assert number(1e6 * value) in shown
     assert f"{number(1e6 * low)} to {number(1e6 * high)}" in shown
     assert "The mismatch shows in" in shown
-    assert result.location.region in shown
-    assert "predict model.yaml" in shown
+    assert in_prose(result.location.region) in shown
+    assert "model.yaml points.csv" in shown
 
 
 def test_nothing_is_named_where_nothing_was_found() -> None:
@@ -108,7 +112,7 @@ def test_nothing_is_named_where_nothing_was_found() -> None:
 def test_places_of_the_mismatch_are_listed_with_their_tests() -> None:
     result, shown = diagnosis("explained"), text("explained")
     for probe in (*result.location.components, *result.location.patterns):
-        assert probe.name in shown
+        assert in_prose(probe.name) in shown
     first = result.location.components[0]
     assert first.name == "leg 1"
     assert number(first.explained, 4) in shown
@@ -134,3 +138,61 @@ def test_no_figure_holds_a_number_that_is_none(kind: str) -> None:
 
 def test_the_same_diagnosis_makes_the_same_page() -> None:
     assert render(diagnosis_report(diagnosis("explained"))) == page("explained")
+
+
+def test_the_stiffness_beside_the_physics_is_that_of_the_model() -> None:
+    """Play takes its share of the deflection: the legs come out as stiff as they are, and stiffer than alone."""
+    result, shown = diagnosis("explained"), text("explained")
+    saved = pd.read_csv(io.StringIO(content_of(page("explained"))["csv"]["stiffness-table"]["text"]))
+    true = result.robot.stiffness
+    np.testing.assert_array_less(saved["low"], true * 1.02)
+    np.testing.assert_array_less(true * 0.98, saved["high"])
+    assert saved["stiffness"][0] > saved["springs_alone"][0]
+    lines = terminal_lines(result, None)
+    for name, value in zip(saved["actuator"], saved["stiffness"], strict=True):
+        assert any(line.startswith(f"{name}: {value:.4g} N/m") for line in lines)
+        assert number(1e-6 * value, 4) in shown
+
+
+def test_what_could_be_in_its_place_is_printed_as_well() -> None:
+    result = diagnosis("explained")
+    (finding,) = result.findings
+    doubtful = replace(finding, indistinguishable=("leg_coupling",), rival=result.model)
+    doubted = replace(result, findings=(doubtful,))
+    printed = "\n".join(terminal_lines(doubted, None))
+    assert "indistinguishable from leg coupling" in printed
+    assert "plan-next.csv" in printed
+    assert "indistinguishable from leg coupling" in "\n".join(conclusions(doubted, None))
+    assert "plan-next.csv" not in "\n".join(terminal_lines(result, None))
+
+
+def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
+    lines = terminal_lines(diagnosis("unexplained"), None)
+    assert lines[0] == "Verdict: unexplained."
+    place, following = (next(line for line in lines if text in line) for text in ("points to ", "record again"))
+    assert place.split("points to ")[1].split(";")[0] in following
+    assert place in text("unexplained")
+    assert following in text("unexplained")
+
+
+def test_what_may_be_hidden_is_said_first_where_nothing_is_missing() -> None:
+    hidden = "A soft base could cost 1.5 tolerances."
+    assert conclusions(diagnosis("consistent"), hidden)[0] == hidden
+    assert hidden in terminal_lines(diagnosis("consistent"), hidden)
+
+
+def test_the_part_that_is_concerned_stands_out() -> None:
+    view = content_of(page("explained"))["data"]["view"]
+    assert view["concerned"] == [[0, 2]]  # leg 1, from its base joint to the tool point
+    assert content_of(page("consistent"))["data"]["view"]["concerned"] == []
+
+
+def test_a_single_wrong_row_is_called_an_outlier() -> None:
+    result = diagnosis("consistent")
+    wrong = np.array(result.recordings.deflections)
+    wrong[5] *= 10.0
+    found = diagnose(result.robot, replace(result.recordings, deflections=wrong))
+    (finding,) = found.findings
+    line = result.recordings.lines[5]
+    assert finding.sentence == f"Row {line} is an outlier: no model explains it."
+    assert not any("refits" in text for text in conclusions(found, None))

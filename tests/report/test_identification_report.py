@@ -45,7 +45,7 @@ def test_stiffness_is_shown_in_newtons_per_micrometre_and_saved_in_si(folder: Pa
 
 def test_every_figure_and_table_can_be_saved(page: dict[str, Any]) -> None:
     buttons = re.findall(r'data-csv="([^"]+)"', page["html"])
-    assert set(buttons) == set(page["csv"])
+    assert set(buttons) == {*page["csv"], "robot"}  # the script of the picture has the data of the state that is shown
     for file in page["csv"].values():
         assert len(pd.read_csv(io.StringIO(file["text"]))) > 0
 
@@ -59,3 +59,9 @@ def test_it_opens_in_a_browser_without_an_error(browser: Any, folder: Path) -> N
         assert time.monotonic() < end
         time.sleep(0.05)
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+
+
+def test_the_stiffnesses_come_first(page: dict[str, Any]) -> None:
+    sections = re.findall(r'<section id="([^"]+)"', page["html"])
+    assert sections[:3] == ["result", "stiffness", "fit"]
+    assert page["data"]["view"]["labels"] == page["figures"]["stiffness-figure"]["data"][0]["x"]

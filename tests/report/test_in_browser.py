@@ -152,7 +152,7 @@ def test_what_stands_in_the_page_is_what_its_script_shows(hexapod_screen: Screen
         "plan-caption",
         "ellipse-table",
     )
-    ids += ("ellipse-table-caption", "deviations", "deviations-text", "deviations-caption")
+    ids += ("ellipse-table-caption", "deviations-text", "criteria-table")
     squeezed = "return document.getElementById(arguments[0]).textContent.replace(/\\s+/g, ' ').trim()"
     source = screen.case.path.read_text(encoding="utf-8")
     parsed = """
@@ -384,7 +384,7 @@ def test_the_printed_page_leaves_out_what_only_a_screen_can_use(browser: Any, he
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
         for selector in (".choosing", ".tools", "nav", "#theme", ".selector"):
             assert not screen.run(shown, selector), selector
-        for selector in ("#plan", "#budget-table", "#deviations", "#front", "#chosen-text"):
+        for selector in ("#plan", "#budget-table", "#deviations-text", "#front", "#chosen-text"):
             assert screen.run(shown, selector), selector
     finally:
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})

@@ -1,10 +1,16 @@
 """Pages name the files that they are about, show all criteria of a design, and residuals over what varied."""
 
+import html
 import json
+import re
+import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
+import yaml
 from tests.commands.calls import call
 
 import expdesign as xd
@@ -34,16 +40,42 @@ def test_commands_name_robot_and_configuration(tmp_path: Path) -> None:
     assert call("simulate", CONFIG, tmp_path / "plan.csv", "--out", tmp_path / "r.csv") == 0
     assert call("identify", ROBOT, tmp_path / "r.csv", "--targets", CONFIG, "--out", tmp_path / "i") == 0
     found = commands(page(tmp_path / "i"))
-    assert f"expdesign diagnose {ROBOT} {tmp_path / 'r.csv'} --out diagnosed" in found
+    assert f"expdesign diagnose {ROBOT} {tmp_path / 'r.csv'} --targets {CONFIG} --out diagnosed" in found
     assert f"expdesign next {CONFIG} {tmp_path / 'r.csv'} --out plan-next.csv" in found
     assert not any("ROBOT.yaml" in command or "CONFIG.yaml" in command for command in found)
     # A configuration given as a mapping has no robot file, and the page says what to put there.
     run.save(tmp_path / "run")
+    written = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert f"simulate configuration {tmp_path / 'run' / 'plan.csv'} --out rehearsal.csv" in written
     content = page(tmp_path / "run")
     assert any("ROBOT.yaml" in command for command in commands(content))
     rows = {row[0]: row for row in content["data"]["designs"][0]["criteria"]}
     assert {f"O{number}" for number in range(1, 6)} <= {title[:2] for title in rows}
     assert float(rows["O2 (inverse condition)"][4]) >= float(rows["O2 (inverse condition)"][3])
+
+
+def test_commands_can_be_copied_as_they_stand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Files beside the page are named as they are seen from the folder in which the command was given."""
+    shutil.copytree(CONFIG.parent / "robots", tmp_path / "robots")
+    short = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    short["optimiser"] = {"population": 8, "generations": 1, "polish": False}
+    (tmp_path / "my config.yaml").write_text(yaml.safe_dump(short), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert call("run", "my config.yaml", "--out", "my results") == 0
+    assert call("simulate", "my config.yaml", "my results/plan.csv", "--out", "recordings.csv") == 0
+    text = html.unescape(Path("my results/report.html").read_text(encoding="utf-8"))
+    steps = re.findall(r"expdesign [a-z]+ '?my config.yaml'? [^<]*", text)
+    assert any("'my results'/plan.csv" in step for step in steps)
+    for step in steps:
+        capsys.readouterr()
+        assert call(*shlex.split(step)[1:]) == 0, (step, capsys.readouterr().err)
+    assert call("identify", "robots/bipod.yaml", "recordings.csv", "--out", "identified") == 0
+    assert "expdesign predict identified/model.yaml points.csv" in Path("identified/report.html").read_text()
+    monkeypatch.chdir(tmp_path / "identified")
+    assert call("report", ".") == 0  # seen from another folder
+    assert "expdesign predict model.yaml points.csv" in Path("report.html").read_text()
 
 
 def test_residuals_are_drawn_over_what_varies_most(tmp_path: Path) -> None:

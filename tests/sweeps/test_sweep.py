@@ -14,6 +14,7 @@ from tests.sweeps.small import sweep_file
 
 import expdesign as xd
 from expdesign.errors import InputError
+from expdesign.files.written import RECORD
 from expdesign.sweeps.engine import Engine, Processes, Serial, WorkersError
 from expdesign.sweeps.store import TIMES, sole_writer
 
@@ -21,11 +22,11 @@ VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder but the times."""
+    """Every file below a folder but the times, and the record that names the sweep's file."""
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name != TIMES
+        if path.is_file() and path.name not in (TIMES, RECORD)
     }
 
 

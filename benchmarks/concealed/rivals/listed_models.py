@@ -57,7 +57,7 @@ class Selection:
         recordings, robot = question.recordings, question.robot
         everything, chosen = question.rows, question.order[: question.fitted]
         rows = RowData(everything.values[chosen], _renumbered(everything.series[chosen]), everything.position[chosen])
-        data = Data(recordings, rows, Whitening(question.std, recordings.series))
+        data = Data(recordings, rows, Whitening(question.std))
         self.sample = Sample.of(data, np.ones(len(recordings), dtype=bool))
         self.library = library(robot, recordings)
 

@@ -14,7 +14,7 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.design.coverage import Coverage
 from expdesign.design.problem import DesignProblem
 
-NOISE, MODEL = "noise", "model"
+NOISE = "noise"
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Contribution:
     """One line of a budget.
 
     Attributes:
-        name: `noise`, `model`, or the source of load error.
+        name: `noise`, or the source of load error.
         deviation: standard uncertainty of the attained pose along every axis (m, rad), shape (t, n); NaN where it is
             not determined.
         repeatable: whether it is independent from one repetition of the experiment to the next, and so shrinks with

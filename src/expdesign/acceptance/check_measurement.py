@@ -46,11 +46,6 @@ class CheckMeasurement:
     def __len__(self) -> int:
         return len(self.targets)
 
-    @property
-    def series(self) -> IntArray:
-        """Series number of every row, shape (N,)."""
-        return self.points.series
-
 
 def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
     """Read a check measurement.

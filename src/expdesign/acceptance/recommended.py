@@ -1,7 +1,7 @@
 """The acceptance of the design that a search recommends."""
 
-from expdesign.acceptance.budget import planned_budget
 from expdesign.acceptance.decision import Decision
+from expdesign.acceptance.planned import planned_decision
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 
@@ -9,4 +9,4 @@ from expdesign.design.problem import DesignProblem
 def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:
     """The decision on the recommended design's plan."""
     chosen = front.decisions[front.recommended][None]
-    return Decision(planned_budget(problem, problem.assess(*problem.space.decode(chosen))))
+    return planned_decision(problem, problem.assessed(chosen))

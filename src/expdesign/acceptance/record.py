@@ -1,18 +1,26 @@
 """`verification.json`: what a check measurement says, as one document."""
 
+import hashlib
+import json
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from expdesign.acceptance.about import About
-from expdesign.acceptance.verification import SIGNIFICANCE, AxisResult, TargetResult, Verification
+from expdesign.acceptance.verification import AxisResult, TargetResult, Verification
 from expdesign.robots.robot import Robot
 
 RULE = (
     "an axis conforms where |e| + U does not exceed its tolerance, e being the measured error and U the expanded "
     "uncertainty of its measurement (ISO 14253-1; JCGM 106:2012, 8.3); the robot passes where every axis conforms"
 )
+
+
+def certificate_number(record: Mapping[str, Any]) -> str:
+    """A number that follows from everything that a certificate states: twelve digits of the record's SHA-256."""
+    digits = hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()[:12].upper()
+    return "-".join(digits[start : start + 4] for start in (0, 4, 8))
 
 
 def verification_record(
@@ -34,12 +42,15 @@ def verification_record(
         "coverage": result.coverage.level,
         "coverage_factor": result.coverage.factor,
         "consumer_risk": result.risk,
+        "readings_needed": result.readings_needed,
+        "model_refuted": result.model_refuted,
+        "statement": result.statement.record,
         "model_test": {
             "consistent": result.consistent,
-            "significance": SIGNIFICANCE,
+            "significance": result.statement.options.refuted,
             "chi2": comparison.chi2,
             "dof": comparison.residuals.size,
-            "p_value": comparison.p_value,
+            "p_value": result.statement.p_value,
             "largest_z": float(np.abs(comparison.z).max()),
             "least_adjusted_p_value": float(comparison.adjusted.min()),
         },

@@ -6,26 +6,31 @@ rows), so that rᵀV⁻¹r is χ² with N·k degrees of freedom; single readings
 1979). Does the robot attain its tolerances? The measured error e of an axis, the mean of its readings, with expanded
 uncertainty U of the measurement, proves conformity where |e| + U ≤ T and non-conformity where |e| − U > T (ISO 14253-1;
 JCGM 106:2012, 8.3). Only proven conformity passes; an axis that is beyond its tolerance then passes with a probability
-of at most Φ(−k), and so does a robot with at least one such axis, since all axes have to pass (Berger 1982).
+of at most Φ(−k), and so does a robot with at least one such axis, since all axes have to pass (Berger 1982). A robot
+fails where an axis is proven to be beyond its tolerance; otherwise conformity is not proven.
+
+The decision rests on the readings alone, and holds for the targets that were measured even where the model is refuted.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import chi2, norm
+from scipy.stats import norm
 
 from expdesign.acceptance.check_measurement import CheckMeasurement
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.chain.row import row_data
 from expdesign.compensation.prediction import chain_of
 from expdesign.design.coverage import Coverage
 from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.identification.goodness import StatementOfFit, WorstRow
 from expdesign.models.model_file import Model
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.references import groups
 from expdesign.robots.robot import Robot
 
-SIGNIFICANCE = 0.01
-"""Probability below which the test says that the model does not predict what was attained."""
 SAME_TARGET = 1e-7
 """m or rad, N or N·m by which rows of one target may differ."""
 
@@ -59,10 +64,12 @@ class Comparison:
         factor = cho_factor((self.noise + self.model) / np.outer(scale, scale))
         return float((flat / scale) @ cho_solve(factor, flat / scale))
 
-    @property
-    def p_value(self) -> float:
-        """Probability of a larger χ² if the model and the stated noise are right."""
-        return float(chi2.sf(self.chi2, self.residuals.size))
+    def statement(self, points: LoadedPoints, columns: Sequence[str]) -> StatementOfFit:
+        """Whether the model predicts what was attained at these points, along these columns of deflection."""
+        z = np.abs(self.z)
+        row, axis = (int(i) for i in np.unravel_index(int(z.argmax()), z.shape))
+        worst = WorstRow(points.where(row), columns[axis], float(z[row, axis]))
+        return StatementOfFit.of_chi2(self.chi2, self.residuals.size, worst)
 
     @property
     def z(self) -> FloatArray:
@@ -82,14 +89,13 @@ class Comparison:
         return adjusted.reshape(self.z.shape)
 
 
-def compare(model: Model, check: CheckMeasurement, deviations: FloatArray, *, shared_reference: bool) -> Comparison:
+def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Comparison:
     """What was attained beside what the model predicts.
 
     Args:
         model: the identified robot.
         check: what was measured.
         deviations: standard deviations of the readings, shape (N, k).
-        shared_reference: whether half of each deflection's variance is common to its series.
 
     Raises:
         NotIdentifiableError: a prediction depends on parameters that were not determined.
@@ -110,7 +116,7 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray, *, sh
     return Comparison(
         attained,
         away + platform,
-        noise_covariance(deviations, check.series, shared=shared_reference and not check.absolute),
+        noise_covariance(deviations, None if check.absolute else check.points.references),
         _model_covariance(model, flat, check),
     )
 
@@ -126,12 +132,13 @@ def _command_errors(robot: Robot, check: CheckMeasurement) -> FloatArray:
     return errors
 
 
-def noise_covariance(deviations: FloatArray, series: IntArray, *, shared: bool) -> FloatArray:
-    """Covariance (N·k, N·k) of readings with standard deviations (N, k); rows of a series may share a reference."""
+def noise_covariance(deviations: FloatArray, references: TextArray | None) -> FloatArray:
+    """Covariance (N·k, N·k) of readings with standard deviations (N, k), half of it common to rows of one reference."""
     rows, axes = deviations.shape
     across = np.eye(rows)
-    if shared:
-        across = 0.5 * (np.eye(rows) + (series[:, None] == series[None, :]))
+    if references is not None:
+        numbers = groups(references)
+        across = 0.5 * (np.eye(rows) + (numbers[:, None] == numbers[None, :]))
     covariance = np.zeros((rows, axes, rows, axes))
     for axis in range(axes):
         covariance[:, axis, :, axis] = across * np.outer(deviations[:, axis], deviations[:, axis])
@@ -161,6 +168,7 @@ class AxisResult:
         uncertainty: standard uncertainty of `error`.
         tolerance: ±, or None where none is stated.
         factor: k.
+        reading: standard uncertainty of a single reading, or None where it is not known.
     """
 
     axis: str
@@ -168,6 +176,7 @@ class AxisResult:
     uncertainty: float | None
     tolerance: float | None
     factor: float
+    reading: float | None = None
 
     @property
     def expanded(self) -> float | None:
@@ -195,6 +204,11 @@ class TargetResult:
     axes: tuple[AxisResult, ...]
 
     @property
+    def decided(self) -> bool:
+        """Whether any axis has a tolerance."""
+        return any(axis.tolerance is not None for axis in self.axes)
+
+    @property
     def passes(self) -> bool:
         """Whether every axis that has a tolerance conforms."""
         return all(axis.conformity in ("conforms", "no tolerance") for axis in self.axes)
@@ -203,11 +217,15 @@ class TargetResult:
     def measurements_needed(self) -> int | None:
         """How many readings would prove conformity if their mean stayed where it is and they are independent.
 
-        None where the target was not measured, or an axis' mean error is itself beyond its tolerance.
+        Of an axis that was not measured, as many as would if their mean were 0. None where an axis' mean error is
+        itself beyond its tolerance, or where it is not known how exact a reading is.
         """
         most = len(self.rows)
         for axis in self.axes:
             if axis.tolerance is None or axis.conformity == "conforms":
+                continue
+            if axis.error is None and axis.reading is not None:
+                most = max(most, int(np.ceil((axis.factor * axis.reading / axis.tolerance) ** 2 * (1.0 - 1e-12))))
                 continue
             if axis.error is None or axis.expanded is None or abs(axis.error) >= axis.tolerance:
                 return None
@@ -224,11 +242,13 @@ class Tolerances:
         configurations: shape (t, n_q).
         tolerance: ± (m, rad), shape (t, n), NaN where an axis does not matter.
         axes: errors along the axes of the tolerances per error of the pose coordinates, shape (t, n, n), or None.
+        readings: standard uncertainty of a single reading of each (m, rad), shape (t, n), NaN where it is not known.
     """
 
     configurations: FloatArray
     tolerance: FloatArray
     axes: FloatArray | None = None
+    readings: FloatArray | None = None
 
 
 def judge(
@@ -249,7 +269,8 @@ def judge(
     for index in range(0 if tolerances is None else len(tolerances.configurations)):
         if index not in met and tolerances is not None:
             none = np.zeros(0, dtype=np.int64)
-            axes = _axis_results(None, None, tolerances.tolerance[index], coverage, robot)
+            readings = None if tolerances.readings is None else tolerances.readings[index]
+            axes = _axis_results(None, None, tolerances.tolerance[index], coverage, robot, readings)
             results.append(TargetResult(tolerances.configurations[index], none, axes))
     return tuple(results)
 
@@ -305,14 +326,26 @@ def _result(
 
 
 def _axis_results(
-    errors: FloatArray | None, deviation: FloatArray | None, limits: FloatArray, coverage: Coverage, robot: Robot
+    errors: FloatArray | None,
+    deviation: FloatArray | None,
+    limits: FloatArray,
+    coverage: Coverage,
+    robot: Robot,
+    readings: FloatArray | None = None,
 ) -> tuple[AxisResult, ...]:
     def number(values: FloatArray | None, axis: int) -> float | None:
         return None if values is None or not np.isfinite(values[axis]) else float(values[axis])
 
     found = []
     for axis, name in enumerate(robot.coordinates.deflection):
-        result = AxisResult(name, number(errors, axis), number(deviation, axis), number(limits, axis), coverage.factor)
+        result = AxisResult(
+            name,
+            number(errors, axis),
+            number(deviation, axis),
+            number(limits, axis),
+            coverage.factor,
+            number(readings, axis),
+        )
         if result.error is not None or result.tolerance is not None:
             found.append(result)
     return tuple(found)
@@ -324,30 +357,55 @@ class Verification:
 
     Attributes:
         comparison: attained against predicted.
+        statement: whether the model predicts what was attained.
         targets: attained against tolerance.
         coverage: of the expanded uncertainties.
+        model_refuted: whether the model's own recordings refute it.
     """
 
     comparison: Comparison
+    statement: StatementOfFit
     targets: tuple[TargetResult, ...]
     coverage: Coverage
+    model_refuted: bool = False
 
     @property
     def consistent(self) -> bool:
         """Whether the model predicts what was attained."""
-        return self.comparison.p_value >= SIGNIFICANCE
+        return not self.statement.refuted
 
     @property
     def decided(self) -> bool:
         """Whether any axis has a tolerance."""
-        return any(axis.tolerance is not None for target in self.targets for axis in target.axes)
+        return any(target.decided for target in self.targets)
 
     @property
     def verdict(self) -> str:
-        """`pass`, `fail`, or `no tolerance`."""
+        """`pass`, `fail` (an axis is proven to be beyond its tolerance), `not proven`, or `no tolerance`."""
         if not self.decided:
             return "no tolerance"
-        return "pass" if all(target.passes for target in self.targets) else "fail"
+        if all(target.passes for target in self.targets):
+            return "pass"
+        conformities = {axis.conformity for target in self.targets for axis in target.axes}
+        return "fail" if "does not conform" in conformities else "not proven"
+
+    @property
+    def off_target(self) -> bool:
+        """Whether the configuration's tolerances are of targets at none of which there is a reading."""
+        with_tolerance = [target for target in self.targets if target.decided]
+        return bool(with_tolerance) and all(len(target.rows) == 0 for target in with_tolerance)
+
+    @property
+    def readings_needed(self) -> int | None:
+        """How many independent readings of every target with a tolerance would prove conformity; None where no number
+        is known to.
+        """
+        judged = [target for target in self.targets if target.decided]
+        needed = [target.measurements_needed for target in judged if not target.passes]
+        taken = [len(target.rows) for target in judged if target.passes]
+        if None in needed:
+            return None
+        return max([*taken, *(count for count in needed if count is not None)], default=None)
 
     @property
     def risk(self) -> float:

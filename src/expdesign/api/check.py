@@ -7,12 +7,15 @@ import numpy as np
 import pandas as pd
 
 from expdesign.api.inputs import PathLike, RobotInput, checked_problem, robot_of
+from expdesign.api.referenced import referenced
 from expdesign.design.feasibility import Feasibility, feasibility, random_designs
 from expdesign.design.optimality.gradient_check import gradient_table
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import require_regular
 from expdesign.errors import InputError
+from expdesign.files.output import output_folder
 from expdesign.files.table import is_table_name, read_table
+from expdesign.files.written import Purpose
 from expdesign.files.yaml_reader import YamlDocument, read_yaml
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
@@ -20,11 +23,15 @@ from expdesign.models.model_file import Model, model_from_document
 from expdesign.plausibility.finding import say
 from expdesign.plausibility.recordings import recordings_findings
 from expdesign.plausibility.robot import robot_findings
+from expdesign.recordings.joint_columns import with_joint_columns
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 from expdesign.recordings.structure import check_structure
+from expdesign.recordings.target_readings import with_targets
 from expdesign.report import check_texts
+from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
+from expdesign.report.robot_section import actuator_sentences
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 from expdesign.sweeps.computed_by import computed_by_text
@@ -58,6 +65,17 @@ class CheckedRobot:
             return ()
         return (f"{self.source}: at the reference pose {self.robot.limit_message(reference)}",)
 
+    @property
+    def details(self) -> list[str]:
+        """Which leg or joint is which: a line for each of them."""
+        return actuator_sentences(self.robot)
+
+    def page(self) -> Page:
+        """The robot, drawn with its numbers."""
+        from expdesign.report.robot_report import robot_report  # noqa: PLC0415 (slow to import)
+
+        return robot_report(self.robot, self.summary)
+
 
 @dataclass(frozen=True)
 class CheckedModel:
@@ -70,6 +88,15 @@ class CheckedModel:
 
     model: Model
     robot: CheckedRobot
+
+    @property
+    def details(self) -> list[str]:
+        """Which leg or joint is which: a line for each of them."""
+        return self.robot.details
+
+    def page(self) -> Page:
+        """The robot, drawn with its numbers."""
+        return self.robot.page()
 
     @property
     def summary(self) -> str:
@@ -94,6 +121,12 @@ class CheckedProblem:
     problem: DesignProblem
     feasibility: Feasibility
 
+    def page(self) -> Page:
+        """The robot, drawn with its numbers, at rest and at the targets."""
+        from expdesign.report.robot_report import problem_report  # noqa: PLC0415 (slow to import)
+
+        return problem_report(self.problem, self.summary)
+
     @property
     def summary(self) -> str:
         """What it asks for, in one sentence."""
@@ -117,7 +150,7 @@ class CheckedProblem:
             raise InputError(what, where=problem.source, remedy=remedy)
         decisions = random_designs(problem)
         # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
-        assessment = problem.assess(*problem.space.decode(decisions))
+        assessment = problem.assessed(decisions)
         order = np.argsort(~assessment.identifies_targets, kind="stable")
         return gradient_table(problem, decisions[order[:2]])
 
@@ -170,22 +203,38 @@ class CheckedRecordings:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What looks like a mistake in them."""
+        """What limits what they tell; mistakes are warned of where they are read."""
         if self.identification is None:
             return ()
-        return tuple(f"suspicion: {text}" for text in sentences(self.identification.suspicions))
+        return tuple(f"warning: {text}" for text in sentences(self.identification.suspicions))
+
+
+FILES = ("report.html", "report.json")
+"""What `save` writes."""
+
+
+def save(
+    checked: CheckedRobot | CheckedModel | CheckedProblem, folder: PathLike, purpose: Purpose, *, force: bool = False
+) -> Path:
+    """Write the page of what was checked for a purpose into a folder and return its path."""
+    from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+    with output_folder(Path(folder), purpose, force=force) as scratch:
+        write_report(scratch, checked.page(), Path(folder))
+    return Path(folder) / PAGE
 
 
 Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedRecordings
 
 
-def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: bool = False) -> Checked:
+def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: bool | None = None) -> Checked:
     """Read a robot, a configuration, a model, a sweep or recordings, and raise what is wrong or not identifiable.
 
     Args:
         file: YAML, or CSV for recordings.
         robot: that recordings are of.
-        shared_reference: whether half of each row's variance is common to its series.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            say.
 
     Returns:
         What was read, with a `summary` and `remarks`.
@@ -230,16 +279,17 @@ def _sweep(document: YamlDocument) -> CheckedSweep:
     return CheckedSweep(sweep_runs(document, computed_by_text()))
 
 
-def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool) -> CheckedRecordings:
+def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool | None) -> CheckedRecordings:
     table = read_table(file)
     if robot is None:
         return CheckedRecordings(check_structure(table))
     machine = robot_of(robot).robot
+    table = with_targets(with_joint_columns(table, machine), machine)
     structure = check_structure(table, commanded=len(machine.stiffness) > 0)
-    recordings = recordings_from_table(table, machine)
+    recordings = referenced(recordings_from_table(table, machine), shared_reference)
     require_measured(recordings, machine)
     say(recordings_findings(recordings, machine), str(file))
     if len(machine.stiffness) == 0:
         return CheckedRecordings(structure, recordings)
-    found = identify_recordings(machine, recordings, shared_reference=shared_reference)
+    found = identify_recordings(machine, recordings)
     return CheckedRecordings(structure, recordings, found)

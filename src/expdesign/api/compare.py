@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import pandas as pd
 
-from expdesign.api.inputs import Config, PathLike, TableInput, problem_of, table_of
+from expdesign.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.api.result import Result
 from expdesign.api.run import Report, silent
 from expdesign.comparison.comparable import require_comparable
 from expdesign.comparison.contenders import Contender, drawn, optimised
@@ -39,8 +41,8 @@ class Settings:
     seed: int
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Result):
     """A finished comparison.
 
     Attributes:
@@ -52,12 +54,23 @@ class Comparison:
         settings: how it was made.
     """
 
+    FILES: ClassVar = ("comparison.csv", "correlation.csv", "plan-*.csv", "report.html", "report.json")
     names: tuple[str, ...]
     judgements: tuple[Judgement, ...]
     correlations: tuple[list[RankCorrelation], ...]
     bounds: tuple[LowerBound, ...]
     together: bool
     settings: Settings
+
+    @property
+    def summary(self) -> str:
+        """The best accuracy of every configuration, and the design that attains it."""
+        lines = []
+        for name, judgement in zip(self.names, self.judgements, strict=True):
+            best = judgement.best
+            attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
+            lines.append(f"{name}: best accuracy {attained}, design by {judgement.contenders[best].name}")
+        return "\n".join(lines)
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -99,11 +112,11 @@ class Comparison:
         }
         return comparison_report(self.names, self.judgements, self.correlations, self.bounds, self.together, how)
 
-    def save(self, folder: PathLike) -> Path:
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
         """Write the files of `expdesign compare` into a folder and return the path of the report."""
         from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
 
-        with output_folder(Path(folder)) as scratch:
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             write_file(scratch / "comparison.csv", csv_text(self.frame))
             write_file(scratch / "correlation.csv", csv_text(self.correlation))
             for name, judgement in zip(self.names, self.judgements, strict=True):
@@ -111,7 +124,7 @@ class Comparison:
                     if contender.origin == "optimised":
                         plan = self.plan(name, contender.name)
                         write_file(scratch / f"plan-{_file_name(name)}-{contender.name}.csv", csv_text(plan))
-            write_report(scratch, self.page())
+            write_report(scratch, self.page(), Path(folder))
         return Path(folder) / PAGE
 
 
@@ -173,7 +186,15 @@ def compare(
         bounds.append(total_lower_bound(problem))
         at("lower bound")
     correlations = tuple(rank_correlations(judgement, seed) for judgement in judgements)
-    return Comparison(tuple(names), tuple(judgements), correlations, tuple(bounds), not separate, settings)
+    return Comparison(
+        tuple(names),
+        tuple(judgements),
+        correlations,
+        tuple(bounds),
+        not separate,
+        settings,
+        purpose=purpose_of("compare", *configs),
+    )
 
 
 def _require_settings(

@@ -2,68 +2,213 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
+import numpy as np
 import pandas as pd
 
-from expdesign.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, table_of
+from expdesign.api.inputs import (
+    Config,
+    ModelInput,
+    PathLike,
+    TableInput,
+    model_of,
+    numeric,
+    problem_of,
+    purpose_of,
+    table_of,
+)
 from expdesign.api.outputs import save_table
-from expdesign.compensation.compensate import Compensation
+from expdesign.api.result import Result
+from expdesign.api.targets import calibrated_by, targets_table
+from expdesign.arrays import FloatArray
+from expdesign.chain.readings.tip import Frame
+from expdesign.compensation.arm_targets import arm_targets
+from expdesign.compensation.compensate import Compensation, compensate_arm
 from expdesign.compensation.compensate import compensate as commands_for
+from expdesign.compensation.corrections import Corrections, corrections_of
 from expdesign.compensation.prediction import in_file_order, require_history
+from expdesign.coordinates import SPATIAL
+from expdesign.design.problem import DesignProblem
+from expdesign.errors import InputError
+from expdesign.files.table import Table
+from expdesign.models.model_file import Model
+from expdesign.plausibility.finding import say
+from expdesign.plausibility.targets import correction_findings, target_findings
+from expdesign.recordings.joint_columns import with_joint_columns
 from expdesign.recordings.reader import points_from_table
+from expdesign.recordings.recordings import LoadedPoints
+from expdesign.report.correction_texts import correction_lines, correction_summary
+from expdesign.robots.corrected_urdf import pose_of
+from expdesign.robots.robot import Robot
+from expdesign.robots.same_robot import require_same_robot
+from expdesign.robots.urdf import transform
+
+_CONFIGURATIONS = (".yaml", ".yml")
 
 
-@dataclass(frozen=True)
-class Commands:
+@dataclass(frozen=True, repr=False)
+class Commands(Result):
     """What to command.
 
     Attributes:
         text: the targets as they stand in a file, with the command in the pose columns.
         compensation: the same as arrays, rows in the order of their sequence, and how the commands were found.
+        corrections: how large they are, and how well the attained pose is known, in the same order.
+        sequence: numbers of the targets, in the same order.
+        robot: that is commanded.
     """
 
     text: pd.DataFrame
     compensation: Compensation
+    corrections: Corrections
+    sequence: list[int]
+    robot: Robot
+
+    @property
+    def summary(self) -> str:
+        """The largest correction and the expected uncertainty, in words."""
+        return correction_summary(self.corrections, self.robot.coordinates.translations)
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
 
     @property
     def frame(self) -> pd.DataFrame:
         """The commands with numbers as numbers."""
         return numeric(self.text)
 
-    def save(self, file: PathLike, units: str | None = None) -> Path:
+    @property
+    def lines(self) -> list[str]:
+        """Corrections and expected uncertainties as a table in words, a line for each target."""
+        return correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
+
+    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
         """Write the commands into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
-        return save_table(file, self.text, units)
+        return save_table(file, self.text, units, self.purpose, force=force)
 
 
-def compensate(model: ModelInput, targets: TableInput) -> Commands:
+def compensate(
+    model: ModelInput, targets: TableInput | Config, *, other_robot: bool = False, frame: Frame = "base"
+) -> Commands:
     """Find the commands that bring the platform to the targets under load.
 
     Args:
         model: identified robot.
-        targets: where the platform shall be, and the load there (a payload's wrench is taken at that orientation).
+        targets: where the platform shall be, and the load there (a payload's wrench is taken at that orientation); or a
+            run configuration, whose targets are then taken. For
+            an arm poses `x_m` ... `rz_rad` of the tip, with joint columns as the posture to stay near, or joint columns
+            alone: the pose that the nominal robot has there.
+        other_robot: whether a configuration of another geometry than the model's is meant.
+        frame: of the poses of an arm's tip: `base`, or `instrument` as it was identified.
 
     Raises:
-        InputError: a file is missing or wrong.
+        InputError: a file is missing or wrong, or a target cannot be meant.
         ConvergenceError: no command is found.
         SingularConfigurationError: the robot is singular at a target.
         InfeasibleError: a command is beyond the robot's limits.
     """
     identified = model_of(model)
     robot = identified.chain.robot
-    table = table_of(targets, "targets")
+    problem = _configuration(targets)
+    if problem is not None:
+        require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
+    table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
     require_history(identified, table)
+    if frame not in get_args(Frame):
+        raise InputError(f"`{frame}` is no frame", where="--frame", remedy="Choose base or instrument.")
+    if robot.links is not None:
+        return _of_arm(identified, table, frame, problem)
     points = points_from_table(table, robot)
+    calibrated = identified.calibrated
+    if calibrated is None and problem is not None:
+        calibrated = calibrated_by(problem)
+    say(target_findings(points, robot, calibrated), points.source)
     found = commands_for(identified, points)
-    commands, lengths, deviations, wanted = in_file_order(
-        points, found.commands, found.lengths, found.deviations, points.configurations
+    corrections = corrections_of(robot, points, found, calibrated)
+    if calibrated is None:
+        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
+    text = _with_commands(table.frame.copy(), points, robot, found, corrections)
+    return Commands(
+        text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
     )
-    frame = table.frame.copy()
-    for axis, name in enumerate(robot.configuration):
-        frame[name] = commands[:, axis]
-    for axis, name in enumerate(robot.configuration):
-        frame[f"target_{name}"] = wanted[:, axis]
-    for leg in range(lengths.shape[1]):
-        frame[f"leg{leg + 1}_m"] = lengths[:, leg]
+
+
+def _configuration(targets: TableInput | Config) -> DesignProblem | None:
+    """The run configuration that holds the targets, or None where they are a table."""
+    if isinstance(targets, pd.DataFrame | Result):
+        return None
+    if isinstance(targets, str | Path) and Path(targets).suffix.lower() not in _CONFIGURATIONS:
+        return None
+    return problem_of(targets)
+
+
+def _with_commands(
+    frame: pd.DataFrame, points: LoadedPoints, robot: Robot, found: Compensation, corrections: Corrections
+) -> pd.DataFrame:
+    """The table of the targets with commands, corrections and uncertainties, rows as in the file."""
+    coordinates = robot.coordinates
+    columns = dict(zip(robot.configuration, found.commands.T, strict=True))
+    columns |= {f"target_{name}": points.configurations[:, i] for i, name in enumerate(robot.configuration)}
+    columns |= {f"leg{leg + 1}_m": lengths for leg, lengths in enumerate(found.lengths.T)}
+    columns |= dict(zip(coordinates.deviation, found.deviations.T, strict=True))
+    for name, values in columns.items():
+        (frame[name],) = in_file_order(points, values)
+    _judge(frame, points, robot, corrections)
+    return frame
+
+
+def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections: Corrections) -> None:
+    """Add how large corrections are, how well the attained pose is known, and what lies beyond the calibration."""
+    columns = {"correction_m": corrections.translation}
+    if robot.coordinates.rotations:
+        columns["correction_rad"] = corrections.rotation
+    names = SPATIAL.pose if robot.links is not None else robot.coordinates.pose
+    columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
+    for name, values in columns.items():
+        (frame[name],) = in_file_order(points, values)
+    (order,) = in_file_order(points, np.arange(len(points), dtype=float))
+    frame["beyond_calibration"] = ["; ".join(map(str, corrections.beyond[int(row)])) for row in order]
+
+
+def _of_arm(model: Model, table: Table, frame: Frame, problem: DesignProblem | None) -> Commands:
+    """Joint commands, and the pose to ask of a controller that has the nominal geometry."""
+    robot = model.chain.robot
+    targets = arm_targets(table, model, frame)
+    points = targets.points
+    calibrated = model.calibrated
+    if calibrated is None and problem is not None:
+        calibrated = calibrated_by(problem)
+    say(target_findings(points, robot, calibrated), points.source)
+    found = compensate_arm(model, targets)
+    corrections = corrections_of(robot, points, found, calibrated)
+    if calibrated is None:
+        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
+    nominal = _poses(robot.position(found.commands), robot.jacobians(found.commands).rotation)
+    wanted = _poses(targets.positions, targets.rotations) if targets.stated is None else targets.stated
+    commands, deviations, nominal, wanted, own = in_file_order(
+        points, found.commands, found.deviations, nominal, wanted, points.configurations
+    )
+    text = table.frame.copy()
+    joints = len(robot.stiffness)
+    names = dict(zip(with_joint_columns(table, robot).columns, table.columns, strict=True))
+    for axis, name in enumerate(robot.configuration[:joints]):
+        text[names.get(name, name)] = commands[:, axis]
+        if targets.stated is None:
+            text[f"target_{name}"] = own[:, axis]
+    for axis, name in enumerate(SPATIAL.pose):
+        text[f"target_{name}"] = wanted[:, axis]
+        text[f"controller_{name}"] = nominal[:, axis]
     for axis, name in enumerate(robot.coordinates.deviation):
-        frame[name] = deviations[:, axis]
-    return Commands(frame, found)
+        text[name] = deviations[:, axis]
+    text = text.drop(columns=[name for name in SPATIAL.pose if name in text])
+    _judge(text, points, robot, corrections)
+    return Commands(text, found, corrections, points.sequence.tolist(), robot)
+
+
+def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:
+    """Poses (N, 6) of frames."""
+    return np.array(
+        [pose_of(transform(rotation, position)) for rotation, position in zip(rotations, positions, strict=True)]
+    )

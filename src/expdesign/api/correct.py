@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.api.inputs import PathLike, RobotInput, TableInput, numeric, robot_of, table_of
+from expdesign.api.inputs import PathLike, RobotInput, TableInput, numeric, purpose_of, robot_of, table_of
+from expdesign.api.result import Result
 from expdesign.arrays import FloatArray
+from expdesign.counted import counted
 from expdesign.elastostatics.maps import observation_matrix
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import json_text, write_file
+from expdesign.files.output import json_text, output_file
 from expdesign.identification.identify import identify
 from expdesign.recordings.columns import order_in_time
 from expdesign.recordings.measured_poses import measured_poses
@@ -27,8 +29,8 @@ from expdesign.recordings.thermal_correction import (
 from expdesign.robots.robot import Robot
 
 
-@dataclass(frozen=True)
-class Corrected:
+@dataclass(frozen=True, repr=False)
+class Corrected(Result):
     """What the correction made.
 
     Attributes:
@@ -46,6 +48,15 @@ class Corrected:
     repeatability: Repeatability | None
     residuals: tuple[FloatArray, FloatArray] | None
     axes: tuple[str, ...]
+
+    @property
+    def summary(self) -> str:
+        """How many recordings and poses there are."""
+        return f"{counted(len(self.text), 'recording')} of {counted(len(self.poses), 'pose')}"
+
+    def as_table(self) -> pd.DataFrame:
+        """The recordings, or the corrected poses where nothing has a load."""
+        return self.text if len(self.text) else self.poses
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -75,14 +86,14 @@ class Corrected:
             found["residuals_of_identification"] = {"rms_before": before.tolist(), "rms_after": after.tolist()}
         return found
 
-    def save(self, file: PathLike) -> Path:
+    def save(self, file: PathLike, *, force: bool = False) -> Path:
         """Write the recordings (or the corrected poses, where nothing has a load) into a file."""
-        write_file(Path(file), csv_text(self.text if len(self.text) else self.poses))
+        output_file(Path(file), csv_text(self.as_table()), self.purpose, force=force)
         return Path(file)
 
-    def save_record(self, file: PathLike) -> Path:
+    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
         """Write `record` into a JSON file."""
-        write_file(Path(file), json_text(self.record()))
+        output_file(Path(file), json_text(self.record()), self.purpose, force=force)
         return Path(file)
 
 
@@ -120,6 +131,7 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
         repeatability(measured, corrected),
         _residuals(text, here, found),
         here.coordinates.deflection,
+        purpose=purpose_of("correct", robot, poses),
     )
 
 

@@ -1,15 +1,18 @@
 """`diagnose`: where and why the model and the recordings differ."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 
-from expdesign.acceptance.identified import identified_budget
+from expdesign.acceptance.decision import Basis, Decision, acceptance_record
+from expdesign.acceptance.fitted import FittedModel, fitted_budget
 from expdesign.api.identify import RecordingsInput, recorded_accuracy, recordings_of
-from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of
+from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of
+from expdesign.api.referenced import referenced
+from expdesign.api.result import Result
 from expdesign.design.problem import DesignProblem
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
@@ -18,20 +21,21 @@ from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
-from expdesign.identification.identify import identify as identify_recordings
 from expdesign.model_error.record import hidden_record, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.model_error.statement import AccuracyStatement
-from expdesign.model_error.words import sentence
+from expdesign.model_error.statement import AccuracyStatement, hidden_sentence
 from expdesign.models.model_file import Model, model_text
+from expdesign.recordings.recordings import complete_positions
 from expdesign.report.diagnosis_record import diagnosis_record
+from expdesign.report.diagnosis_texts import terminal_lines
 from expdesign.report.page import Page
+from expdesign.robots.same_robot import require_same_robot
 
 NEXT_PLAN = "plan-next.csv"
 
 
-@dataclass(frozen=True)
-class Diagnosed:
+@dataclass(frozen=True, repr=False)
+class Diagnosed(Result):
     """A diagnosis.
 
     Attributes:
@@ -42,14 +46,26 @@ class Diagnosed:
         hidden: what may still be wrong at the targets although the recordings are consistent; None where they are not,
             or where no targets were named.
         accuracy: the same beside noise and load errors.
+        acceptance: of the targets, by the model that was found; None where no targets were named.
     """
 
+    FILES: ClassVar = ("model.yaml", "diagnosis.json", "plan-next.csv", "law-*.csv", "report.html", "report.json")
     robot: RobotFile
     result: Diagnosis
     model: Model
     series: int
     hidden: HiddenByRecordings | None = None
     accuracy: AccuracyStatement | None = None
+    acceptance: Decision | None = None
+
+    @property
+    def summary(self) -> str:
+        """The verdict and what is there."""
+        return ", ".join([self.verdict, *(f"{each.physics} at {each.component}" for each in self.result.findings)])
+
+    def as_model(self) -> Model:
+        """The model with what was found."""
+        return self.model
 
     @property
     def verdict(self) -> str:
@@ -76,6 +92,8 @@ class Diagnosed:
         """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
         record = diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
         hidden = self.hidden
+        if self.acceptance is not None:
+            record["acceptance"] = acceptance_record(self.acceptance)
         if hidden is not None:
             record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
@@ -84,24 +102,25 @@ class Diagnosed:
     @property
     def hidden_sentence(self) -> str | None:
         """What may still be hidden, in words."""
-        if self.hidden is None:
-            return None
-        if self.accuracy is not None:
-            return self.accuracy.sentence
-        return sentence(self.hidden.physics[0], self.hidden.freedom, "these recordings")
+        return None if self.hidden is None else hidden_sentence(self.hidden, self.accuracy)
+
+    @property
+    def lines(self) -> list[str]:
+        """Verdict, findings, stiffnesses and what to do next: a line for each."""
+        return terminal_lines(self.result, self.hidden_sentence, self.acceptance)
 
     def page(self) -> Page:
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
-        return diagnosis_report(self.result, self.hidden, self.accuracy)
+        return diagnosis_report(self.result, self.hidden, self.hidden_sentence, self.acceptance)
 
-    def save(self, folder: PathLike) -> Path:
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
         """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
         from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
 
         plan = self.next_plan
-        with output_folder(Path(folder)) as scratch:
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             if plan is not None:
                 write_file(scratch / NEXT_PLAN, csv_text(plan))
             for number, finding in enumerate(curves(self.result.findings), start=1):
@@ -109,7 +128,7 @@ class Diagnosed:
                     write_file(scratch / f"law-{number}.csv", csv_text(finding.curve.frame(list(finding.columns))))
             write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
             write_file(scratch / "diagnosis.json", json_text(self.record))
-            write_report(scratch, self.page())
+            write_report(scratch, self.page(), Path(folder))
         return Path(folder) / PAGE
 
 
@@ -118,9 +137,10 @@ def diagnose(
     recordings: RecordingsInput,
     *,
     series: int = 3,
-    shared_reference: bool = False,
+    shared_reference: bool | None = None,
     targets: Config | None = None,
-    without: frozenset[str] = frozenset(),
+    without: Collection[str] = (),
+    other_robot: bool = False,
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosed:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -129,11 +149,13 @@ def diagnose(
         robot: that was measured.
         recordings: in one or more files, or as a frame.
         series: number of series of a plan that separates two explanations.
-        shared_reference: whether the rows of a series share the noise of their reference.
-        targets: run configuration of this robot; where the recordings are consistent, it is said what may still be
-            hidden at its targets.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            or the configuration of `targets` say.
+        targets: run configuration of this robot, at whose targets the model that was found is accepted or not; where
+            the recordings are consistent, it is also said what may still be hidden there.
         without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
             it is then taken for, and how well a law at a port stands in for it.
+        other_robot: whether a configuration of another geometry than the robot's is meant.
         report: called with a sentence on what is being done.
 
     Raises:
@@ -141,30 +163,54 @@ def diagnose(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
+    if isinstance(without, str):
+        raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
-    problem = None if targets is None else _problem_for(targets, machine)
-    measured = recordings_of(recordings, machine)
-    result = diagnose_recordings(
-        machine.robot, measured, shared_reference=shared_reference, without=without, report=report
+    problem = None if targets is None else _problem_for(targets, machine, confirmed=other_robot)
+    measured = referenced(complete_positions(recordings_of(recordings, machine)), shared_reference, problem)
+    result = diagnose_recordings(machine.robot, measured, without=frozenset(without), report=report)
+    names = measured.deviation_columns(machine.robot.coordinates)
+    model = Model.from_fit(
+        result.known,
+        machine.document,
+        measured.source,
+        birge_ratio=result.widening.parameters,
+        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
+        verdict="refuted" if result.refuted else result.after.verdict,
+        recordings=measured.rows(~measured.test),
     )
-    model = Model.from_fit(result.predictive.fit, machine.document, measured.source)
+    accepted = None if problem is None else accept_diagnosed(problem, result)
     hidden, accuracy = None, None
     if problem is not None and result.verdict == "consistent":
         report("looking for what may still be hidden")
         meir = meir_of_problem(problem)
         assumptions = None if meir is None else meir.impact.assumptions
         hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
-        fitted = identify_recordings(machine.robot, measured, shared_reference=shared_reference)
-        accuracy = recorded_accuracy(problem, identified_budget(problem, fitted), hidden)
-    return Diagnosed(machine, result, model, series, hidden, accuracy)
+        if accepted is not None:
+            accuracy = recorded_accuracy(problem, accepted.budget, hidden)
+    purpose = purpose_of("diagnose", robot, recordings)
+    return Diagnosed(machine, result, model, series, hidden, accuracy, accepted, purpose=purpose)
 
 
-def _problem_for(targets: Config, machine: RobotFile) -> DesignProblem:
+def accept_diagnosed(problem: DesignProblem, result: Diagnosis) -> Decision:
+    """Whether the robot is accepted at the targets of a configuration with the model that was found.
+
+    Nothing is decided where that model is no explanation of the recordings.
+    """
+    sample = result.search.sample.restricted(~result.predictive.outliers)
+    counts, recorded = sample.counts, result.recordings.rows(sample.counts)
+    whitening = sample.whitening.rows(counts)
+    degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
+    model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
+    remedy = "record what separates the explanations, or look at the place that is named"
+    return Decision(fitted_budget(problem, model), Basis.REFUTED if result.refuted else Basis.MODEL, remedy)
+
+
+def _problem_for(targets: Config, machine: RobotFile, *, confirmed: bool) -> DesignProblem:
     """The problem of a configuration, which has to be about this robot."""
     problem = problem_of(targets)
     problem.require_elastostatic("what recordings hide is known")
-    robot = problem.loaded.robot
-    if robot.kind != machine.robot.kind or robot.actuators != machine.robot.actuators:
-        what = f"the configuration is about {robot.name}, and not about {machine.robot.name}"
-        raise InputError(what, where=problem.source, remedy="Give the configuration of the robot that was measured.")
+    require_same_robot(
+        problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=confirmed
+    )
     return problem

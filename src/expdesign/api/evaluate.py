@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.acceptance.budget import planned_budget
 from expdesign.acceptance.decision import Decision, acceptance_record
-from expdesign.api.inputs import Config, TableInput, problem_of, table_of
+from expdesign.acceptance.planned import planned_decision
+from expdesign.api.inputs import Config, TableInput, problem_of, purpose_of, table_of
+from expdesign.api.result import Result
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.record import evaluation_record
 from expdesign.design.plan import Plan, completed, read_plan, require_whole_load, without_validation
@@ -26,8 +27,8 @@ BEYOND = 1e-9
 """m or rad beyond a limit that are the rounding of a file."""
 
 
-@dataclass(frozen=True)
-class Evaluation:
+@dataclass(frozen=True, repr=False)
+class Evaluation(Result):
     """A plan as the criteria see it.
 
     Attributes:
@@ -43,6 +44,12 @@ class Evaluation:
     remarks: tuple[str, ...]
 
     @property
+    def summary(self) -> str:
+        """DUIR, FEIR and total."""
+        values = self.criteria["value"]
+        return ", ".join(f"{name} {values[name]:.4g}" for name in ("duir", "feir", "total")) + " tolerances"
+
+    @property
     def record(self) -> dict[str, Any]:
         """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
         record = evaluation_record(self.assessment, self.problem.further)
@@ -55,7 +62,7 @@ class Evaluation:
     @property
     def acceptance(self) -> Decision:
         """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
-        return Decision(planned_budget(self.problem, self.assessment))
+        return planned_decision(self.problem, self.assessment)
 
     @cached_property
     def hidden(self) -> tuple[tuple[HiddenPhysics, ...], int] | None:
@@ -101,7 +108,13 @@ def evaluate(config: Config, plan: TableInput) -> Evaluation:
     given = without_validation(given, table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
     error = problem.unidentified(assessment)
-    return Evaluation(problem, given, assessment, () if error is None else (error.message,))
+    return Evaluation(
+        problem,
+        given,
+        assessment,
+        () if error is None else (error.message,),
+        purpose=purpose_of("evaluate", config, plan),
+    )
 
 
 def _require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:

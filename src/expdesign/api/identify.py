@@ -3,24 +3,31 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 import pandas as pd
 
-from expdesign.acceptance.budget import MODEL, NOISE, UncertaintyBudget
-from expdesign.acceptance.decision import Decision, acceptance_record
-from expdesign.acceptance.identified import identified_budget
-from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, robot_of, table_of
+from expdesign.acceptance.budget import NOISE, UncertaintyBudget
+from expdesign.acceptance.decision import Basis, Decision, acceptance_record
+from expdesign.acceptance.fitted import FittedModel, fitted_budget
+from expdesign.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of, table_of
+from expdesign.api.referenced import referenced
+from expdesign.api.result import Result
+from expdesign.counted import counted
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.identification.arm_options import ArmOptions, Loss
+from expdesign.identification.arm_outcome import calibrated_urdf
 from expdesign.identification.geometric import Calibration
 from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
+from expdesign.identification.remarks import Implausible
+from expdesign.identification.whitening import Whitening
 from expdesign.model_error.record import meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.model_error.statement import AccuracyStatement, given_variances
+from expdesign.model_error.statement import AccuracyStatement, given_variances, hidden_sentence
 from expdesign.models.model_file import Model, model_text
 from expdesign.plausibility.finding import say
 from expdesign.plausibility.recordings import recordings_findings
@@ -28,17 +35,18 @@ from expdesign.recordings.reader import read_several, recordings_from_table, req
 from expdesign.recordings.recordings import Recordings
 from expdesign.report.identification_record import identification_record, stiffness_unit
 from expdesign.report.page import Page
+from expdesign.robots.same_robot import require_same_robot
 
 SMALLEST_PRIOR = 1e-6
 """%; a smaller deviation would say that nothing has to be identified."""
 
 Frames = Literal["known", "unknown"]
 
-RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings
+RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
 
 
-@dataclass(frozen=True)
-class Identified:
+@dataclass(frozen=True, repr=False)
+class Identified(Result):
     """An identified robot.
 
     Attributes:
@@ -51,6 +59,7 @@ class Identified:
         accuracy: the same beside noise and load errors.
     """
 
+    FILES: ClassVar = ("model.yaml", "identification.json", "report.html", "report.json", "robot.urdf")
     robot: RobotFile
     result: Identification
     model: Model
@@ -58,6 +67,19 @@ class Identified:
     configuration: str = ""
     hidden: HiddenByRecordings | None = None
     accuracy: AccuracyStatement | None = None
+
+    @property
+    def summary(self) -> str:
+        """How many stiffnesses were identified, and how well the model fits."""
+        goodness = self.result.goodness
+        text = f"{counted(len(self.result.robot.actuators), 'actuator')} of {self.result.robot.name}"
+        if goodness.p_value is None:
+            return text
+        return f"{text}, chi2 {self.result.fit.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
+
+    def as_model(self) -> Model:
+        """The identified model."""
+        return self.model
 
     @property
     def stiffness(self) -> pd.DataFrame:
@@ -86,29 +108,25 @@ class Identified:
 
     def page(self) -> Page:
         """The report."""
+        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
-        page = identification_report(self.result, self.robot.document.source, self.configuration)
-        if self.acceptance is None:
-            return page
-        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
-
-        section = acceptance_section(self.acceptance, "the identified robot")
-        sections = [page.sections[0], section]
+        further = [] if self.acceptance is None else [acceptance_section(self.acceptance, "the identified robot")]
         if self.hidden is not None:
-            from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
+            further.append(recordings_section(self.hidden, hidden_sentence(self.hidden, self.accuracy)))
+        return identification_report(self.result, self.robot.document.source, self.configuration, further)
 
-            sections.append(recordings_section(self.hidden, self.accuracy))
-        return replace(page, sections=(*sections, *page.sections[1:]))
-
-    def save(self, folder: PathLike) -> Path:
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
         """Write the files of `expdesign identify` into a folder and return the path of the report."""
         from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
 
-        with output_folder(Path(folder)) as scratch:
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
             write_file(scratch / "identification.json", json_text(self.record))
-            write_report(scratch, self.page())
+            if self.result.arm is not None and self.result.geometry is not None:
+                write_file(scratch / "robot.urdf", calibrated_urdf(self.result.arm, self.result.recordings))
+            write_report(scratch, self.page(), Path(folder))
         return Path(folder) / PAGE
 
 
@@ -116,15 +134,25 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     """Recordings, read from one or more files or from a frame."""
     if isinstance(recordings, Recordings):
         return recordings
-    if isinstance(recordings, pd.DataFrame):
+    if isinstance(recordings, pd.DataFrame | Result):
         measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
         require_measured(measured, robot.robot)
         say(recordings_findings(measured, robot.robot), measured.source)
         return measured
-    files = [recordings] if isinstance(recordings, str | Path) else list(recordings)
+    files = [recordings] if isinstance(recordings, str | Path) else recordings
+    if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
+        what = f"recordings cannot be a `{type(recordings).__name__}`"
+        raise InputError(what, remedy="Give one path or several, a frame, `Recordings`, or what `simulate` returned.")
     read = read_several([Path(file) for file in files], robot.robot)
     say(recordings_findings(read, robot.robot), read.source)
     return read
+
+
+def with_doubts(result: Identification) -> Identification:
+    """An identification that says, before its own remarks, what physics holds against its recordings."""
+    found = recordings_findings(result.recordings, result.robot)
+    doubts = [Implausible(finding.what, finding.likely, finding.where) for finding in found]
+    return replace(result, suspicions=[*doubts, *result.suspicions])
 
 
 def require_prior(prior: float | None) -> None:
@@ -137,23 +165,28 @@ def identify(
     robot: RobotInput,
     recordings: RecordingsInput,
     *,
-    shared_reference: bool = False,
+    shared_reference: bool | None = None,
     prior: float | None = None,
     targets: Config | None = None,
     calibration: Calibration | None = None,
     frames: Frames = "known",
+    other_robot: bool = False,
+    loss: Loss = "squares",
 ) -> Identified:
-    """Identify the stiffness of every actuator, the geometry of a robot on legs, or both from recordings.
+    """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
     Args:
         robot: whose stiffness is wanted.
         recordings: in one or more files, or as a frame.
-        shared_reference: whether half of each row's variance is common to its series.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            or the configuration of `targets` say.
         prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
         targets: run configuration at whose targets the robot is accepted or not.
         calibration: `elastostatic`, `geometric` or `both`; None for what the columns say.
         frames: `unknown` where measured poses are not in the very frames of the commands: the displacements of the
             frames of instrument and platform are then identified as well.
+        other_robot: whether a configuration of another geometry than the robot's is meant.
+        loss: of rows of an arm's positions with large residuals: `squares`, `huber` or `student`.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -163,27 +196,54 @@ def identify(
     require_prior(prior)
     machine = robot_of(robot)
     problem = None if targets is None else problem_of(targets)
-    measured = recordings_of(recordings, machine)
+    if problem is not None:
+        require_same_robot(
+            problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=other_robot
+        )
+    measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
     relative = None if prior is None else prior / 100.0
     if frames not in ("known", "unknown"):
         raise InputError(f"`{frames}` says nothing of frames", where="--frames", remedy="Choose known or unknown.")
+    if loss not in get_args(Loss):
+        raise InputError(f"`{loss}` is no loss", where="--loss", remedy=f"Choose {', '.join(get_args(Loss))}.")
     result = identify_recordings(
         machine.robot,
         measured,
-        shared_reference=shared_reference,
         prior=relative,
         calibration=calibration,
         frames_known=frames == "known",
+        options=ArmOptions(loss=loss),
     )
-    accepted = None if problem is None else Decision(identified_budget(problem, result))
+    result = with_doubts(result)
+    accepted = None if problem is None else accept_identified(problem, result)
     hidden, accuracy = None, None
     meir = None if problem is None else meir_of_problem(problem)
     if problem is not None and meir is not None and accepted is not None:
         deviations, assumptions = result.noise.deviations, meir.impact.assumptions
         hidden = hidden_by(problem, result.recordings.rows(result.fitted), deviations, assumptions)
         accuracy = recorded_accuracy(problem, accepted.budget, hidden)
-    model = Model.from_fit(result.fit, machine.document, measured.source, birge_ratio=result.goodness.birge_ratio)
-    return Identified(machine, result, model, accepted, "" if problem is None else problem.source, hidden, accuracy)
+    names = measured.deviation_columns(machine.robot.coordinates)
+    model = Model.from_fit(
+        result.fit,
+        machine.document,
+        measured.source,
+        birge_ratio=result.goodness.birge_ratio,
+        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
+        verdict=result.goodness.verdict,
+        recordings=measured.rows(result.fitted),
+    )
+    source = "" if problem is None else problem.source
+    purpose = purpose_of("identify", robot, recordings)
+    return Identified(machine, result, model, accepted, source, hidden, accuracy, purpose=purpose)
+
+
+def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
+    """Whether an identified robot is accepted at the targets of a configuration; not decided where it is refuted."""
+    noise, recorded = result.noise, result.recordings.rows(result.fitted)
+    whitening = Whitening(noise.deviations, references=recorded.references)
+    degrees = min((group.dof for group in noise.groups), default=float("inf"))
+    budget = fitted_budget(problem, FittedModel(result.fit, recorded, whitening, float(degrees)))
+    return Decision(budget, Basis.REFUTED if result.goodness.refuted else Basis.MODEL)
 
 
 def recorded_accuracy(
@@ -192,6 +252,6 @@ def recorded_accuracy(
     """The accuracy to expect at the targets from recordings: their budget, and what they may hide."""
     parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
     for each in budget.contributions:
-        parts[each.name in (NOISE, MODEL)] += each.deviation**2
+        parts[each.name == NOISE] += each.deviation**2
     variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
     return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")

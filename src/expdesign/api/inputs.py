@@ -1,5 +1,7 @@
 """What the functions of the package take: a path, or what was loaded or computed before."""
 
+import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,17 +10,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.api.result import Result
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
-from expdesign.errors import ExpdesignError
+from expdesign.errors import ExpdesignError, InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import Table, parse_table, read_table
-from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.files.yaml_units import with_si_numbers
+from expdesign.files.written import Purpose
+from expdesign.files.yaml_reader import YamlDocument, document_from_mapping, read_yaml
 from expdesign.models.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.plausibility.finding import Finding, say
 from expdesign.plausibility.problem import pose_findings, problem_findings
 from expdesign.plausibility.robot import robot_findings
+from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 from expdesign.robots.robot_file import robot_from_document
 
@@ -40,15 +44,57 @@ class RobotFile:
 
 Config = PathLike | Mapping[str, Any] | DesignProblem
 RobotInput = PathLike | Mapping[str, Any] | RobotFile
-ModelInput = PathLike | Model
-TableInput = PathLike | pd.DataFrame
+ModelInput = PathLike | Model | Result
+TruthInput = ModelInput | RobotFile | Mapping[str, Any]
+TableInput = PathLike | pd.DataFrame | Result
+
+
+def purpose_of(command: str, *inputs: object) -> Purpose:
+    """The purpose of what a command writes from its main inputs, paths or objects; None is left out."""
+    return Purpose(command, tuple(name for each in inputs for name in _names(each)))
+
+
+def _names(given: object) -> list[str]:
+    """Paths of an input, or a name and the digest of what is in memory only."""
+    if given is None:
+        return []
+    if isinstance(given, str | Path):
+        return [str(given)]
+    if isinstance(given, list | tuple):
+        return [name for each in given for name in _names(each)]
+    if isinstance(given, RobotFile):
+        given = given.document
+    if isinstance(given, Result):
+        rows = given.as_table()
+        return [f"{given.purpose.command} {_digest('' if rows is None else csv_text(rows))}", *given.purpose.inputs]
+    if isinstance(given, pd.DataFrame):
+        return [f"frame {_digest(csv_text(given))}"]
+    if isinstance(given, Mapping):
+        return [f"mapping {_digest(json.dumps(given, sort_keys=True, default=str))}"]
+    if isinstance(given, Recordings):
+        return [file.partition(", sheet `")[0] for file in given.files or (given.source,)]
+    source = str(getattr(given, "source", type(given).__name__))
+    content = getattr(given, "content", None) or getattr(given, "config", None)
+    return [source] if content is None or Path(source).exists() else [f"{source} {_names(content)[0]}"]
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()[:12]
 
 
 def document_of(content: PathLike | Mapping[str, Any], name: str) -> YamlDocument:
     """A YAML file, or a mapping with its content (whose relative paths are then those of the working folder)."""
     if isinstance(content, Mapping):
-        return with_si_numbers(YamlDocument(name, Path(), dict(content)))
-    return read_yaml(Path(content))
+        return document_from_mapping(content, name)
+    return read_yaml(_path(content, name, "a path or a mapping"))
+
+
+def _path(given: object, name: str, known: str) -> Path:
+    """A path; raises an `InputError` where something else was given."""
+    if isinstance(given, str | Path):
+        return Path(given)
+    what = f"the {name} cannot be a `{type(given).__name__}`"
+    raise InputError(what, remedy=f"Give {known}.")
 
 
 def problem_of(config: Config) -> DesignProblem:
@@ -103,23 +149,31 @@ def robot_of(robot: RobotInput) -> RobotFile:
 
 
 def model_of(model: ModelInput) -> Model:
-    """A model file, read."""
-    return model if isinstance(model, Model) else read_model(Path(model))
+    """A model file, read, or the model of a result."""
+    if isinstance(model, Model):
+        return model
+    own = model.as_model() if isinstance(model, Result) else None
+    if own is not None:
+        return own
+    return read_model(_path(model, "model", "the path of a model file, a `Model`, or what `identify` returned"))
 
 
-def truth_of(truth: ModelInput) -> Model:
-    """What really deflects: an identified model, or a robot file whose stiffness is then exact."""
-    if isinstance(truth, Model):
-        return truth
-    document = read_yaml(Path(truth))
+def truth_of(truth: TruthInput) -> Model:
+    """What really deflects: an identified model, or a robot whose stiffness is then exact."""
+    if isinstance(truth, Model | Result):
+        return model_of(truth)
+    document = truth.document if isinstance(truth, RobotFile) else document_of(truth, "model")
     if isinstance(document.content, dict) and document.content.get("kind") == "model":
         return model_from_document(document)
     return model_of_robot(robot_from_document(document), document)
 
 
 def table_of(table: TableInput, name: str) -> Table:
-    """A CSV file, or a frame as the table that its CSV file would give."""
-    return parse_table(csv_text(table), name) if isinstance(table, pd.DataFrame) else read_table(Path(table))
+    """A CSV file, or a frame or the rows of a result as the table that their CSV file gives; NaN is an empty cell."""
+    rows = table.as_table() if isinstance(table, Result) else table
+    if isinstance(rows, pd.DataFrame):
+        return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name)
+    return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
 
 
 def numeric(text: pd.DataFrame) -> pd.DataFrame:

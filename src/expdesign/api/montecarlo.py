@@ -3,13 +3,15 @@
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 
 from expdesign.api.evaluate import evaluate
-from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, truth_of
+from expdesign.api.inputs import Config, PathLike, TableInput, TruthInput, purpose_of, truth_of
+from expdesign.api.result import Result
 from expdesign.api.run import Report, silent
+from expdesign.counted import counted
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
@@ -33,8 +35,8 @@ _ROOT = Path("/")
 DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")
 
 
-@dataclass(frozen=True)
-class MonteCarlo:
+@dataclass(frozen=True, repr=False)
+class MonteCarlo(Result):
     """Repetitions of a plan.
 
     Attributes:
@@ -42,6 +44,7 @@ class MonteCarlo:
         remarks: what is doubtful about the plan, in words.
     """
 
+    FILES: ClassVar = ("montecarlo.json", "report.html", "report.json")
     result: Repeated
     remarks: tuple[str, ...]
 
@@ -56,6 +59,21 @@ class MonteCarlo:
         return pd.DataFrame.from_dict(rows, orient="index", columns=["rms", "standard_error", "predicted", "z"])
 
     @property
+    def summary(self) -> str:
+        """DUIR, FEIR and total as they came out and as predicted, and how many comparisons differ."""
+        lines = [
+            f"{row.Index}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}"
+            for row in self.criteria.itertuples()
+        ]
+        record = self.record
+        lines.append(
+            f"{record['beyond_three']} of {counted(record['comparisons'], 'comparison')} "
+            f"{'differs' if record['beyond_three'] == 1 else 'differ'} by more than three standard errors "
+            f"(largest {record['largest_z']:.2f})"
+        )
+        return "\n".join(lines)
+
+    @property
     def record(self) -> dict[str, Any]:
         """The content of `montecarlo.json`."""
         return self.result.record()
@@ -64,15 +82,15 @@ class MonteCarlo:
         """The report."""
         from expdesign.report.montecarlo_report import montecarlo_report  # noqa: PLC0415 (slow to import)
 
-        return montecarlo_report(self.result)
+        return montecarlo_report(self.result, *self.purpose.inputs[1:2])
 
-    def save(self, folder: PathLike) -> Path:
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
         """Write the files of `expdesign montecarlo` into a folder and return the path of the report."""
         from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
 
-        with output_folder(Path(folder)) as scratch:
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             write_file(scratch / "montecarlo.json", json_text(self.record))
-            write_report(scratch, self.page())
+            write_report(scratch, self.page(), Path(folder))
         return Path(folder) / PAGE
 
 
@@ -84,7 +102,7 @@ def montecarlo(
     seed: int = 1,
     plant: str = "explicit",
     distribution: str = "normal",
-    truth: ModelInput | None = None,
+    truth: TruthInput | None = None,
     engine: Engine | None = None,
     report: Report = silent,
 ) -> MonteCarlo:
@@ -136,7 +154,7 @@ def montecarlo(
         truth=real,
         elsewhere=elsewhere,
     )
-    return MonteCarlo(result, judged.remarks)
+    return MonteCarlo(result, judged.remarks, purpose=purpose_of("montecarlo", config, plan))
 
 
 def _by_engine(

@@ -9,28 +9,33 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.api.inputs import Config, PathLike, TableInput, problem_of, table_of
+from expdesign.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.api.referenced import referenced
+from expdesign.api.result import Result
 from expdesign.arrays import FloatArray
+from expdesign.counted import counted
 from expdesign.design.plan import Plan, plan_frame, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.sequential import next_measurements
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import write_file
+from expdesign.files.output import output_file
 from expdesign.files.table import Table
+from expdesign.identification.goodness import StatementOfFit
 from expdesign.identification.recorded_knowledge import identified_so_far, recorded_knowledge, require_readings_of
 from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.next_rows import Objective, next_rows
 from expdesign.model_error.record import meir_of_problem
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
+from expdesign.recordings.references import REFERENCE, reference_names
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""
 
 
-@dataclass(frozen=True)
-class PlannedNext:
+@dataclass(frozen=True, repr=False)
+class PlannedNext(Result):
     """The next measurements, and what they are expected to achieve.
 
     Attributes:
@@ -41,8 +46,8 @@ class PlannedNext:
         objective: what the measurements were chosen to lower.
         hidden: what physics beyond the model may add without being noticed (MEIR), now and with each further
             measurement, shape (k + 1,); None where only the total error was asked for.
-        p_value: of the χ² test of the base model on the recordings, or None where there is no such test, as for a robot
-            whose diagnosis found more than the base model.
+        fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
+            diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
     """
 
@@ -50,10 +55,19 @@ class PlannedNext:
     frame: pd.DataFrame
     before: float
     after: FloatArray
-    p_value: float | None
+    fit: StatementOfFit | None
     undetermined: str | None
     objective: Objective = Objective.TOTAL
     hidden: FloatArray | None = None
+
+    @property
+    def summary(self) -> str:
+        """How many measurements there are."""
+        return f"{counted(len(self.frame), 'further measurement')}"
+
+    def as_table(self) -> pd.DataFrame:
+        """The plan."""
+        return self.frame
 
     @property
     def totals(self) -> FloatArray:
@@ -65,9 +79,9 @@ class PlannedNext:
         """The objective now and with each further measurement, shape (k + 1,)."""
         return self.totals if self.hidden is None else self.objective.of(self.totals, self.hidden)
 
-    def save(self, file: PathLike) -> Path:
+    def save(self, file: PathLike, *, force: bool = False) -> Path:
         """Write the plan into a file."""
-        write_file(Path(file), csv_text(self.frame))
+        output_file(Path(file), csv_text(self.frame), self.purpose, force=force)
         return Path(file)
 
 
@@ -97,14 +111,15 @@ def plan_next(
     """
     _require_sensible(count, accuracy, seed)
     aim = _objective(objective)
+    purpose = purpose_of("next", config, recordings)
     problem = problem_of(config)
     if aim is not Objective.TOTAL:
         problem.require_elastostatic(f"`--objective {aim}` is", "`--objective total` knows every calibration")
     table = table_of(recordings, "recordings")
-    measured = recordings_from_table(table, problem.loaded.robot)
+    measured = referenced(recordings_from_table(table, problem.loaded.robot), None, problem)
     require_measured(measured, problem.loaded.robot)
     require_readings_of(problem, measured)
-    p_value, undetermined = _fit_so_far(problem, measured)
+    fit, undetermined = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
     if aim is not Objective.TOTAL:
@@ -114,10 +129,11 @@ def plan_next(
         frame = _continued(problem, rows.decisions, measured)
         total = np.array([each.total for each in rows.after])
         hidden = np.array([each.meir for each in (rows.before, *rows.after)])
-        return PlannedNext(measured, frame, rows.before.total, total, p_value, undetermined, aim, hidden)
+        before = rows.before.total
+        return PlannedNext(measured, frame, before, total, fit, undetermined, aim, hidden, purpose=purpose)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame = _continued(problem, found.decisions, measured)
-    return PlannedNext(measured, frame, found.before, found.after, p_value, undetermined)
+    return PlannedNext(measured, frame, found.before, found.after, fit, undetermined, purpose=purpose)
 
 
 def _objective(objective: Objective | str) -> Objective:
@@ -147,13 +163,13 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
     return loads
 
 
-def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[float | None, str | None]:
-    """p-value of the base model, and what it does not determine."""
+def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[StatementOfFit | None, str | None]:
+    """Whether the base model accounts for the recordings, and what it does not determine."""
     try:
         found = identified_so_far(problem, measured)
     except NotIdentifiableError as error:
         return None, error.message
-    return (found.goodness.p_value if problem.found is None else None), None
+    return (found.goodness if problem.found is None else None), None
 
 
 def _continued(problem: DesignProblem, decisions: FloatArray, measured: Recordings) -> pd.DataFrame:
@@ -163,4 +179,6 @@ def _continued(problem: DesignProblem, decisions: FloatArray, measured: Recordin
     series = np.arange(len(decisions)) + 1 + int(measured.series.max())
     frame = plan_frame(Plan(configurations, parameters, series), problem.loaded, problem.space.tilts)
     frame["sequence"] += int(measured.sequence.max())
+    if problem.noise.shared_reference:
+        frame[REFERENCE] = reference_names(series)
     return frame

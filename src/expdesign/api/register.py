@@ -9,16 +9,19 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 
-from expdesign.api.inputs import PathLike, RobotInput, TableInput, numeric, robot_of, table_of
+from expdesign.api.inputs import PathLike, RobotInput, TableInput, numeric, purpose_of, robot_of, table_of
 from expdesign.api.outputs import save_table
-from expdesign.arrays import FloatArray
+from expdesign.api.result import Result
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.counted import counted
 from expdesign.errors import InputError
-from expdesign.files.output import json_text, write_file
+from expdesign.files.output import json_text, output_file
 from expdesign.files.table import Table
 from expdesign.files.units import Unit, unit_of
 from expdesign.recordings.filled_in import reading_names, unloaded_rows
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.recordings.point_lists import PointSet, read_point_sets
+from expdesign.recordings.references import REFERENCE
 from expdesign.recordings.registered_deflections import (
     Frame,
     RegisteredDeflection,
@@ -31,18 +34,19 @@ from expdesign.robots.orientation import rotation_matrix
 from expdesign.robots.robot import Robot
 
 
-@dataclass(frozen=True)
-class Registered:
+@dataclass(frozen=True, repr=False)
+class Registered(Result):
     """Recordings from points.
 
     Attributes:
-        text: recordings (file-formats.md, Recordings), as they stand in a file: deflections, or positions of markers.
+        text: recordings (file-formats.md, Recordings), as they stand in a file: deflections, with the unloaded set of
+            each row as its `reference`, or positions of markers.
         found: what registration found for every deflection, in the order of the rows; empty for positions.
         covariance: of the deflections (m², m·rad, rad²), shape (N, 6, 6); N = 0 for positions.
         estimated: standard deviation of one coordinate of a point (m), estimated from the residuals, or None where the
             lists or the caller state it.
         suspicions: points that moved otherwise than the others, in words.
-        shared: whether several rows have one reference, whose noise they then share.
+        unmeasured: sequence numbers of loaded rows for which there are no points.
     """
 
     text: pd.DataFrame
@@ -50,7 +54,28 @@ class Registered:
     covariance: FloatArray
     estimated: float | None
     suspicions: tuple[str, ...]
-    shared: bool
+    unmeasured: tuple[int, ...] = ()
+
+    @property
+    def marker_fit(self) -> str:
+        """How the unloaded points fit the robot's markers, in words; empty where these are not known."""
+        fits = {one.markers for one in self.found if one.markers is not None}
+        if not fits:
+            return ""
+        rms, worst = np.sqrt(np.mean([fit.rms**2 for fit in fits])), max(fits, key=lambda fit: fit.size)
+        return (
+            f"points fit the robot's `markers` to {1e6 * rms:.3g} µm (RMS); the worst, {worst.worst}, is "
+            f"{1e6 * worst.size:.3g} µm off"
+        )
+
+    @property
+    def summary(self) -> str:
+        """How many rows there are."""
+        return f"{counted(len(self.text), 'row')} registered"
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -67,13 +92,13 @@ class Registered:
             "suspicions": list(self.suspicions),
         }
 
-    def save(self, file: PathLike, units: str | None = None) -> Path:
+    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
         """Write the recordings into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
-        return save_table(file, self.text, units)
+        return save_table(file, self.text, units, self.purpose, force=force)
 
-    def save_record(self, file: PathLike) -> Path:
+    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
         """Write `record` into a JSON file."""
-        write_file(Path(file), json_text(self.record()))
+        output_file(Path(file), json_text(self.record()), self.purpose, force=force)
         return Path(file)
 
 
@@ -109,11 +134,13 @@ def register(
     if deviation is not None and not 0.0 < deviation < 1.0:
         remedy = "Give it in m, e.g. 15e-6."
         raise InputError(f"{deviation:g} is not a standard deviation in m", where="deviation", remedy=remedy)
-    states = matched(table, sets, unloaded_rows(table, machine.coordinates))
-    shared = len({id(state.reference) for state in states}) < len(states)
+    unloaded = unloaded_rows(table, machine.coordinates)
+    states = matched(table, sets, unloaded)
+    purpose = purpose_of("register", robot, plan, points)
     if positions:
         text = _positions(table, states, machine, deviation)
-        return Registered(text, (), np.zeros((0, 6, 6)), None, (), shared)
+        missing = _unmeasured(table, states, unloaded)
+        return Registered(text, (), np.zeros((0, 6, 6)), None, (), missing, purpose=purpose)
     frames = _frames(machine, table.numbers(machine.configuration))
     instrument = _instrument(machine, base_frame=base_frame)
     markers = {} if base_frame else dict(machine.markers)
@@ -130,14 +157,26 @@ def register(
             raise InputError(what, where=sets[0].source, remedy=remedy)
     covariance = np.array([one.covariance(variance or 0.0) for one in found])
     doubts = [(state, suspicion(one, variance)) for state, one in zip(states, found, strict=True)]
+    misplaced = {one.markers.worst: one.markers for one in found if one.markers is not None and one.markers.off}
+    drawn = tuple(
+        f"marker {name} lies {1e3 * fit.size:.3g} mm from where the robot file has it, and the others fit: correct it"
+        for name, fit in misplaced.items()
+    )
     return Registered(
         _deflections(table, states, found, covariance, machine),
         tuple(found),
         covariance,
         None if variance is None else float(np.sqrt(variance / 2.0)),
-        tuple(f"{state.loaded.name} against {state.reference.name}: {text}" for state, text in doubts if text),
-        shared,
+        drawn + tuple(f"{state.loaded.name} against {state.reference.name}: {text}" for state, text in doubts if text),
+        _unmeasured(table, states, unloaded),
+        purpose=purpose,
     )
+
+
+def _unmeasured(table: Table, states: list[State], unloaded: BoolArray) -> tuple[int, ...]:
+    """Sequence numbers of loaded rows of which there are no points."""
+    rows = sorted(set(np.flatnonzero(~unloaded).tolist()) - {state.row for state in states})
+    return tuple(int(number) for number in table.integers("sequence")[rows])
 
 
 def _read(points: PathLike | Sequence[PathLike], unit: str | None) -> list[PointSet]:
@@ -173,7 +212,7 @@ def _instrument(robot: Robot, *, base_frame: bool) -> tuple[FloatArray, FloatArr
 def _without_measured(table: Table, robot: Robot) -> pd.DataFrame:
     coordinates = robot.coordinates
     measured = {
-        *coordinates.deflection, *coordinates.deviation, *reading_names(coordinates), "marker", *POSITION,
+        *coordinates.deflection, *coordinates.deviation, *reading_names(coordinates), "marker", *POSITION, REFERENCE,
         *POSITION_DEVIATION, "points", "reference_points",
     }  # fmt: skip
     blank = {name for name in table.columns if all(str(cell).strip() == "" for cell in table.frame[name])}
@@ -184,6 +223,7 @@ def _deflections(
     table: Table, states: list[State], found: list[RegisteredDeflection], covariance: FloatArray, robot: Robot
 ) -> pd.DataFrame:
     text = _without_measured(table, robot).iloc[[state.row for state in states]].reset_index(drop=True)
+    text[REFERENCE] = [state.reference.name for state in states]
     for axis, name in enumerate(robot.coordinates.deflection):
         text[name] = [float(one.deflection[axis]) for one in found]
     for axis, name in enumerate(robot.coordinates.deviation):

@@ -3,11 +3,13 @@
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 
-from expdesign.api.inputs import Config, PathLike, TableInput, numeric, problem_of, table_of
+from expdesign.api.inputs import Config, PathLike, TableInput, numeric, problem_of, purpose_of, table_of
+from expdesign.api.result import Result
 from expdesign.design.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.design.plan import Plan, read_plan
 from expdesign.design.problem import DesignProblem
@@ -23,8 +25,8 @@ from expdesign.recordings.filled_in import reading_names
 _FILL = "FFF8DC"
 
 
-@dataclass(frozen=True)
-class LaboratorySheet:
+@dataclass(frozen=True, repr=False)
+class LaboratorySheet(Result):
     """What is done in the laboratory, with room for what is read.
 
     Attributes:
@@ -37,6 +39,7 @@ class LaboratorySheet:
         robot_file: path of the robot's file, for the command that follows; empty where it is not known.
     """
 
+    FILES: ClassVar = ("sheet.html", "sheet.csv", "sheet.xlsx")
     text: pd.DataFrame
     steps: Steps
     minutes: float | None
@@ -44,6 +47,10 @@ class LaboratorySheet:
     title: str
     shared: bool
     robot_file: str = ""
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -64,26 +71,26 @@ class LaboratorySheet:
     @property
     def notes(self) -> list[str]:
         """What to do with the sheet."""
-        option = " --shared-reference" if self.shared else ""
         return [
             "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
             "counted from the unloaded row before it in its series. Rows left empty are ignored.",
             "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
             "otherwise. Columns time and temperature may stay empty.",
-            f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx{option} "
-            "--out results",
+            f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
         ]
 
-    def save(self, folder: PathLike, units: str | None = None) -> Path:
+    def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
         """Write `sheet.html`, `sheet.csv` and `sheet.xlsx` into a folder, in SI or in units such as `mm,mrad`."""
-        from expdesign.report.laboratory_sheet import sheet_page  # noqa: PLC0415 (slow to import)
+        from expdesign.report.laboratory_sheet import rounded, sheet_page  # noqa: PLC0415 (slow to import)
 
-        frame = in_units(self.text, units)
-        with output_folder(Path(folder)) as scratch:
+        frame = rounded(in_units(self.text, units))
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             write_file(scratch / "sheet.csv", csv_text(frame))
-            notes = [self.title, self.summary, *self.notes]
+            path = shlex.quote(str(Path(folder) / "sheet.xlsx"))
+            lines = [line.replace(" sheet.xlsx ", f" {path} ") for line in self.notes]
+            notes = [self.title, self.summary, *lines]
             write_bytes(scratch / "sheet.xlsx", workbook(frame, notes=notes, blank=_FILL))
-            write_file(scratch / "sheet.html", sheet_page(frame, self.title, self.summary, self.notes))
+            write_file(scratch / "sheet.html", sheet_page(frame, self.title, self.summary, lines))
         return Path(folder) / "sheet.html"
 
 
@@ -124,6 +131,7 @@ def sheet(config: Config, plan: TableInput) -> LaboratorySheet:
         f"Measuring {problem.loaded.robot.name}: {Path(table.source).name}",
         shared,
         problem.robot_file,
+        purpose=purpose_of("sheet", config, plan),
     )
 
 

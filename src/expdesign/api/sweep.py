@@ -3,21 +3,24 @@
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 import yaml
 
-from expdesign.api.inputs import PathLike, document_of, numeric
+from expdesign.api.inputs import PathLike, document_of, numeric, purpose_of
+from expdesign.api.result import Result
 from expdesign.api.run import Report, run, silent
+from expdesign.counted import counted
 from expdesign.design.problem_file import problem_from_document
 from expdesign.errors import ExpdesignError
 from expdesign.files.output import json_text, require_writable
+from expdesign.files.written import claim, require_free_names
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.sweeps.computed_by import computed_by, computed_by_text
 from expdesign.sweeps.engine import Engine, Serial
 from expdesign.sweeps.runs import sweep_runs
-from expdesign.sweeps.store import FAILURE, Store, sole_writer
+from expdesign.sweeps.store import FAILURE, TABLE, TIMES, Store, sole_writer
 
 CONFIG = "config.yaml"
 """In the folder of a run: its configuration, as resolved, so that it can be run and judged there."""
@@ -25,8 +28,8 @@ COMPUTED_BY = "computed_by.json"
 """In the folder of a run: digest of the code and versions of the libraries that its numbers come from."""
 
 
-@dataclass(frozen=True)
-class Sweep:
+@dataclass(frozen=True, repr=False)
+class Sweep(Result):
     """A finished sweep.
 
     Attributes:
@@ -34,8 +37,14 @@ class Sweep:
         table: one row per run (`sweep.csv`).
     """
 
+    FILES: ClassVar = (TABLE, TIMES)
     folder: Path
     table: pd.DataFrame
+
+    @property
+    def summary(self) -> str:
+        """How many runs there are, and how many have no result."""
+        return f"{counted(len(self.table), 'run')} in {self.folder}, {self.failed} of them without a result"
 
     @property
     def failed(self) -> int:
@@ -43,7 +52,9 @@ class Sweep:
         return int((self.table["status"] == "failed").sum())
 
 
-def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, report: Report = silent) -> Sweep:
+def sweep(
+    file: PathLike, folder: PathLike, *, engine: Engine | None = None, report: Report = silent, force: bool = False
+) -> Sweep:
     """Do the runs of a sweep that are not done yet, and keep each as it arrives.
 
     Given again after an interruption, it goes on; given again with more values, it does only the new runs. A run is
@@ -54,6 +65,7 @@ def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, rep
         folder: for the results.
         engine: that does the runs; one after another in this process if left out.
         report: called with the number of finished runs.
+        force: whether the tables of another sweep in the folder are replaced.
 
     Raises:
         InputError: the sweep is wrong, or a result cannot be written.
@@ -62,8 +74,11 @@ def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, rep
     path = Path(folder)
     document = document_of(file, "sweep")
     require_writable(path)
+    purpose = purpose_of("sweep", file)
+    require_free_names(path, Sweep.FILES, purpose, force=force)
     runs = sweep_runs(document, computed_by_text())
     with sole_writer(path):
+        claim(path, Sweep.FILES, purpose)
         store = Store(path, runs)
         waiting = store.waiting()
         done = store.count()
@@ -78,7 +93,7 @@ def sweep(file: PathLike, folder: PathLike, *, engine: Engine | None = None, rep
             kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."
             remedy = f"{error.remedy} {kept}".strip()
             raise type(error)(error.what, where=error.where, remedy=remedy) from None
-    return Sweep(path, numeric(store.table()))
+    return Sweep(path, numeric(store.table()), purpose=purpose)
 
 
 def run_files(config: dict[str, Any]) -> tuple[dict[str, str], float]:

@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
 import expdesign
-from expdesign.api.inputs import ModelInput, PathLike, model_of
+from expdesign.api.inputs import ModelInput, PathLike, model_of, purpose_of
+from expdesign.api.result import Result
 from expdesign.arrays import FloatArray
 from expdesign.compensation.c_source import c_source
 from expdesign.compensation.compensate import compensate as commands_for
@@ -30,8 +31,8 @@ ERROR = {"length": 1e-8, "angle": 1e-7}
 """m, rad."""
 
 
-@dataclass(frozen=True)
-class Corrections:
+@dataclass(frozen=True, repr=False)
+class Corrections(Result):
     """A table of corrections: command = target + correction.
 
     Attributes:
@@ -42,11 +43,23 @@ class Corrections:
         model: of the robot.
     """
 
+    FILES: ClassVar = ("table.csv", "correction.c", "table.json")
     axes: tuple[str, ...]
     outputs: tuple[str, ...]
     held: dict[str, float]
     table: CorrectionTable
     model: Model
+
+    @property
+    def summary(self) -> str:
+        """How many nodes there are, over what, and how well the table interpolates."""
+        table = self.table
+        lines = [f"{len(table.values)} nodes ({' x '.join(map(str, table.grid.counts))}) over {', '.join(self.axes)}"]
+        lines += [
+            f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {table.checks} points)"
+            for name, stated, found in zip(self.outputs, table.stated, table.found, strict=True)
+        ]
+        return "\n".join(lines)
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -88,9 +101,9 @@ class Corrections:
         about += f"made by expdesign {expdesign.__version__}. SI units."
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
 
-    def save(self, folder: PathLike) -> Path:
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
         """Write `table.csv`, `correction.c` and `table.json` into a folder."""
-        with output_folder(Path(folder)) as scratch:
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             write_file(scratch / "table.csv", csv_text(self.frame))
             write_file(scratch / "correction.c", self.c_source)
             write_file(scratch / "table.json", json_text(self.record))
@@ -149,7 +162,7 @@ def table(
         return _corrections(identified, axes, held, points)
 
     found = correction_table(exact, low, high, wanted, most=nodes, seed=seed)
-    return Corrections(axes, robot.configuration, held, found, identified)
+    return Corrections(axes, robot.configuration, held, found, identified, purpose=purpose_of("table", model))
 
 
 def _in_si(values: Mapping[str, tuple[float, ...]], where: str, robot: Robot) -> dict[str, tuple[float, ...]]:

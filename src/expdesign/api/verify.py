@@ -2,18 +2,21 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from expdesign.acceptance.about import About, about_of, read_about
 from expdesign.acceptance.budget import tolerances
 from expdesign.acceptance.check_measurement import CheckMeasurement, read_check_measurement
-from expdesign.acceptance.record import verification_record
+from expdesign.acceptance.planned import reading_deviations
+from expdesign.acceptance.record import certificate_number, verification_record
 from expdesign.acceptance.verification import Tolerances, Verification, compare, judge
-from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, problem_of, table_of
+from expdesign.api.inputs import Config, ModelInput, PathLike, TableInput, model_of, problem_of, purpose_of, table_of
+from expdesign.api.referenced import referenced
+from expdesign.api.result import Result
 from expdesign.arrays import FloatArray
 from expdesign.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.design.coverage import STANDARD, Coverage
@@ -22,13 +25,14 @@ from expdesign.errors import InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.models.model_file import Model
 from expdesign.report.page import Page
+from expdesign.robots.same_robot import require_same_robot
 
 SAME = 1e-6
 """Relative difference below which standard deviations are those that `compensate` wrote."""
 
 
-@dataclass(frozen=True)
-class Verified:
+@dataclass(frozen=True, repr=False)
+class Verified(Result):
     """A verified robot.
 
     Attributes:
@@ -39,6 +43,7 @@ class Verified:
         files: SHA-256 of every file, by its name.
     """
 
+    FILES: ClassVar = ("verification.json", "report.html", "report.json")
     model: Model
     check: CheckMeasurement
     result: Verification
@@ -46,25 +51,32 @@ class Verified:
     files: dict[str, str]
 
     @property
+    def summary(self) -> str:
+        """The verdict."""
+        return f"verdict {self.result.verdict} for {self.model.chain.robot.name}"
+
+    @property
     def record(self) -> dict[str, Any]:
         """The content of `verification.json`."""
         robot = self.model.chain.robot
         axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
-        return verification_record(self.result, robot, axes, self.about, self.files)
+        record = verification_record(self.result, robot, axes, self.about, self.files)
+        return {"certificate": certificate_number(record)} | record
 
     def page(self) -> Page:
         """The certificate."""
         from expdesign.report.verification_report import verification_report  # noqa: PLC0415 (slow to import)
 
-        return verification_report(self.result, self.model, self.check, self.about, self.files)
+        number = self.record["certificate"]
+        return verification_report(self.result, self.model, self.check, self.about, self.files, number)
 
-    def save(self, folder: PathLike) -> Path:
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
         """Write the files of `expdesign verify` into a folder and return the path of the certificate."""
         from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
 
-        with output_folder(Path(folder)) as scratch:
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
             write_file(scratch / "verification.json", json_text(self.record))
-            write_report(scratch, self.page())
+            write_report(scratch, self.page(), Path(folder))
         return Path(folder) / PAGE
 
 
@@ -75,7 +87,8 @@ def verify(
     config: Config | None = None,
     about: PathLike | Mapping[str, str] | About | None = None,
     coverage: float | None = None,
-    shared_reference: bool = False,
+    shared_reference: bool | None = None,
+    other_robot: bool = False,
 ) -> Verified:
     """Compare poses attained at compensated commands with what was predicted, and with their tolerances.
 
@@ -85,7 +98,9 @@ def verify(
         config: run configuration that names the tolerances (and the noise, where the recordings do not).
         about: texts of the certificate.
         coverage: of the expanded uncertainty; the configuration's, or that of k = 2, if left out.
-        shared_reference: whether half of each row's variance is common to its series.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            or the configuration of `config` say.
+        other_robot: whether a configuration of another geometry than the robot's is meant.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -102,22 +117,21 @@ def verify(
     require_regular_points(robot, check.points)
     problem = None if config is None else problem_of(config)
     if problem is not None:
-        _require_same_robot(problem, identified)
+        require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
     deviations = _deviations(identified, check, problem)
-    comparison = compare(identified, check, deviations, shared_reference=shared_reference)
+    check = replace(check, points=referenced(check.points, shared_reference, problem))
+    comparison = compare(identified, check, deviations)
     chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
     limits = None
     if problem is not None:
-        limits = Tolerances(problem.targets.configurations, tolerances(problem), problem.targets.axes)
-    result = Verification(comparison, judge(check, comparison, limits, chosen, robot), chosen)
-    return Verified(identified, check, result, _about(about), _hashes(model, recordings, config, about))
-
-
-def _require_same_robot(problem: DesignProblem, model: Model) -> None:
-    robot, other = problem.loaded.robot, model.chain.robot
-    if robot.kind != other.kind or robot.configuration != other.configuration:
-        what = f"the configuration is of a {robot.kind}, and the model of a {other.kind}"
-        raise InputError(what, where=problem.source, remedy="Give the configuration of the robot that was measured.")
+        targets = problem.targets
+        limits = Tolerances(targets.configurations, tolerances(problem), targets.axes, reading_deviations(problem))
+    columns = [robot.coordinates.deflection[axis] for axis in check.axes]
+    statement = comparison.statement(check.points, columns)
+    judged = judge(check, comparison, limits, chosen, robot)
+    result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
+    files = _hashes(model, recordings, config, about)
+    return Verified(identified, check, result, _about(about), files, purpose=purpose_of("verify", model, recordings))
 
 
 def _deviations(model: Model, check: CheckMeasurement, problem: DesignProblem | None) -> FloatArray:

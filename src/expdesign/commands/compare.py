@@ -7,10 +7,15 @@ import typer
 
 import expdesign as xd
 from expdesign.api.compare import RANDOM, SAMPLES
-from expdesign.commands.console import note, stages
+from expdesign.api.inputs import purpose_of
+from expdesign.commands.console import stages
 from expdesign.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
+from expdesign.commands.writing import Force, require_folder
 from expdesign.errors import InputError
-from expdesign.files.output import new_folder, require_writable
+from expdesign.files.output import new_folder
+
+GROUP = ("research", 1)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -30,13 +35,14 @@ def command(
     seed: Annotated[int, typer.Option(help="Of the searches, the random designs and the experiments.")] = 1,
     workers: Annotated[int | None, typer.Option(help=f"{WORKERS}; 1 if left out.")] = None,
     cluster: Annotated[str | None, typer.Option(help=CLUSTER)] = None,
+    force: Force = False,
 ) -> None:
     """Compare the designs of every criterion, random ones and given plans by the accuracy that they attain.
 
     Example: expdesign compare configs/hexapod-h1.yaml --plan mine=plan.csv --out results/compare
     """
     folder = out or new_folder("compare")
-    require_writable(folder)
+    require_folder(folder, xd.Comparison, purpose_of("compare", *configs), force=force)
     plans = _plans(plan or [])
     with engine_of(workers, cluster, default=1) as engine, stages() as report:
         result = xd.compare(
@@ -50,13 +56,8 @@ def command(
             engine=elsewhere(engine),
             report=report,
         )
-    page = result.save(folder)
-    for name, judgement in zip(result.names, result.judgements, strict=True):
-        best = judgement.best
-        note(
-            f"{name}: best accuracy {judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} "
-            f"tolerances, design by {judgement.contenders[best].name}"
-        )
+    page = result.save(folder, force=force)
+    print(result.summary)
     print(page)
 
 

@@ -7,40 +7,62 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from expdesign.coordinates import SPATIAL
+from expdesign.files.column_names import synonym
 from expdesign.recordings.recordings import Recordings
 
 _PLAIN_INTERVAL = 5.0
 """s between lines of progress where standard error is not a terminal."""
+
+_ALIKE = frozenset({"repeating", "sweeping"})
+"""Stages whose steps cost alike, so that the time of the first ones says how long the others will take."""
+_KNOWN = 0.1
+"""Share of the steps from which that is said."""
 
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
 
 
 class ProgressReport:
-    """A bar on a terminal, a line now and then elsewhere."""
+    """A bar on a terminal, a line now and then elsewhere.
 
-    def __init__(self, bar: Progress | None, title: str) -> None:
+    Args:
+        bar: of a terminal, or None.
+        title: of the stage.
+        where: which stage of how many it is; '' where that is not known.
+    """
+
+    def __init__(self, bar: Progress | None, title: str, where: str = "") -> None:
         self._bar = bar
-        self._task = bar.add_task(title, total=None, note="") if bar is not None else None
-        self._title = title
+        self._shown = f"{title} ({where})" if where else title
+        self._task = bar.add_task(self._shown, total=None, note="", left="") if bar is not None else None
+        self._alike = title in _ALIKE
         self._started = self._last = time.monotonic()
+        self._first: int | None = None
 
     def update(self, done: int, total: int, note: str) -> None:
-        """`done` of `total` steps are done; `note` says what has been reached."""
+        """`done` of `total` steps are done (0 where their number is not known); `note` says what has been reached."""
+        if self._first is None:
+            self._first = done
+        left = ""
+        if self._alike:
+            left = remaining(time.monotonic() - self._started, done - self._first, total - self._first)
         if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, completed=done, total=total, note=note)
-        elif done == total or time.monotonic() - self._last > _PLAIN_INTERVAL:
+            self._bar.update(self._task, completed=done, total=total or None, note=note, left=left)
+        elif (total and done == total) or time.monotonic() - self._last > _PLAIN_INTERVAL:
             self._last = time.monotonic()
-            left = remaining(time.monotonic() - self._started, done, total)
-            print(" ".join(f"{self._title}: {done}/{total} {left} {note}".split()), file=sys.stderr, flush=True)
+            steps = f"{done}/{total}" if total else ""
+            print(" ".join(f"{self._shown}: {steps} {left} {note}".split()), file=sys.stderr, flush=True)
 
 
 def remaining(elapsed: float, done: int, total: int) -> str:
-    """How long `total - done` more steps will take if they go on as the first `done` did in `elapsed` s; or ''."""
-    if not 0 < done < total:
+    """How long `total - done` more steps will take if they go on as the first `done` did in `elapsed` s.
+
+    '' before a tenth of them is done, when that cannot be known.
+    """
+    if not _KNOWN * total <= done < total or done < 1:
         return ""
     seconds = elapsed * (total - done) / done
     minutes = round(seconds / 60.0)
@@ -50,34 +72,40 @@ def remaining(elapsed: float, done: int, total: int) -> str:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[ProgressReport]:
+def progress(title: str, where: str = "") -> Iterator[ProgressReport]:
     """A progress report on standard error while the block runs."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield ProgressReport(None, title)
+        yield ProgressReport(None, title, where)
         return
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.completed}/{task.total}"),
         TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        TextColumn("{task.fields[left]}"),
         TextColumn("{task.fields[note]}"),
     )
     with Progress(*columns, console=console) as bar:
-        yield ProgressReport(bar, title)
+        yield ProgressReport(bar, title, where)
 
 
 @contextmanager
-def stages() -> Iterator[Callable[[str, int, int, str], None]]:
-    """A progress report for each stage of a longer work: called with its title, steps done, steps, and a note."""
+def stages(*titles: str) -> Iterator[Callable[[str, int, int, str], None]]:
+    """A progress report for each stage of a longer work: called with its title, steps done, steps, and a note.
+
+    Args:
+        titles: of all stages in their order, as far as they are known beforehand.
+    """
     with ExitStack() as stack:
         reports: dict[str, ProgressReport] = {}
 
         def report(title: str, done: int, total: int, note: str) -> None:
             if title not in reports:
                 stack.close()  # a terminal shows one bar at a time
-                reports[title] = stack.enter_context(progress(title))
+                known = title in titles and len(titles) > 1
+                where = f"stage {titles.index(title) + 1} of {len(titles)}" if known else ""
+                reports[title] = stack.enter_context(progress(title, where))
             reports[title].update(done, total, note)
 
         yield report
@@ -101,9 +129,5 @@ def _with_near(name: str) -> str:
     known = ["sequence", "series", "time_s", "split", "mass_kg"]
     known += [column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names]
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
-    return f"{name} (is `{near[0]}` meant?)" if near else name
-
-
-def counted(number: int, noun: str) -> str:
-    """`1 row`, `2 rows`."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    other = near[0] if near else synonym(name)
+    return f"{name} (is `{other}` meant?)" if other else name

@@ -7,8 +7,12 @@ import numpy as np
 import typer
 
 import expdesign as xd
+from expdesign.api.inputs import purpose_of
 from expdesign.arrays import FloatArray
-from expdesign.commands.console import note
+from expdesign.commands.writing import Force, require_file
+
+GROUP = ("data", 2)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -21,28 +25,32 @@ def command(
     record: Annotated[
         Path | None, typer.Option(help="JSON file for RMS, expected noise and the covariance of every row.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Free measured poses of thermal deflection by the reference pose that was measured before each of them.
 
     Example: expdesign correct configs/robots/hexapod-h1.yaml poses.csv --out recordings.csv
     """
+    purpose = purpose_of("correct", robot, poses)
+    require_file(out, purpose, force=force)
+    require_file(record, purpose, force=force)
     result = xd.correct(robot, poses, interpolate=interpolate)
-    result.save(out)
+    result.save(out, force=force)
     if record is not None:
-        result.save_record(record)
+        result.save_record(record, force=force)
     units = [f"{name} (µ{name.rsplit('_', 1)[1]})" for name in result.axes]
-    note(f"per axis: {', '.join(units)}")
+    print(f"per axis: {', '.join(units)}")
     here = result.repeatability
     if here is None:
-        note("no pose was measured twice at the same command and load: there is no scatter to compare")
+        print("no pose was measured twice at the same command and load: there is no scatter to compare")
     else:
-        note(f"RMS scatter of repeated poses before {_micro(here.before)}, noise alone {_micro(here.noise_before)}")
-        note(f"RMS scatter of repeated poses after  {_micro(here.after)}, noise alone {_micro(here.noise_after)}")
+        print(f"RMS scatter of repeated poses before {_micro(here.before)}, noise alone {_micro(here.noise_before)}")
+        print(f"RMS scatter of repeated poses after  {_micro(here.after)}, noise alone {_micro(here.noise_after)}")
     if result.residuals is not None:
         before, after = result.residuals
         noise = (_mean(result.deflections.noise_before), _mean(result.deflections.covariance))
-        note(f"RMS residual of identification before {_micro(before)}, noise of a deflection {_micro(noise[0])}")
-        note(f"RMS residual of identification after  {_micro(after)}, noise of a deflection {_micro(noise[1])}")
+        print(f"RMS residual of identification before {_micro(before)}, noise of a deflection {_micro(noise[0])}")
+        print(f"RMS residual of identification after  {_micro(after)}, noise of a deflection {_micro(noise[1])}")
     print(out)
 
 

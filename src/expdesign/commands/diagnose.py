@@ -7,9 +7,12 @@ import typer
 
 import expdesign as xd
 from expdesign.api.identify import recordings_of
-from expdesign.api.inputs import robot_of
-from expdesign.commands.console import note, note_unknown_columns, progress
-from expdesign.files.output import require_writable
+from expdesign.api.inputs import purpose_of, robot_of
+from expdesign.commands.console import note_unknown_columns, progress
+from expdesign.commands.writing import Force, require_folder
+
+GROUP = ("way", 6)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -18,17 +21,28 @@ def command(
     out: Annotated[Path, typer.Option(help="Folder for the results.")],
     series: Annotated[int, typer.Option(min=1, help="Series of a plan that separates two explanations.")] = 3,
     shared_reference: Annotated[
-        bool, typer.Option("--shared-reference", help="The rows of a series share the noise of their reference.")
-    ] = False,
-    targets: Annotated[
-        Path | None, typer.Option(help="Run configuration (YAML) whose targets matter: says what may still be hidden.")
+        bool | None,
+        typer.Option(
+            "--shared-reference/--no-shared-reference",
+            help="Whether rows of one series share the noise of one unloaded reading. "
+            "Default: what the recordings or the configuration say.",
+        ),
     ] = None,
+    targets: Annotated[
+        Path | None,
+        typer.Option(help="Run configuration (YAML) at whose targets the model that is found is accepted or not."),
+    ] = None,
+    other_robot: Annotated[
+        bool,
+        typer.Option("--other-robot", help="A configuration of another geometry than the robot's is meant."),
+    ] = False,
+    force: Force = False,
 ) -> None:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 
     Example: expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
-    require_writable(out)
+    require_folder(out, xd.Diagnosed, purpose_of("diagnose", robot, recordings), force=force)
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
@@ -38,15 +52,18 @@ def command(
         def report(text: str) -> None:
             nonlocal steps
             steps += 1
-            bar.update(steps, steps + 1, text)
+            bar.update(steps, 0, text)
 
         result = xd.diagnose(
-            machine, measured, series=series, shared_reference=shared_reference, targets=targets, report=report
+            machine,
+            measured,
+            series=series,
+            shared_reference=shared_reference,
+            targets=targets,
+            other_robot=other_robot,
+            report=report,
         )
-    page = result.save(out)
-    note(f"Verdict: {result.verdict}.")
-    for finding in result.result.findings:
-        note(f"{finding.sentence} (probability {finding.probability:.2f})")
-    if result.hidden_sentence is not None:
-        note(result.hidden_sentence)
+    page = result.save(out, force=force)
+    for line in result.lines:
+        print(line)
     print(page)

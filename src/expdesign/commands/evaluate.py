@@ -12,6 +12,9 @@ from expdesign.acceptance.decision import sentences
 from expdesign.commands.console import note
 from expdesign.files.output import json_text
 
+GROUP = ("research", 4)
+"""Where it stands in the list of commands."""
+
 
 def command(
     config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
@@ -36,6 +39,6 @@ def command(
         shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
     Console(soft_wrap=True).print(shown)
     for text in sentences(result.acceptance):
-        note(text)
+        print(text)
     if result.accuracy is not None:
         print(result.accuracy.sentence)

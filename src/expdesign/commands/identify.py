@@ -9,14 +9,20 @@ import typer
 import expdesign as xd
 from expdesign.acceptance.decision import sentences
 from expdesign.api.identify import Frames, recordings_of, require_prior
-from expdesign.api.inputs import robot_of
-from expdesign.commands.console import counted, note, note_unknown_columns
-from expdesign.files.output import require_writable
+from expdesign.api.inputs import purpose_of, robot_of
+from expdesign.commands.console import note, note_unknown_columns
+from expdesign.commands.writing import Force, require_folder
+from expdesign.identification.arm_options import Loss
 from expdesign.identification.geometric import Calibration
-from expdesign.identification.goodness import REFUTED
 from expdesign.identification.identify import Identification
+from expdesign.identification.remarks import Implausible
+from expdesign.report.arm_section import accuracy_lines, geometry_line
+from expdesign.report.fit_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit
 from expdesign.report.remark_texts import sentence
+
+GROUP = ("way", 5)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -24,9 +30,13 @@ def command(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings (CSV), in one or more files.")],
     out: Annotated[Path, typer.Option(help="Folder for the results.")],
     shared_reference: Annotated[
-        bool,
-        typer.Option("--shared-reference", help="Half of each row's variance is common to its series."),
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--shared-reference/--no-shared-reference",
+            help="Whether rows of one series share the noise of one unloaded reading. "
+            "Default: what the recordings or the configuration say.",
+        ),
+    ] = None,
     prior: Annotated[
         float | None, typer.Option(help="Prior relative standard deviation of `actuator_stiffness`, in percent.")
     ] = None,
@@ -40,13 +50,21 @@ def command(
     frames: Annotated[
         str, typer.Option(help="known, or unknown: frames of measured poses are identified as well.")
     ] = "known",
+    other_robot: Annotated[
+        bool,
+        typer.Option("--other-robot", help="A configuration of another geometry than the robot's is meant."),
+    ] = False,
+    force: Force = False,
+    loss: Annotated[
+        str, typer.Option(help="Of large residuals of an arm's positions: squares, huber or student.")
+    ] = "squares",
 ) -> None:
-    """Identify the stiffness of every actuator, the geometry of a robot on legs, or both from recordings.
+    """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
     Example: expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
     require_prior(prior)
-    require_writable(out)
+    require_folder(out, xd.Identified, purpose_of("identify", robot, recordings), force=force)
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
@@ -59,50 +77,48 @@ def command(
         targets=targets,
         calibration=chosen,
         frames=cast("Frames", frames),
+        other_robot=other_robot,
+        loss=cast("Loss", loss),
     )
-    page = identified.save(out)
+    page = identified.save(out, force=force)
     _summarise(identified.result)
     for text in sentences(identified.acceptance) if identified.acceptance is not None else []:
-        note(text)
+        print(text)
     if identified.accuracy is not None:
-        note(identified.accuracy.sentence)
+        print(identified.accuracy.sentence)
     print(page)
 
 
 def _summarise(result: Identification) -> None:
     unit = stiffness_unit(result)
-    if result.geometry is not None:
+    _geometry(result)
+    for index, name in enumerate(() if result.calibration == "geometric" else result.robot.actuators):
+        interval = result.stiffness
+        print(f"{name}: {interval.estimate[index]:.4g} {unit} ({_interval(interval.low[index], interval.high[index])})")
+    if not result.robot.actuators:
+        print(f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?")
+    for text in fit_sentences(result):
+        print(text)
+    for group in result.noise.groups:
+        print(f"noise of the {group.name}, estimated from {result.noise.origin}: {group.deviation:.3g}")
+    held_out = rms(result.test_residuals)
+    if held_out is not None:
+        print(f"RMS of the test rows: {held_out:.3g} standard deviations")
+        print(coverage_sentence(result.coverage))
+    for remark in result.suspicions:
+        if not isinstance(remark, Implausible):  # which is said where the recordings are read
+            note(f"warning: {sentence(remark)}")
+
+
+def _geometry(result: Identification) -> None:
+    if result.arm is not None:
+        for text in [*filter(None, [geometry_line(result)]), *accuracy_lines(result.arm)]:
+            print(text)
+    elif result.geometry is not None:
         deviation = (result.geometry.high - result.geometry.low) / 4.0
         size = float(np.sqrt((result.geometry.estimate**2).mean()))
         known = f"known to {1e3 * float(np.median(deviation)):.3g} mm (median)"
-        note(f"{len(deviation)} errors of joints and lengths: {1e3 * size:.3g} mm RMS, {known}")
-    for index, name in enumerate(() if result.calibration == "geometric" else result.robot.actuators):
-        interval = result.stiffness
-        note(f"{name}: {interval.estimate[index]:.4g} {unit} ({_interval(interval.low[index], interval.high[index])})")
-    if not result.robot.actuators:
-        note(f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?")
-    goodness = result.goodness
-    if goodness.p_value is not None:
-        verdict = (
-            "" if goodness.p_value >= REFUTED else "; the base model does not explain them, see `expdesign diagnose`"
-        )
-        dof = f"{goodness.dof} degrees of freedom"
-        note(f"chi2 {result.fit.chi2:.6g} for {dof}, p = {goodness.p_value:.3g}{verdict}")
-        if goodness.birge_ratio > 1.0:
-            note(f"intervals and predicted deviations are widened by the Birge ratio {goodness.birge_ratio:.3g}")
-    else:
-        for group in result.noise.groups:
-            note(f"noise of the {group.name}, estimated from {result.noise.origin}: {group.deviation:.3g}")
-    if goodness.lack_of_fit is not None:
-        note(f"lack of fit against replicates: p = {goodness.lack_of_fit.p_value:.3g}")
-    outliers = int(result.influence.outlier.sum())
-    if outliers:
-        note(f"{counted(outliers, 'row')} that may be outliers; see the report")
-    held_out = rms(result.test_residuals)
-    if held_out is not None:
-        note(f"RMS of the test rows: {held_out:.3g} standard deviations")
-    for remark in result.suspicions:
-        note(f"suspicion: {sentence(remark)}")
+        print(f"{len(deviation)} errors of joints and lengths: {1e3 * size:.3g} mm RMS, {known}")
 
 
 def _interval(low: float, high: float) -> str:

@@ -6,9 +6,13 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
+from expdesign.api.inputs import purpose_of
 from expdesign.commands.console import note, stages
 from expdesign.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
-from expdesign.files.output import require_writable
+from expdesign.commands.writing import Force, require_folder
+
+GROUP = ("research", 2)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -26,12 +30,13 @@ def command(
     ] = None,
     workers: Annotated[int | None, typer.Option(help=f"{WORKERS}; 1 if left out.")] = None,
     cluster: Annotated[str | None, typer.Option(help=CLUSTER)] = None,
+    force: Force = False,
 ) -> None:
     """Repeat experiment, identification and exact compensation, and compare with DUIR, FEIR and total.
 
     Example: expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
-    require_writable(out)
+    require_folder(out, xd.MonteCarlo, purpose_of("montecarlo", config, plan), force=force)
     with engine_of(workers, cluster, default=1) as engine, stages() as report:
         done = xd.montecarlo(
             config,
@@ -46,11 +51,6 @@ def command(
         )
     for remark in done.remarks:
         note(f"expdesign: {remark}")
-    for row in done.criteria.itertuples():
-        note(f"{row.Index}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}")
-    record = done.record
-    note(
-        f"{record['beyond_three']} of {record['comparisons']} comparisons differ by more than three standard errors "
-        f"(largest {record['largest_z']:.2f})"
-    )
-    print(done.save(out))
+    page = done.save(out, force=force)
+    print(done.summary)
+    print(page)

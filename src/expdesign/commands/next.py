@@ -7,10 +7,12 @@ import numpy as np
 import typer
 
 import expdesign as xd
-from expdesign.commands.console import note, note_unknown_columns
+from expdesign.api.inputs import purpose_of
+from expdesign.commands.console import note_unknown_columns
+from expdesign.commands.writing import Force, require_file
 
-DOUBTFUL = 0.01
-"""p-value of the base model below which more recordings of the same kind will not help."""
+GROUP = ("research", 5)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -30,32 +32,32 @@ def command(
             help="What to lower: `total` (noise and load errors), `meir` (what the model may leave out) or `both`."
         ),
     ] = "total",
+    force: Force = False,
 ) -> None:
     """Plan the next measurements, given what was measured.
 
     Example: expdesign next configs/hexapod-h1.yaml recordings.csv --out plan-next.csv --accuracy 0.8
     """
+    require_file(out, purpose_of("next", config, recordings), force=force)
     planned = xd.plan_next(config, recordings, count=count, accuracy=accuracy, seed=seed, objective=objective)
-    planned.save(out)
+    planned.save(out, force=force)
     note_unknown_columns(planned.recordings)
-    if planned.p_value is not None and planned.p_value < DOUBTFUL:
-        note(
-            f"the base model does not explain the recordings (p = {planned.p_value:.2g}): more of them will not "
-            "help until `expdesign diagnose` has found why"
-        )
+    if planned.fit is not None and planned.fit.refuted:
+        print(f"{planned.fit.sentence()} More of them will not help until `expdesign diagnose` has found why.")
     if planned.undetermined is not None:
-        note(f"so far: {planned.undetermined}")
+        print(f"so far: {planned.undetermined}")
     values = planned.values
     wanted = accuracy if accuracy is not None else 1.0
     if values[0] <= wanted:
-        note(f"already within {wanted:g} tolerances: no further measurement is needed")
+        print(f"already within {wanted:g} tolerances: no further measurement is needed")
     totals, hidden = planned.totals, planned.hidden
     for index, total in enumerate(totals):
         when = f"with {index} more" if index else "expected total error now"
         beside = "" if hidden is None else f"; {_tolerances(float(hidden[index]))} may be hidden beside it"
-        note(f"{when}: {_tolerances(float(total))}{beside}")
+        print(f"{when}: {_tolerances(float(total))}{beside}")
     if accuracy is not None and values[-1] > accuracy:
-        note(f"{len(planned.after)} more are not enough for {accuracy:g} tolerances")
+        count = len(planned.after)
+        print(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
     print(out)
 
 

@@ -6,7 +6,12 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
+from expdesign.api.inputs import purpose_of
 from expdesign.commands.console import note
+from expdesign.commands.writing import Force, require_file
+
+GROUP = ("data", 4)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -16,15 +21,20 @@ def command(
     platform: Annotated[
         bool, typer.Option("--platform", help="As the platform moves, not as the instrument would read it.")
     ] = False,
+    readings: Annotated[
+        bool, typer.Option("--readings", help="Standard deviations with the noise of a reading, to hold measurements.")
+    ] = False,
     units: Annotated[
         str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Predict deflections at points in recordings form.
 
     Example: expdesign predict results/mine/model.yaml points.csv --out predicted.csv
     """
-    result = xd.predict(model, points, platform=platform)
-    result.save(out, units)
-    note(f"{len(result.text)} points predicted")
+    require_file(out, purpose_of("predict", model, points), force=force)
+    result = xd.predict(model, points, platform=platform, readings=readings)
+    result.save(out, units, force=force)
+    note(f"{result.summary}; {result.contains}")
     print(out)

@@ -6,9 +6,14 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.commands.console import counted, note
+from expdesign.api.inputs import purpose_of
+from expdesign.commands.console import note
+from expdesign.commands.writing import Force, require_file
 from expdesign.errors import InputError
 from expdesign.files.units import quantity
+
+GROUP = ("data", 1)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -32,6 +37,7 @@ def command(
     units: Annotated[
         str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Turn lists of points, measured unloaded and loaded, into recordings.
 
@@ -40,6 +46,9 @@ def command(
 
     Example: expdesign register robot.yaml plan.csv unloaded.txt loaded.txt --out recordings.csv
     """
+    purpose = purpose_of("register", robot, plan, points)
+    require_file(out, purpose, force=force)
+    require_file(record, purpose, force=force)
     deviation = None
     if std is not None:
         deviation, measured = quantity(std, "--std")
@@ -48,14 +57,16 @@ def command(
     result = xd.register(
         robot, plan, points, unit=unit, deviation=deviation, base_frame=base_frame, positions=positions
     )
-    result.save(out, units)
+    result.save(out, units, force=force)
     if record is not None:
-        result.save_record(record)
-    note(f"{counted(len(result.text), 'row')} written")
+        result.save_record(record, force=force)
+    print(result.summary)
     if result.estimated is not None:
-        note(f"standard deviation of a coordinate, estimated from the residuals: {result.estimated * 1e6:.3g} µm")
+        print(f"standard deviation of a coordinate, estimated from the residuals: {result.estimated * 1e6:.3g} µm")
+    if result.marker_fit:
+        print(result.marker_fit)
     for text in result.suspicions:
-        note(f"suspicion: {text}")
-    if result.shared:
-        note("rows with one reference share its noise: give --shared-reference to `expdesign identify`")
+        note(f"warning: {text}")
+    if result.unmeasured:
+        note(f"no points for row {', '.join(map(str, result.unmeasured))} of the plan: left out")
     print(out)

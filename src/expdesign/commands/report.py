@@ -5,12 +5,20 @@ from typing import Annotated
 
 import typer
 
+from expdesign.commands.writing import Force
 
-def command(folder: Annotated[Path, typer.Argument(help="Folder that a command wrote.")]) -> None:
+GROUP = ("research", 8)
+"""Where it stands in the list of commands."""
+
+
+def command(
+    folder: Annotated[Path, typer.Argument(help="Folder that a command wrote.")],
+    force: Force = False,
+) -> None:
     """Make the report of stored results again, without the work that led to them.
 
     Example: expdesign report results/mine
     """
     from expdesign.report.stored import remake_report  # noqa: PLC0415 (slow to import)
 
-    print(remake_report(folder))
+    print(remake_report(folder, force=force))

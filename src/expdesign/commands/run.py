@@ -1,8 +1,12 @@
 """`expdesign run`: the Pareto front of a configuration, its plans and its report."""
 
 import os
+import signal
 import sys
+import time
 import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +15,13 @@ import typer
 import expdesign as xd
 from expdesign.acceptance.decision import sentences
 from expdesign.acceptance.recommended import recommended_acceptance
-from expdesign.api.inputs import problem_of
+from expdesign.api.inputs import problem_of, purpose_of
 from expdesign.commands.console import note, stages
-from expdesign.files.output import new_folder, require_writable
+from expdesign.commands.writing import Force, require_folder
+from expdesign.files.output import new_folder
+
+GROUP = ("way", 3)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -25,43 +33,77 @@ def command(
         bool, typer.Option("--watch", help="Show the front as it grows in the browser, where the run can be ended.")
     ] = False,
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="End the search after so many seconds with what is there.")
+        float | None, typer.Option(min=0.0, help="End after so many seconds in all, with what is there.")
     ] = None,
-    workers: Annotated[
-        int, typer.Option(min=1, help="Processes of this machine; the results are the same. More than 2 are no use.")
-    ] = 2,
     port: Annotated[int, typer.Option(help="Of the page of --watch on this machine; any that is free if 0.")] = 0,
+    force: Force = False,
 ) -> None:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.
+
+    Ctrl-C ends the search with what is there; all is written, and the plan before it is bounded.
 
     Example: expdesign run configs/hexapod-h1.yaml --out results/mine --watch
     """
     folder = out or new_folder(config.stem)
-    require_writable(folder)
-    if watch:
-        result, page = _watched(config, folder, port, seconds, workers)
-    else:
-        with stages() as report:
-            result = xd.run(config, report=report, seconds=seconds, workers=workers)
-        page = result.save(folder)
-    front = result.front
-    best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
-    note(
-        f"{len(front)} designs on the front; recommended design {front.recommended + 1}: "
-        f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
-    )
-    for text in sentences(recommended_acceptance(result.problem, front)):
-        note(text)
+    require_folder(folder, xd.Run, purpose_of("run", config), force=force)
+    if seconds is not None:  # what it took to get here counts too
+        seconds = max(0.0, seconds - time.process_time())
+    with _interruptible() as interrupted:
+        if watch:
+            result, page = _watched(config, folder, port, seconds, interrupted, force=force)
+        else:
+            with stages(*_STAGES) as report:
+                result = xd.run(
+                    config,
+                    report=report,
+                    ended=interrupted,
+                    seconds=seconds,
+                    searched=lambda run: run.save_plan(folder, force=force),
+                )
+            page = result.save(folder, force=force)
+    print(result.summary)
+    for text in sentences(recommended_acceptance(result.problem, result.front)):
+        print(text)
     if "accuracy" in result.record:
-        note(result.record["accuracy"]["sentence"])
+        print(result.record["accuracy"]["sentence"])
     if result.record["duir_lower_bound"] is None:
-        note(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
+        print(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
     if result.protocol is not None:
         note(f"{folder / 'poses.csv'} has every pose to measure, references included; `expdesign correct` reads it")
     print(page)
 
 
-def _watched(config: Path, folder: Path, port: int, seconds: float | None, workers: int) -> tuple[xd.Run, Path]:
+_STAGES = ("searching", "bounding", "writing")
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], bool]]:
+    """Whether somebody has pressed Ctrl-C; who presses it twice, ends the program."""
+    pressed = False
+
+    def note_it(number: int, frame: object) -> None:
+        nonlocal pressed
+        if pressed:
+            raise KeyboardInterrupt
+        pressed = True
+        note("ending with the best plans so far; Ctrl-C again ends without them")
+
+    before = signal.signal(signal.SIGINT, note_it)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _watched(
+    config: Path,
+    folder: Path,
+    port: int,
+    seconds: float | None,
+    interrupted: Callable[[], bool],
+    *,
+    force: bool,
+) -> tuple[xd.Run, Path]:
     """The run with a page on which it can be looked at and ended, and the path of its report."""
     from expdesign.watching.server import serve  # noqa: PLC0415 (needed here alone)
     from expdesign.watching.watched import Watched  # noqa: PLC0415
@@ -71,15 +113,22 @@ def _watched(config: Path, folder: Path, port: int, seconds: float | None, worke
     with serve(watched, port) as watch:
         note(f"watch it at {watch.address}")
         _open(watch.address)
-        with stages() as report:
+        with stages(*_STAGES) as report:
 
             def both(title: str, done: int, total: int, text: str) -> None:
                 report(title, done, total, text)
                 watched.stage(title, done, total, text)
 
-            result = xd.run(problem, report=both, follow=watched.follow, seconds=seconds, workers=workers)
+            result = xd.run(
+                problem,
+                report=both,
+                follow=watched.follow,
+                ended=lambda: interrupted() or watched.wanted,
+                seconds=seconds,
+                searched=lambda run: run.save_plan(folder, force=force),
+            )
         watched.stage("writing", 0, 0, "")
-        page = result.save(folder)
+        page = result.save(folder, force=force)
         watched.ended("ended" if "ended_by_hand" in result.record else "finished")
         watch.report = page
     return result, page

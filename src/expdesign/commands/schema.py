@@ -7,6 +7,9 @@ import typer
 import expdesign as xd
 from expdesign.files.output import json_text
 
+GROUP = ("research", 7)
+"""Where it stands in the list of commands."""
+
 
 def command(
     kind: Annotated[str, typer.Argument(help="`configuration`, `robot` or `sweep`.")] = "configuration",

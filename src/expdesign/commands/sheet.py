@@ -6,8 +6,11 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.commands.console import note
-from expdesign.files.output import require_writable
+from expdesign.api.inputs import purpose_of
+from expdesign.commands.writing import Force, require_folder
+
+GROUP = ("way", 4)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -17,13 +20,14 @@ def command(
     units: Annotated[
         str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write a plan as a sheet for the laboratory, in the order that saves changes; `identify` takes it back filled in.
 
     Example: expdesign sheet configs/hexapod-h1.yaml results/mine/plan.csv --out results/sheet --units mm,mrad
     """
-    require_writable(out)
+    require_folder(out, xd.LaboratorySheet, purpose_of("sheet", config, plan), force=force)
     result = xd.sheet(config, plan)
-    page = result.save(out, units)
-    note(result.summary)
+    page = result.save(out, units, force=force)
+    print(result.summary)
     print(page)

@@ -8,7 +8,11 @@ import typer
 import expdesign as xd
 from expdesign.commands.console import note, stages
 from expdesign.commands.engines import CLUSTER, WORKERS, engine_of
+from expdesign.commands.writing import Force
 from expdesign.sweeps.store import TABLE
+
+GROUP = ("research", 3)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -16,6 +20,7 @@ def command(
     out: Annotated[Path, typer.Option(help="Folder for the results; the same folder continues a sweep.")],
     workers: Annotated[int | None, typer.Option(help=f"{WORKERS}; as many as it has processors if left out.")] = None,
     cluster: Annotated[str | None, typer.Option(help=CLUSTER)] = None,
+    force: Force = False,
 ) -> None:
     """Do many runs with other values; interrupted, the same command goes on.
 
@@ -23,7 +28,7 @@ def command(
     """
     try:
         with engine_of(workers, cluster) as engine, stages() as report:
-            result = xd.sweep(sweep, out, engine=engine, report=report)
+            result = xd.sweep(sweep, out, engine=engine, report=report, force=force)
     except KeyboardInterrupt:
         note("Finished runs are kept; the same command goes on from there.")
         raise

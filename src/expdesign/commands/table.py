@@ -6,11 +6,14 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
+from expdesign.api.inputs import purpose_of
 from expdesign.api.table import ERROR, MOST_NODES
-from expdesign.commands.console import note
+from expdesign.commands.writing import Force, require_folder
 from expdesign.errors import InputError
-from expdesign.files.output import require_writable
 from expdesign.files.units import quantity
+
+GROUP = ("data", 5)
+"""Where it stands in the list of commands."""
 
 
 def command(
@@ -25,12 +28,13 @@ def command(
     ] = "0.01 um, 0.1 urad",
     nodes: Annotated[int, typer.Option(help="At most.")] = MOST_NODES,
     seed: Annotated[int, typer.Option(help="Of the points at which the table is checked.")] = 1,
+    force: Force = False,
 ) -> None:
     """Tabulate corrections of commands, as CSV and as a file of C99, with the error of interpolation stated.
 
     Example: expdesign table model.yaml --over x_mm=-20:20 --over mass_kg=0:30 --at com_z_m=0.12 --out table
     """
-    require_writable(out)
+    require_folder(out, xd.Corrections, purpose_of("table", model), force=force)
     ranges = {name: (_number(low, "--over"), _number(high, "--over")) for name, low, high in map(_range, over)}
     if len(ranges) < len(over):
         raise InputError("a coordinate stands there twice", where="--over", remedy="Name each once.")
@@ -38,11 +42,8 @@ def command(
     if nodes < 2 or seed < 0:
         raise InputError("nodes must be at least 2 and the seed at least 0", where="--nodes", remedy="Correct it.")
     result = xd.table(model, ranges, held, error=_errors(error), nodes=nodes, seed=seed)
-    result.save(out)
-    counts = " x ".join(str(count) for count in result.table.grid.counts)
-    note(f"{len(result.table.values)} nodes ({counts}) over {', '.join(result.axes)}")
-    for name, stated, found in zip(result.outputs, result.table.stated, result.table.found, strict=True):
-        note(f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {result.table.checks} points)")
+    result.save(out, force=force)
+    print(result.summary)
     print(out / "correction.c")
 
 

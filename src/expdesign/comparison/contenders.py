@@ -7,13 +7,12 @@ from typing import Literal
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.comparison.refinement import refined
 from expdesign.design.parts import Parts, one_after_another
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
-from expdesign.design.single import search_single
+from expdesign.design.result import planned
+from expdesign.design.search import search_single
 from expdesign.design.start import starting_designs
-from expdesign.instrument.deflection_noise import series_by_pose
 
 Origin = Literal["optimised", "random", "given"]
 _RANDOM_STREAM = 7
@@ -32,8 +31,7 @@ class Contender:
 
 def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> Plan:
     """The plan that decisions (m, g) stand for."""
-    configurations, loads = problem.space.decode(decisions)
-    return Plan(configurations, loads, series_by_pose(configurations))
+    return planned(problem, decisions)
 
 
 def optimised(
@@ -45,10 +43,10 @@ def optimised(
 ) -> list[Contender]:
     """The best design by each known criterion alone, as its own author would have chosen it.
 
-    Every criterion is searched by itself, and what all searches found is refined by its gradient (`refinement.py`). A
-    search can end at a local optimum, and what another one found can be better by its own criterion: of all designs
-    that were found, each criterion has the best. Criteria that are the same (DUIR and `total` without load errors) are
-    searched once, and one that no design changes not at all. `parts` does the searches and refinements, which do not
+    Every criterion is searched by itself, and once more from what all searches found: a design that was sought by one
+    criterion often lies in a better valley of another. Of all designs that were found, each criterion has the best.
+    Criteria that are the same (DUIR and `total` without load errors) are searched once, and one that no design changes
+    not at all. `parts` does the searches and refinements, which do not
     need each other.
 
     Raises:
@@ -59,15 +57,15 @@ def optimised(
     names = distinct_criteria(problem, seed)
     found = each(_searched, [(name, seed, generations) for name in names])
     report("searched")
-    decisions = np.unique(problem.settable(np.array(found)), axis=0)
-    jobs = [(name, decisions, seed, generations) for name in names]
-    better = each(_refined, jobs, lambda index: report(names[index]))
+    decisions = np.unique(np.concatenate(found), axis=0)
+    jobs = [(name, seed, generations, decisions) for name in names]
+    better = each(_searched, jobs, lambda index: report(names[index]))
     for name in criteria:
         if name not in names:
             report(name)
     designs = np.concatenate([decisions, *better])
     plans = [plan_of_decisions(problem, one) for one in designs]
-    assessment = problem.assess(*problem.space.decode(designs), np.array([plan.series for plan in plans]))
+    assessment = problem.assessed(designs)
     best = []
     for name, criterion in criteria.items():
         values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
@@ -75,15 +73,12 @@ def optimised(
     return best
 
 
-def _searched(problem: DesignProblem, name: str, seed: int, generations: int | None) -> FloatArray:
-    """Genes (m, g) of the best design that the search by a criterion finds."""
-    return search_single(problem, problem.criteria[name], seed=seed, generations=generations).decisions
-
-
-def _refined(
-    problem: DesignProblem, name: str, decisions: FloatArray, seed: int, generations: int | None
+def _searched(
+    problem: DesignProblem, name: str, seed: int, generations: int | None, start: FloatArray | None = None
 ) -> FloatArray:
-    return refined(problem, problem.criteria[name], decisions, seed, generations)
+    """Genes (1, m, g) of the best design that the search by a criterion finds."""
+    criterion = problem.criteria[name]
+    return search_single(problem, criterion, seed=seed, generations=generations, start=start).decisions[:1]
 
 
 def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from expdesign.arrays import BoolArray
+from expdesign.diagnosis.probability import MOST, NAMED_BESIDE_LAWS
 from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
 from expdesign.ports.curve import Curve
@@ -15,12 +17,18 @@ class GroupAtOnce:
     Attributes:
         size: RMS of what they do to the readings, in standard deviations.
         determined: how many of their parameters the data determine.
+        p_value: that left-out blocks are predicted no better with them.
         curve: of its first law, or of all laws of the load; None for effects of known form.
     """
 
     size: float
     determined: float
+    p_value: float
     curve: Curve | None = None
+
+    def probability(self, *, beside_laws: bool) -> float:
+        """That it is there: that it predicts what was left out, as far as no other law may stand in for it."""
+        return (NAMED_BESIDE_LAWS if beside_laws else MOST) * (1.0 - self.p_value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +40,7 @@ class AtOnce:
         groups: those that are there, largest first.
         before, after: RMS of left-out readings without and with them.
         noise: standard deviation of the whitened residuals.
+        aside: rows that were set aside as single mistakes, shape (N,).
         stability: how often nine tenths of the rows keep the same groups, in their order; None where groups have no
             names that refits could repeat.
     """
@@ -41,4 +50,5 @@ class AtOnce:
     before: float
     after: float
     noise: float
+    aside: BoolArray
     stability: Stability | None = None

@@ -83,12 +83,12 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
     Where it predicts them worse, the effect goes without which they are predicted best, then the next one: backward
     elimination, so that one effect that describes the fitted rows alone does not take the others with it.
     """
-    errors = held_out(base, model.fit, search.sample, test, model.outliers)
+    errors = held_out(base, model.fit, search.sample, test, model.outliers, known_noise=search.known_noise)
     worse = errors.test_after > errors.test_before
     while worse and model.candidates:
         smaller = [search.without(model, index) for index in range(len(model.candidates))]
         trials = [
-            (held_out(base, other.fit, search.sample, test, other.outliers), other)
+            (held_out(base, other.fit, search.sample, test, other.outliers, known_noise=search.known_noise), other)
             for other in smaller
             if hierarchical(other.effects)
         ]
@@ -101,7 +101,7 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
         search.log.add("held out", model, True, reason)
     if worse and not model.candidates:
         model = search.base
-        errors = held_out(base, model.fit, search.sample, test, model.outliers)
+        errors = held_out(base, model.fit, search.sample, test, model.outliers, known_noise=search.known_noise)
     return model, errors
 
 

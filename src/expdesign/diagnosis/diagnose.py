@@ -4,14 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import BoolArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
-from expdesign.diagnosis.findings import Finding, findings
+from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
@@ -21,10 +20,11 @@ from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
-from expdesign.diagnosis.probability import FITTING, TENTATIVE
+from expdesign.diagnosis.probability import FITTING, MOST, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability, stability
+from expdesign.diagnosis.statement import Widening, statement, tested, widened, widening
 from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws
 from expdesign.diagnosis.together import (
@@ -36,7 +36,9 @@ from expdesign.diagnosis.together import (
     verdict_together,
 )
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
+from expdesign.identification.coverage import reading_deviations
 from expdesign.identification.fit import Fit
+from expdesign.identification.goodness import StatementOfFit
 from expdesign.identification.noise_level import NoiseLevel
 from expdesign.recordings.recordings import Recordings
 from expdesign.recordings.remark import Remark
@@ -55,7 +57,7 @@ class Diagnosis:
         predictive: what predictions are made with: the chosen model, or the base model where the chosen one explains
             too little of what was not fitted.
         verdict: `consistent`, `explained`, `modelled` (by laws at ports) or `unexplained`.
-        p_before, p_after: of χ² of the base model and of the chosen one; NaN where the noise level is estimated.
+        before, after: whether the base model accounts for the fitted rows, and the chosen one.
         location: of the mismatch.
         findings: effects that are present together.
         errors: of the predictive model, on fitted and held-out rows.
@@ -63,6 +65,7 @@ class Diagnosis:
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
+        scatter: RMS of readings in blocks that were left out, by all effects at once; 0 where these are not the model.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
     """
 
@@ -73,8 +76,8 @@ class Diagnosis:
     model: Model
     predictive: Model
     verdict: str
-    p_before: float
-    p_after: float
+    before: StatementOfFit
+    after: StatementOfFit
     location: Location
     findings: tuple[Finding, ...]
     errors: HeldOut
@@ -82,7 +85,29 @@ class Diagnosis:
     laws: Laws | None
     method: Method
     caveats: tuple[Remark, ...] = ()
+    scatter: float = 0.0
     stability: Stability | None = None
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the model that predicts is refuted by the recordings, or no explanation of them."""
+        return self.verdict == "unexplained" or self.after.refuted
+
+    @property
+    def widening(self) -> Widening:
+        """By what the recordings widen what the predictive model predicts."""
+        sample = self.search.sample.restricted(~self.predictive.outliers)
+        return widening(self.predictive.fit, sample, known_noise=self.noise.known, scatter=self.scatter)
+
+    @property
+    def known(self) -> Fit:
+        """The predictive model with the covariance that its predictions have."""
+        return widened(self.predictive.fit, self.widening)
+
+    @property
+    def reading_deviations(self) -> FloatArray:
+        """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
+        return reading_deviations(self.noise.deviations[self.search.sample.counts], self.widening.readings)
 
     @property
     def rival(self) -> Model | None:
@@ -94,7 +119,6 @@ def diagnose(
     robot: Robot,
     recordings: Recordings,
     *,
-    shared_reference: bool = False,
     without: frozenset[str] = frozenset(),
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
@@ -103,7 +127,6 @@ def diagnose(
     Args:
         robot: the robot.
         recordings: what was measured.
-        shared_reference: whether the rows of a series share the noise of their reference.
         without: identifiers of physics that the library shall not offer.
         report: is told what is being done.
 
@@ -112,7 +135,7 @@ def diagnose(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
-    frame = framed(robot, recordings, shared_reference=shared_reference, without=without, report=report)
+    frame = framed(robot, recordings, without=without, report=report)
     at_once = _at_once(frame)
     if at_once is not None and at_once.alone:
         return at_once.diagnosis
@@ -156,13 +179,14 @@ def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
     sample = search.sample
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     found = bool(model.candidates) or bool(model.outliers.any())
-    before = (base.chi2, _dof(base, sample))
-    after = (model.fit.chi2, _dof(model.fit, sample.restricted(~model.outliers)))
-    p_before, p_after = (_p_value(each, noise) for each in (before, after))
+    kept = sample.restricted(~model.outliers)
+    first = statement(base, sample, noise)
+    last = statement(model.fit, kept, noise) if found else first
+    before, after = tested(base, sample), tested(model.fit, kept)
     if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:
         # What the base model leaves is noise and the physics that was found; the noise is what the chosen model leaves.
         errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
-    verdict = verdict_without(p_before, known_noise=noise.known)
+    verdict = verdict_without(first)
     if found:
         at_limit = named.found.at_limit
         reason = doubt(
@@ -184,8 +208,8 @@ def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
         model=model,
         predictive=predictive,
         verdict=verdict,
-        p_before=p_before,
-        p_after=p_after,
+        before=first,
+        after=last,
         location=locate(base, sample, frame.robot, frame.entries, variance),
         findings=(),
         errors=errors,
@@ -203,7 +227,7 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     stable, spread = stability(search, model), dispersion(model.fit.residuals, kept)
     found = findings(search, model, gains(search, model, frame.judged), spread, stable)
     if result.verdict == "unexplained":
-        before, after = (frame.base.chi2, _dof(frame.base, search.sample)), (model.fit.chi2, _dof(model.fit, kept))
+        before, after = tested(frame.base, search.sample), tested(model.fit, kept)
         found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
     return replace(result, findings=found, stability=stable)
 
@@ -234,7 +258,7 @@ def _at_once(frame: Frame) -> _AllAtOnce | None:
     at_once = frame.many or support
     if at_once is None:
         return None
-    errors = errors_together(at_once, base, sample, frame.judged)
+    errors = errors_together(at_once, base, sample, frame.judged, known_noise=frame.noise.known)
     if errors.test_after >= errors.test_before:
         return None
     if support is not None:
@@ -248,7 +272,8 @@ def _at_once(frame: Frame) -> _AllAtOnce | None:
 def _of_all(frame: Frame, at_once: AtOnce, found: tuple[Finding, ...], errors: HeldOut) -> Diagnosis:
     """The diagnosis with all effects at once."""
     search, base, sample, fitted = frame.search, frame.base, frame.search.sample, at_once.fit
-    model = Model((), np.zeros(len(sample.counts), dtype=bool), fitted, float("nan"))
+    model = Model((), at_once.aside, fitted, float("nan"))
+    sample = sample.restricted(~at_once.aside)
     verdict = verdict_together(errors)
     variance = 1.0 if frame.noise.known else at_once.noise**2
     search.log.add_text("verdict", f"{len(at_once.groups)} groups of effects; verdict {verdict}")
@@ -260,15 +285,16 @@ def _of_all(frame: Frame, at_once: AtOnce, found: tuple[Finding, ...], errors: H
         model=model,
         predictive=model,
         verdict=verdict,
-        p_before=_p_value((base.chi2, _dof(base, sample)), frame.noise),
-        p_after=_p_value((fitted.chi2, _dof(fitted, sample)), frame.noise),
+        before=statement(base, search.sample, frame.noise),
+        after=statement(fitted, sample, frame.noise),
         location=locate(base, sample, frame.robot, frame.entries, variance),
-        findings=found,
+        findings=(*found, *set_aside(search.sample, at_once.aside, MOST)),
         errors=errors,
         search=search,
         laws=None,
         method=frame.method,
         caveats=caveats(sample, model, dispersion(fitted.residuals, sample), errors),
+        scatter=at_once.after,
         stability=at_once.stability,
     )
 
@@ -305,7 +331,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
         return result
     laws = found.laws
     changed = replace(result, laws=laws)
-    errors = held_out(base, laws.fit, search.sample, judged, found.aside) if found.wins else result.errors
+    errors = _held_out(search, base, laws.fit, judged, found.aside) if found.wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if found.wins and errors.test_after <= errors.test_before:
         named = tuple(part.named for part in laws.parts if part.named is not None)
@@ -317,7 +343,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
             errors=errors,
             findings=law_findings(laws, result.robot, 1.0),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            p_after=laws.p_value if result.noise.known else float("nan"),
+            after=statement(laws.fit, search.sample.restricted(~found.aside), result.noise),
             verdict=verdict_with(laws, errors),
             stability=None,
         )
@@ -343,10 +369,10 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     kept = sample.restricted(~model.outliers)
     alike = dispersion(model.fit.residuals, kept).correlation > ALIKE
-    trusted = noise.known and within_noise((model.fit.chi2, _dof(model.fit, kept))) and not alike
+    trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
         model = confirmed(search, model, test)
-        errors = held_out(base, model.fit, sample, test, model.outliers)
+        errors = _held_out(search, base, model.fit, test, model.outliers)
     return model, errors
 
 
@@ -355,7 +381,7 @@ def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) 
     base = search.base
     if errors.test_after <= HALVED * errors.test_before and not _guarded(search, model, base.fit):
         return model, errors
-    return base, held_out(base.fit, base.fit, search.sample, test, base.outliers)
+    return base, _held_out(search, base.fit, base.fit, test, base.outliers)
 
 
 def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
@@ -366,10 +392,5 @@ def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
     return in_common(residuals, model.outliers[counts], sample.recordings.series[counts], quantities)
 
 
-def _p_value(chi2: tuple[float, int], noise: NoiseLevel) -> float:
-    """Of χ² (with its degrees of freedom) against the stated noise; NaN where the noise level is estimated."""
-    return float(chi2_distribution.sf(*chi2)) if noise.known else float("nan")
-
-
-def _dof(result: Fit, sample: Sample) -> int:
-    return max(sample.readings - result.rank, 1)
+def _held_out(search: Search, base: Fit, model: Fit, test: BoolArray, aside: BoolArray) -> HeldOut:
+    return held_out(base, model, search.sample, test, aside, known_noise=search.known_noise)

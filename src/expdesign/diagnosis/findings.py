@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.confirmation import Gain
 from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
+from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
@@ -87,14 +88,23 @@ def findings(
     found.sort(key=lambda item: -item[0])
     result = [finding for _, finding in found]
     if model.outliers.any():
-        lines = tuple(int(line) for line in search.sample.recordings.lines[model.outliers])
-        count = float(len(lines))
-        sentence = f"Row{'s' if count > 1 else ''} {', '.join(map(str, lines))} of the file belong to no physics."
         gain = search.including(model).misfit - model.misfit
         probability = MOST / (1.0 + float(np.exp(-0.5 * gain / TEMPERATURE)))
-        parameters = {"rows": (count, count, count)}
-        result.append(Finding("outlier", "instrument", "", parameters, probability, (), sentence, lines))
+        result += set_aside(search.sample, model.outliers, probability)
     return tuple(result)
+
+
+def set_aside(sample: Sample, outliers: BoolArray, probability: float) -> tuple[Finding, ...]:
+    """The finding of rows that were set aside, shape (N,); none where there are none."""
+    lines = tuple(int(line) for line in sample.recordings.lines[outliers])
+    if not lines:
+        return ()
+    count = float(len(lines))
+    named = ", ".join(map(str, lines))
+    sentence = f"Row {named} is an outlier: no model explains it."
+    if count > 1:
+        sentence = f"Rows {named} are outliers: no model explains them."
+    return (Finding("outlier", "instrument", "", {"rows": (count, count, count)}, probability, (), sentence, lines),)
 
 
 def reported(effect: Effect, fitted: Fit, part: slice, scale: float) -> dict[str, tuple[float, float, float]]:

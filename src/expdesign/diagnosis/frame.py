@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
@@ -16,6 +18,7 @@ from expdesign.diagnosis.together import Method, together
 from expdesign.errors import InputError
 from expdesign.identification.estimability import require_regular_rows
 from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.identify import fitted_rows
 from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -54,7 +57,6 @@ def framed(
     robot: Robot,
     recordings: Recordings,
     *,
-    shared_reference: bool,
     without: frozenset[str],
     report: Callable[[str], None],
 ) -> Frame:
@@ -64,9 +66,9 @@ def framed(
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     if len(robot.stiffness):
         require_regular_rows(recordings, robot.jacobians(recordings.configurations))
-    sample_with = _sampler(robot, recordings, shared_reference=shared_reference)
+    sample_with = _sampler(robot, recordings)
     report("fitting the base model")
-    noise = _noise(robot, recordings, sample_with, shared_reference=shared_reference)
+    noise = _noise(robot, recordings, sample_with)
     sample = sample_with(noise.deviations)
     base = fit(Chain(robot, reading=sample.reading), sample)
     kind = base_model(robot, sample.reading)
@@ -80,16 +82,18 @@ def framed(
     return Frame(robot, recordings, noise, kind, base, judged, entries, search, many, method)
 
 
-def _sampler(robot: Robot, recordings: Recordings, *, shared_reference: bool) -> Callable[[FloatArray], Sample]:
+def _sampler(robot: Robot, recordings: Recordings) -> Callable[[FloatArray], Sample]:
     """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
-    rows = row_data(recordings, robot)
-    fitted = recordings.rows(~recordings.test)
+    rows, counts = row_data(recordings, robot), fitted_rows(recordings)
+    fitted = recordings.rows(counts)
     reading = reading_of(robot, recordings)
     idle = base_model(robot, reading).idle(robot, fitted)
+    # What is not fitted shares no noise with what is.
+    references = None if recordings.references is None else np.where(counts, recordings.references, "")
 
     def sample_with(deviations: FloatArray) -> Sample:
-        whitening = Whitening(deviations, recordings.series, shared_reference=shared_reference)
-        return Sample.of(Data(recordings, rows, whitening, idle=idle, reading=reading), ~recordings.test)
+        whitening = Whitening(deviations, references=references)
+        return Sample.of(Data(recordings, rows, whitening, idle=idle, reading=reading), counts)
 
     return sample_with
 
@@ -98,14 +102,19 @@ def _noise(
     robot: Robot,
     recordings: Recordings,
     sample_with: Callable[[FloatArray], Sample],
-    *,
-    shared_reference: bool,
 ) -> NoiseLevel:
+    """Standard deviations of all readings; where none are stated, as the fitted rows show them."""
     if recordings.deviations is not None:
         return NoiseLevel(recordings.deviations, "recordings")
-    translations = robot.coordinates.translations
-    replicated = noise_from_replicates(recordings, translations, shared_reference=shared_reference)
+    translations, counts = robot.coordinates.translations, fitted_rows(recordings)
+    fitted = recordings.rows(counts)
+    replicated = noise_from_replicates(fitted, translations)
     if replicated is not None:
-        return replicated
+        return replicated.of_rows(len(recordings))
     chain = Chain(robot, reading=reading_of(robot, recordings))
-    return noise_from_residuals(recordings, translations, lambda deviations: fit(chain, sample_with(deviations)))
+
+    def solve(deviations: FloatArray) -> Fit:
+        every = np.tile(deviations[:1], (len(recordings), 1))
+        return fit(chain, sample_with(every)).seen_by(counts)
+
+    return noise_from_residuals(fitted, translations, solve).of_rows(len(recordings))

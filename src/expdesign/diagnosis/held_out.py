@@ -6,12 +6,13 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, IntArray
 from expdesign.diagnosis.sample import Sample, rms
+from expdesign.diagnosis.statement import widened, widening
+from expdesign.identification.coverage import HeldOutRows
 from expdesign.identification.fit import Fit, fit
 
 FOLDS = 5
 _ENOUGH = 1e-2
 """Fall of χ² in one step below which a refit has settled: errors of left-out rows show no less."""
-_NORMAL_95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,8 @@ class HeldOut:
             its prediction is expected to miss by, √(1 + h) with h the variance that the fitted parameters bring in; 1
             for a model that is right, however few the rows.
         how: in words.
-        coverage: share of those readings within 1.96 predicted standard deviations, noise and parameters together, of
-            the model with effects; where χ² exceeds its degrees of freedom, both are larger by the Birge ratio. NaN
-            where no prediction is determined.
+        coverage: share of those readings within the 95 % intervals of the model with effects, that of the prediction
+            and the noise of a reading together, both as `widening` has them. NaN where no prediction is determined.
     """
 
     train_before: float
@@ -39,13 +39,9 @@ class HeldOut:
     coverage: float = float("nan")
 
     def divided_by(self, level: float) -> "HeldOut":
-        """The same errors in units of another noise level, given as a multiple of the present one.
-
-        How many lie within intervals of another level is not known.
-        """
+        """The same errors in units of another noise level, given as a multiple of the present one."""
         return replace(
             self,
-            coverage=float("nan"),
             train_before=self.train_before / level,
             train_after=self.train_after / level,
             test_before=self.test_before / level,
@@ -54,18 +50,29 @@ class HeldOut:
         )
 
 
-def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: BoolArray) -> HeldOut:
+def held_out(
+    base: Fit,
+    model: Fit,
+    sample: Sample,
+    test: BoolArray,
+    outliers: BoolArray,
+    *,
+    known_noise: bool = True,
+    scatter: float = 0.0,
+) -> HeldOut:
     """Errors of two fitted models on fitted and on held-out rows.
 
     Rows set aside as outliers belong to no physics and count for neither model; all rows stay in the history of their
-    series.
+    series. `known_noise` and `scatter` are for the intervals, as in `widening`.
     """
     kept = sample.counts & ~outliers
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
     if test.any():
         before, after = (_rms_on(f, sample, test) for f in (base, model))
         surprise, how = _surprise_on(model, sample, test), f"{int(test.sum())} rows marked `test`"
-        share = _share(*within_intervals(model, sample, test))
+        share = _share(
+            *within_intervals(model, sample.restricted(kept), test, known_noise=known_noise, scatter=scatter)
+        )
         return HeldOut(train_before, train_after, before, after, surprise, how, share)
     folds = folds_of(sample)
     squares, within = np.zeros(3), np.zeros(2)
@@ -79,7 +86,7 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
             start = original.values if original.chain.effects else None
             refitted = fit(original.chain, fitted, start, enough=_ENOUGH)
             squares[index] += _rms_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
-        within += within_intervals(refitted, fitted, left_out)
+        within += within_intervals(refitted, fitted, left_out, known_noise=known_noise)
         squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         count += int(left_out.sum())
     before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
@@ -87,13 +94,21 @@ def held_out(base: Fit, model: Fit, sample: Sample, test: BoolArray, outliers: B
     return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within))
 
 
-def within_intervals(fitted: Fit, sample: Sample, chosen: BoolArray) -> tuple[int, int]:
-    """Readings of rows that were not fitted within their 95 % intervals, and how many predictions are determined."""
+def within_intervals(
+    fitted: Fit, sample: Sample, chosen: BoolArray, *, known_noise: bool = True, scatter: float = 0.0
+) -> tuple[int, int]:
+    """Readings of rows that were not fitted within their 95 % intervals, and how many predictions are determined.
+
+    Args:
+        fitted: the model.
+        sample: the rows that it was fitted to.
+        chosen: those that were not, shape (N,).
+        known_noise: as in `widening`.
+        scatter: as in `widening`.
+    """
     residuals, slopes = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
-    birge = max(1.0, fitted.chi2 / max(fitted.dof, 1))
-    deviations = np.sqrt(birge * (1.0 + fitted.estimable.deviations(slopes[chosen]) ** 2))
-    known = np.isfinite(deviations)
-    return int((np.abs(residuals[chosen]) <= _NORMAL_95 * deviations)[known].sum()), int(known.sum())
+    by = widening(fitted, sample, known_noise=known_noise, scatter=scatter)
+    return HeldOutRows(residuals[chosen], slopes[chosen]).within(widened(fitted, by).estimable, by.readings)
 
 
 def _share(part: float, whole: float) -> float:

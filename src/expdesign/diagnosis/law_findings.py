@@ -6,14 +6,15 @@ import numpy as np
 
 from expdesign.diagnosis.findings import Finding, reported
 from expdesign.diagnosis.laws import Laws, Part
+from expdesign.diagnosis.probability import NAMED_BESIDE_LAWS
 from expdesign.ports.curve import Curve
 from expdesign.ports.law import Law
 from expdesign.ports.location import OPEN
 from expdesign.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.robots.robot import Robot
 
-NAMED_BESIDE_LAWS = 0.6
-"""Factor on the probability of a named effect that stands beside laws, part of which it may imitate."""
+LISTED = 0.03
+"""Share of the excess of χ² below which what a law or an effect takes away is no explanation to tell people."""
 BESIDE_A_LAW_THERE = 0.5
 """The same where a law of the same component was needed: physics of that component has a form that has no name."""
 
@@ -34,8 +35,9 @@ class LawFinding(Finding):
 
 
 def law_findings(laws: Laws, robot: Robot, scale: float) -> tuple[Finding, ...]:
-    """Findings of laws and of the named effects beside them; `scale` multiplies covariances."""
-    return tuple(_finding(laws, index, robot, scale) for index in range(len(laws.parts)))
+    """Findings of laws and of the named effects beside them that explain something; `scale` multiplies covariances."""
+    told = [index for index, part in enumerate(laws.parts) if part.share >= LISTED] or [0]
+    return tuple(_finding(laws, index, robot, scale) for index in told)
 
 
 def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
@@ -69,7 +71,8 @@ def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
     names = depends_on(effect.form.depends_on, robot)
     shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
     text = f"{effect.subject} {FORMS[effect.form.kind]} {shown}"
-    text += f" ({100.0 * part.share:.0f} % of what the base model leaves over)"
+    said = round(100.0 * part.share)
+    text += f" ({said} % of what the base model leaves over)" if said else ""
     if curve.meaning == "compliance" and len(curve.quantities) == 1:
         middle = float(np.median(curve.mean))
         at = int(np.argmax(np.abs(curve.mean - middle)))
@@ -79,9 +82,9 @@ def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
         how = "softer" if relative > 0.0 else "stiffer"
         where = f"{quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
         text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
-    text += f"; {usually(effect.form.kind)}."
+    text += f"; {usually(effect.form.kind)}." if said else "."
     if others:
-        text += f" The recordings do not rule out that it is {' or '.join(others)}."
+        text += f" These recordings fit {' or '.join(others)} as well."
     return text
 
 

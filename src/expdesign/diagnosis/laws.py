@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
@@ -95,16 +94,6 @@ class Laws:
     def predicts(self) -> bool:
         """Whether left-out readings are predicted well enough to be predicted with the laws."""
         return not self.left_out.doubt
-
-    @property
-    def p_value(self) -> float:
-        """Of χ², weights counting as far as the readings determine them (MacKay 1992)."""
-        directions = as_matrix(self.fit.sensitivities)
-        known = np.isfinite(self.fit.covariance.diagonal())
-        inner = self.fit.covariance[np.ix_(known, known)] / self.inflation
-        used = float(np.einsum("ij,jk,ik->", directions[:, known], inner, directions[:, known]))
-        readings = int((directions != 0.0).any(axis=1).sum())
-        return float(chi2_distribution.sf(float((self.fit.residuals**2).sum()), max(readings - used, 1.0)))
 
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
@@ -285,7 +274,7 @@ def _fitted(
     start_values = np.concatenate([base.values, *(item[1] for item in found)])
     result = fit(chain, sample, start_values, enough=1e-2)
     inflation = left_out.inflation(state.left_out_variances(search.blocks))
-    result = replace(result, covariance=inflation * result.covariance)
+    result = replace(result.known_as(result.estimable.scaled(inflation)), inflation=inflation)
     parts = []
     for (effect, _, where, share, named), part in zip(found, chain.slices, strict=True):
         curve = None

@@ -1,24 +1,26 @@
 """All small effects of a machine at once, from the library: the chain, the priors and the groups."""
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, Component, Part
-from expdesign.chain.effect import Effect
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
 from expdesign.diagnosis.held_out import folds_of
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.settling import SERIES, Settling, most_evident, settling
 from expdesign.diagnosis.stability import Stability, shares_of, tenths
-from expdesign.identification.fit import Fit
+from expdesign.identification.fit import Fit, fit
 from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Atom, Dictionary
-from expdesign.ports.everything import Everything, Priors, chosen_groups, few_suffice
+from expdesign.ports.everything import BETTER, Everything, Linearised, Priors, chosen_groups, few_suffice, group_gains
 from expdesign.ports.found import law_of
 from expdesign.ports.law import Law
 from expdesign.ports.stable_groups import kept_groups
@@ -26,10 +28,11 @@ from expdesign.robots.robot import Robot
 
 _ANGLE, _LENGTH = 0.006, 0.0015
 """rad, m; how well joints are zeroed and links are made, where an effect says what is known of it beforehand."""
+_MOST_TYPICAL, _UNLIKE = 1e3, 10.0
+"""Deviations are at most as many typical sizes of a parameter, and as many times the median of its group: parts of one
+kind are alike, so that one which hardly shows is not as large as it would have to be to show."""
 _EXTRAPOLATED = ("thermal_drift", "joint_backlash", "leg_nonlinear_stiffness")
 """Physics that a block of time that was left out would be extrapolated with, or that is not linear enough."""
-_SERIES = 5
-"""Series from which the machine may have settled between them, and from which they are left out as wholes."""
 _APART = 1.96
 """Standard deviations beyond which a member differs significantly from its prior."""
 
@@ -126,48 +129,113 @@ def _guides(dictionary: Dictionary, base: Fit, sample: Sample) -> list[Atom]:
 def start_with_everything(
     robot: Robot, sample: Sample, base: Fit, effects: tuple[Effect, ...], report: Callable[[str], None]
 ) -> Many:
-    """All effects at once, groups that are not there left out, with left-out errors."""
+    """All effects at once, groups that are not there left out, with left-out errors; single mistakes are set aside."""
     report("all effects at once")
-    chain = Chain(robot, effects, reading=sample.reading)
-    kept = np.repeat(sample.counts, len(sample.recordings.axes))
-    blocks = _blocks(sample, kept)
-    start = np.concatenate([base.values, *(effect.neutral() for effect in effects)])
-    settling = _settling(chain, sample, kept)
-    start = np.concatenate([start, np.zeros(settling.count)])
-    linearised = _linearised(chain, sample, kept, settling)
-    every = _priors(chain, base, linearised(start)[1])
-    found, priors = chosen_groups(linearised, every, start, blocks)
-    refits = _refits(chain, every, kept_groups(found, every, blocks, _parts(sample, kept)))
-    there = tuple(e for e, part in zip(chain.effects, chain.slices, strict=True) if (priors.group[part] >= 0).any())
+    problem = _Problem(sample, Chain(robot, effects, reading=sample.reading), base)
+    chosen = problem.chosen(problem.neutral)
+    axes = len(sample.recordings.axes)
+    rows = np.repeat(np.arange(len(sample.counts)), axes)[problem.kept]
+    aside = np.zeros(len(sample.counts), dtype=bool)
+    aside[single_mistakes(chosen.found, chosen.priors, rows, axes)] = True
+    if aside.any():
+        sample = sample.restricted(~aside)
+        base = fit(base.chain, sample)
+        problem = _Problem(sample, problem.chain, base)
+        chosen = problem.chosen(chosen.found.values)
+    refits = problem.refits(chosen.found)
+    there = tuple(
+        e for e, part in zip(effects, problem.chain.slices, strict=True) if (chosen.priors.group[part] >= 0).any()
+    )
     if there and len(there) < len(effects):
-        start = np.concatenate([_restricted(found.values, chain, there), found.values[len(chain.parameters) :]])
-        chain = Chain(robot, there, reading=sample.reading)
-        linearised = _linearised(chain, sample, kept, settling)
-        neutral = np.concatenate([base.values, *(effect.neutral() for effect in there), np.zeros(settling.count)])
-        priors = _priors(chain, base, linearised(neutral)[1])
-        found, priors = chosen_groups(linearised, priors, start, blocks)
-    after = float(np.sqrt((found.left_out(blocks, priors) ** 2).mean()))
-    alone = _alone(base, kept)
+        start = _restricted(chosen.found.values, problem.chain, there)
+        problem = _Problem(sample, Chain(robot, there, reading=sample.reading), base)
+        chosen = problem.with_settling(chosen.settled, start)
+    found, priors, blocks = chosen.found, chosen.priors, problem.blocks
+    alone = _alone(base, problem.kept)
     before = float(np.sqrt((alone.left_out(blocks, _without(base)) ** 2).mean()))
-    few = few_suffice(found, priors, blocks)
-    groups = _groups(chain, priors, found)
-    stable = shares_of([group.name for group in groups], refits)
+    certain = found.known_as(_released(problem.chain, priors))
+    groups = _groups(problem.chain, priors, certain, blocks)
     return Many(
-        fit=_as_fit(chain, sample, found), groups=groups, before=before, after=after, noise=found.noise,
-        stability=stable, few=few,
+        fit=_as_fit(problem.chain, sample, certain),
+        groups=groups, before=before, after=chosen.after(blocks), noise=found.noise, aside=aside,
+        stability=shares_of([group.name for group in groups], refits), few=few_suffice(found, priors, blocks),
     )  # fmt: skip
 
 
-def _parts(sample: Sample, kept: BoolArray) -> IntArray:
-    """The tenth of every reading that counts."""
-    return np.repeat(tenths(sample), len(sample.recordings.axes))[kept]
+@dataclass(frozen=True)
+class _Chosen:
+    """Groups that are there, and what series share as noise."""
+
+    found: Everything
+    priors: Priors
+    settled: Settling
+
+    def after(self, blocks: IntArray) -> float:
+        """RMS of left-out readings, in standard deviations as stated."""
+        errors = self.settled.unwhitened(self.found.left_out(blocks, self.priors))
+        return float(np.sqrt((errors**2).mean()))
 
 
-def _refits(chain: Chain, priors: Priors, groups: list[frozenset[int]]) -> list[frozenset[str]]:
-    """Names of the groups that every refit keeps; those of settling have none."""
-    first = {int(g): int(np.flatnonzero(priors.group == g)[0]) for g in np.unique(priors.group[priors.group >= 0])}
-    names = {g: _group_name(chain, index) for g, index in first.items() if index < len(chain.parameters)}
-    return [frozenset(names[g] for g in one if g in names) for one in groups]
+class _Problem:
+    """All effects of a chain beside its base model's fit, and the readings that count.
+
+    Attributes:
+        kept: readings that count among all, shape (N·k,).
+        blocks: of every reading that counts, shape (M,).
+        neutral: parameters without any effect.
+        priors: of all effects.
+    """
+
+    def __init__(self, sample: Sample, chain: Chain, base: Fit) -> None:
+        self.sample, self.chain, self.base = sample, chain, base
+        self.kept = np.repeat(sample.counts, len(sample.recordings.axes))
+        self.blocks = _blocks(sample, self.kept)
+        self.neutral = np.concatenate([base.values, *(effect.neutral() for effect in chain.effects)])
+        self._residuals, self._slopes = self.linearised(Settling())(self.neutral)
+        self.priors = _priors(chain, base, self._slopes)
+
+    def linearised(self, settled: Settling) -> Linearised:
+        """Residuals and derivatives, with what series share as a part of the noise."""
+
+        def of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+            residuals, slopes = self.sample.residuals_with_sensitivities(self.chain, values)
+            own = slopes.reshape(-1, slopes.shape[-1])[self.kept]
+            return settled.whitened(residuals.ravel()[self.kept]), settled.whitened(own)
+
+        return of
+
+    def with_settling(self, settled: Settling, start: FloatArray) -> _Chosen:
+        """The groups that are there with such noise."""
+        found, priors = chosen_groups(self.linearised(settled), self.priors, start, self.blocks)
+        return _Chosen(found, priors, settled)
+
+    def chosen(self, start: FloatArray) -> _Chosen:
+        """The groups that are there, the machine having moved between series where left-out series say so."""
+        still = self.with_settling(Settling(), start)
+        settled = settling(self.chain, self.sample, self.kept, self.base.residuals.ravel()[self.kept], self._slopes)
+        readings = self._residuals + self._slopes @ (self.neutral - self.priors.mean)
+        settled = most_evident(settled, readings, self._slopes, self.priors)
+        if not settled.ratio:
+            return still
+        moved = self.with_settling(settled, start)
+        return moved if moved.after(self.blocks) < BETTER * still.after(self.blocks) else still
+
+    def refits(self, found: Everything) -> list[frozenset[str]]:
+        """Names of the groups that nine tenths of the rows keep."""
+        parts = np.repeat(tenths(self.sample), len(self.sample.recordings.axes))[self.kept]
+        every = np.unique(self.priors.group[self.priors.group >= 0]).tolist()
+        names = {g: _group_name(self.chain, int(np.flatnonzero(self.priors.group == g)[0])) for g in every}
+        kept = kept_groups(found, self.priors, self.blocks, parts)
+        return [frozenset(names[g] for g in one) for one in kept]
+
+
+def _released(chain: Chain, priors: Priors) -> Priors:
+    """The same, with what is held because it is confounded as unknown as it is."""
+    knowledge = chain.knowledge(released=True)
+    if knowledge is None:
+        return priors
+    base = np.arange(len(priors.mean)) < chain.base
+    return replace(priors, deviation=np.where(base, knowledge[1], priors.deviation))
 
 
 def _restricted(values: FloatArray, chain: Chain, effects: tuple[Effect, ...]) -> FloatArray:
@@ -176,7 +244,7 @@ def _restricted(values: FloatArray, chain: Chain, effects: tuple[Effect, ...]) -
     return np.concatenate([values[: chain.base], *own])
 
 
-def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...]:
+def _groups(chain: Chain, priors: Priors, found: Everything, blocks: IntArray) -> tuple[Group, ...]:
     """What is there, largest first; members that the data tell from zero are listed."""
     names = [""] * chain.base
     kinds: list[tuple[str, Component]] = [("", GEOMETRY)] * chain.base
@@ -185,10 +253,8 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
         kinds += [(effect.physics, effect.component)] * len(effect.parameters)
     deviations = np.sqrt(np.maximum(found.covariance.diagonal(), 0.0))
     groups = []
-    for index in np.unique(priors.group[priors.group >= 0]):
+    for index, p_value in group_gains(found, priors, blocks).items():
         own = np.flatnonzero(priors.group == index)
-        if own[0] >= len(chain.parameters):
-            continue
         moved = found.slopes[:, own] @ (found.values - priors.mean)[own]
         inside = (found.values > priors.low)[own] & (found.values < priors.high)[own]
         away = inside & (np.abs(found.values - priors.mean)[own] > _APART * deviations[own])
@@ -205,6 +271,7 @@ def _groups(chain: Chain, priors: Priors, found: Everything) -> tuple[Group, ...
                 components=components,
                 factor=float(found.factors[index]),
                 determined=float(found.determined[index]),
+                p_value=p_value,
                 size=size,
                 told_apart=told,
                 curve=_curve(chain, int(own[0]), found),
@@ -235,56 +302,13 @@ def _group_name(chain: Chain, index: int) -> str:
                 return f"{effect.component}, {effect.form.kind} of its {seen}"
             parameter = effect.parameters[index - part.start]
             kind = "angles" if parameter.name.endswith("_rad") else "lengths"
-            return f"{effect.physics.replace('_', ' ')}" + (f", {kind}" if np.isfinite(parameter.spread) else "")
+            return f"{effect.physics.replace('_', ' ')}" + (f", {kind}" if _made(parameter) else "")
     raise IndexError(index)
 
 
-@dataclass(frozen=True)
-class _Settling:
-    """Motion of the whole machine against the instrument from one series to the next, besides all effects.
-
-    It predicts nothing, but without it whatever moves whole series would be laid to effects that happen to differ
-    between them. Its parameters come after those of the chain, per series as many as the instrument's pose has.
-
-    Attributes:
-        pose: indices of the instrument's pose among the parameters of the chain.
-        inside: rows of readings of every series, shape (K, M).
-    """
-
-    pose: IntArray
-    inside: BoolArray
-
-    @property
-    def count(self) -> int:
-        return len(self.pose) * len(self.inside)
-
-    def directions(self, slopes: FloatArray) -> FloatArray:
-        """Shape (M, count)."""
-        return np.hstack([slopes[:, self.pose] * own[:, None] for own in self.inside] or [slopes[:, :0]])
-
-
-def _settling(chain: Chain, sample: Sample, kept: BoolArray) -> _Settling:
-    names = [parameter.name for parameter in chain.parameters[: chain.base]]
-    pose = np.array([i for i, name in enumerate(names) if name.startswith("instrument ")], dtype=np.int64)
-    series = np.repeat(sample.rows.series, len(sample.recordings.axes))[kept]
-    numbers = np.unique(series)
-    if len(numbers) < _SERIES:
-        numbers = numbers[:0]
-    return _Settling(pose, series == numbers[:, None])
-
-
-def _linearised(
-    chain: Chain, sample: Sample, kept: BoolArray, settling: _Settling
-) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-    count = len(chain.parameters)
-
-    def of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        residuals, slopes = sample.residuals_with_sensitivities(chain, values[:count])
-        own = slopes.reshape(-1, slopes.shape[-1])[kept]
-        moved = settling.directions(own)
-        return residuals.ravel()[kept] - moved @ values[count:], np.hstack([own, moved])
-
-    return of
+def _made(parameter: Parameter) -> bool:
+    """Whether it is a dimension, of which it is known how well machines are made."""
+    return bool(np.isfinite(parameter.spread)) and parameter.name.endswith(("_rad", "_m"))
 
 
 def _priors(chain: Chain, base: Fit, slopes: FloatArray) -> Priors:
@@ -309,24 +333,18 @@ def _priors(chain: Chain, base: Fit, slopes: FloatArray) -> Priors:
             group[index] = names.index(name)
             if isinstance(effect, Law):
                 deviation[index] = misfit
-                continue
-            kind = "angles" if parameter.name.endswith("_rad") else "lengths"
-            if np.isfinite(parameter.spread):
-                deviation[index] = _ANGLE if kind == "angles" else _LENGTH
+            elif _made(parameter):
+                deviation[index] = _ANGLE if parameter.name.endswith("_rad") else _LENGTH
             else:
                 # What does not show at all stays where it is.
-                deviation[index] = misfit / shows[index] if shows[index] > 0.0 else parameter.scale
-    low, high = chain.bounds()
-    more = slopes.shape[1] - count
-    free = np.full(more, np.inf)
-    settling = misfit / np.maximum(shows[count:], 1e-9 * shows.max())
-    return Priors(
-        np.concatenate([mean, np.zeros(more)]),
-        np.concatenate([deviation, settling]),
-        np.concatenate([group, np.full(more, len(names))]),
-        np.concatenate([low, -free]),
-        np.concatenate([high, free]),
-    )
+                shown = misfit / shows[index] if shows[index] > 0.0 else parameter.scale
+                deviation[index] = min(shown, parameter.spread, _MOST_TYPICAL * parameter.scale)
+    scales = chain.scales()
+    for index in range(len(names)):
+        own = group == index
+        typical = _UNLIKE * np.median(deviation[own] / scales[own])
+        deviation[own] = np.minimum(deviation[own], typical * scales[own])
+    return Priors(mean, deviation, group, *chain.bounds())
 
 
 def _alone(base: Fit, kept: BoolArray) -> Everything:
@@ -346,16 +364,18 @@ def _without(base: Fit) -> Priors:
 def _blocks(sample: Sample, kept: BoolArray) -> IntArray:
     """Stations or blocks of time that are left out together, of every reading that counts."""
     series = sample.rows.series
-    several = len(np.unique(series[sample.counts])) >= _SERIES
+    several = len(np.unique(series[sample.counts])) >= SERIES
     blocks = series if several else folds_of(sample)
     return np.repeat(blocks, len(sample.recordings.axes))[kept]
 
 
 def _as_fit(chain: Chain, sample: Sample, found: Everything) -> Fit:
-    count = len(chain.parameters)
-    values, covariance = found.values[:count], found.covariance[:count, :count]
-    residuals, slopes = sample.residuals_with_sensitivities(chain, values)
+    residuals, slopes = sample.residuals_with_sensitivities(chain, found.values)
     rank = round(float(found.determined.sum())) + chain.base
-    determined = np.ones(count, dtype=bool)
+    determined = np.isfinite(found.covariance.diagonal())
     chi2 = float((residuals**2).sum())
-    return Fit(chain, values, covariance, determined, residuals, slopes, chi2, max(sample.readings - rank, 1), rank)
+    dof = max(sample.readings - rank, 1)
+    inflation = found.noise**2
+    return Fit(
+        chain, found.values, found.covariance, determined, residuals, slopes, chi2, dof, rank, inflation=inflation
+    )

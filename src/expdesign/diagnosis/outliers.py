@@ -8,11 +8,14 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.identification.fit import Fit
+from expdesign.ports.everything import Everything, Priors
 
 _SHUFFLES = 2000
 _LEVEL = 0.0025
 """Probability below which rows set aside have too much in common for single mistakes; there are four such tests."""
 _FEWEST = 3
+_SINGLE = 0.02
+"""Share of the rows that may be single mistakes where all effects are there at once."""
 _USUAL = 0.05
 """Share of mistakes among recordings beyond which they are no longer single ones."""
 
@@ -39,6 +42,39 @@ def returning_distances(result: Fit, sample: Sample, outliers: BoolArray) -> Flo
         spread = np.eye(residuals.shape[1]) + slopes[row] @ known @ slopes[row].T
         distances[row] = float(residuals[row] @ np.linalg.solve(spread, residuals[row]))
     return distances
+
+
+def outlier_price(readings: int, axes: int, rows: int) -> float:
+    """Reduction of χ² that a row set aside is worth: a parameter for each reading of it, in any of the rows."""
+    return float(axes * np.log(max(readings, 2)) + 2.0 * np.log(max(rows, 2)))
+
+
+def single_mistakes(found: Everything, priors: Priors, row_of: IntArray, axes: int) -> IntArray:
+    """Rows that all effects together do not explain, worst first: each is left out before the next is judged.
+
+    None where they would be more than single mistakes are: then something is missing.
+
+    Args:
+        found: all effects, fitted together.
+        priors: of their parameters.
+        row_of: row of every reading, shape (M,).
+        axes: readings of a row.
+    """
+    rows = len(np.unique(row_of))
+    price, most = outlier_price(len(row_of), axes, rows), max(1, int(_SINGLE * rows))
+    aside: list[int] = []
+    left = np.ones(len(row_of), dtype=bool)
+    while len(aside) <= most:
+        own = row_of[left]
+        sizes = found.residuals * found.left_out(own, priors) / found.noise**2
+        distances = np.bincount(own, weights=sizes)
+        worst = int(np.argmax(distances))
+        if distances[worst] < price:
+            return np.array(aside, dtype=np.int64)
+        aside.append(worst)
+        found = found.without(own == worst, priors)
+        left &= row_of != worst
+    return np.zeros(0, dtype=np.int64)
 
 
 def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, drivers: dict[str, FloatArray]) -> str:

@@ -21,6 +21,8 @@ MOST = 0.98
 FITTING, TENTATIVE = 0.5, 0.25
 """Factors on the probabilities in an unexplained case: where the recordings are fitted, by effects that are doubted for
 another reason, and where a mismatch remains, part of which they may imitate."""
+NAMED_BESIDE_LAWS = 0.6
+"""Factor on the probability of a named effect that stands beside laws, part of which it may imitate."""
 INDISTINGUISHABLE = 7.0
 """Penalised misfits that differ by less leave two explanations open."""
 

@@ -17,7 +17,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate, beside
-from expdesign.diagnosis.outliers import returning_distances, row_distances
+from expdesign.diagnosis.outliers import outlier_price, returning_distances, row_distances
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
 from expdesign.identification.fit import Fit, fit
@@ -364,10 +364,9 @@ class Search:
         return float(2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
 
     def _outlier_penalty(self) -> float:
-        """Of one row set aside: one parameter per reading of it, anywhere among the rows."""
+        """Of one row set aside."""
         axes = len(self.sample.recordings.axes)
-        rows = max(int(self.sample.counts.sum()), 2)
-        return float(axes * np.log(max(self.sample.readings, 2)) + 2.0 * np.log(rows))
+        return outlier_price(self.sample.readings, axes, int(self.sample.counts.sum()))
 
     def _without_outliers(self, current: Model) -> Model | None:
         """The model refitted without the rows that stand out, or None where no row does."""

@@ -2,7 +2,7 @@
 
 from expdesign.chain.component import BASE
 from expdesign.diagnosis.findings import Finding
-from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS, LawFinding
+from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.support_laws import Support, SupportGroup
 from expdesign.ports.words import FORMS, columns, depends_on, identifier, usually
 from expdesign.robots.robot import Robot
@@ -25,6 +25,6 @@ def _finding(group: SupportGroup, robot: Robot) -> LawFinding:
     identifiers = tuple(dict.fromkeys(identifier(q, robot) for q in seen))
     shown = () if group.curve is None else columns(group.curve.quantities, robot)
     return LawFinding(
-        "law", str(BASE), group.form, {}, NAMED_BESIDE_LAWS, (), text,
+        "law", str(BASE), group.form, {}, group.probability(beside_laws=False), (), text,
         depends_on=identifiers, columns=shown, curve=group.curve,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Fit
 from expdesign.ports.curve import Curve
 from expdesign.ports.dictionary import Atom, Dictionary
-from expdesign.ports.everything import Everything, Priors, chosen_groups
+from expdesign.ports.everything import Everything, Priors, chosen_groups, group_gains, posterior_covariance
 from expdesign.ports.evidence import Present
 from expdesign.ports.found import law_of
 from expdesign.ports.law import Law
@@ -109,7 +109,8 @@ def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
     after = float(np.sqrt((found.left_out(blocks, priors) ** 2).mean()))
     if after > _GAINS * misfit or not (priors.group >= 0).any():
         return None
-    return _in_chain(robot, sample, base, dictionary, atoms, found, priors, (misfit, after))
+    gains = group_gains(found, priors, blocks)
+    return _in_chain(robot, sample, base, dictionary, atoms, found, priors, gains, (misfit, after))
 
 
 def _one_guide(atoms: list[Atom], present: Present) -> list[Atom]:
@@ -156,6 +157,7 @@ def _in_chain(
     atoms: list[Atom],
     found: Everything,
     priors: Priors,
+    gains: dict[int, float],
     errors: tuple[float, float],
 ) -> Support:
     """The chain with the laws that are there, fitted with the noise as it was learned."""
@@ -172,12 +174,12 @@ def _in_chain(
         law, start = law_of(atom, deviation**2, found.values[own], dictionary.sight, robot, len(laws) + 1)
         laws.append(law)
         starts.append(start)
-        forms.append((_form(atom), float(found.determined[group])))
+        forms.append((_form(atom), float(found.determined[group]), gains[group]))
     chain = Chain(robot, tuple(laws), reading=sample.reading)
     fitted = _with_noise(chain, sample, np.concatenate(starts), found.noise)
     groups = []
-    for form in dict.fromkeys(name for name, _ in forms):
-        members = [i for i, (name, _) in enumerate(forms) if name == form]
+    for form in dict.fromkeys(name for name, *_ in forms):
+        members = [i for i, (name, *_) in enumerate(forms) if name == form]
         columns = np.concatenate([np.arange(chain.slices[i].start, chain.slices[i].stop) for i in members])
         moved = fitted.sensitivities[sample.counts][..., columns] @ fitted.values[columns]
         groups.append(
@@ -187,10 +189,12 @@ def _in_chain(
                 curve=_curves([(laws[i], chain.slices[i]) for i in members], robot, fitted, dictionary.sight),
                 size=float(np.sqrt((moved**2).mean())),
                 determined=forms[members[0]][1],
+                p_value=forms[members[0]][2],
             )
         )
     groups.sort(key=lambda one: -one.size)
-    return Support(fit=fitted, groups=tuple(groups), before=errors[0], after=errors[1], noise=found.noise)
+    none = np.zeros(len(sample.counts), dtype=bool)
+    return Support(fit=fitted, groups=tuple(groups), before=errors[0], after=errors[1], noise=found.noise, aside=none)
 
 
 def _curves(laws: list[tuple[Law, slice]], robot: Robot, fitted: Fit, sight: Sight) -> Curve | None:
@@ -234,12 +238,12 @@ def _with_noise(chain: Chain, sample: Sample, start: FloatArray, noise: float) -
     design = slopes[counted].reshape(-1, count)
     readings = residuals[counted].ravel() + design @ start
     sizes = np.maximum((design**2).sum(axis=0), 1e-300)
-    normal = design.T @ design + np.diag(np.maximum(precision, 1e-12 * sizes))
-    inverse = np.linalg.inv(normal)
+    inverse = posterior_covariance(design.T @ design, np.maximum(precision, 1e-12 * sizes))
     values = inverse @ (design.T @ readings + precision * mean)
     after = sample.residuals(chain, values)
     rank = max(round(float((1.0 - inverse.diagonal() * precision).sum())), 0)
     chi2 = float((after**2).sum())
     determined = np.ones(count, dtype=bool)
     dof = max(sample.readings - rank, 1)
-    return Fit(chain, values, noise**2 * inverse, determined, after, slopes, chi2, dof, rank)
+    covariance = noise**2 * inverse
+    return Fit(chain, values, covariance, determined, after, slopes, chi2, dof, rank, inflation=noise**2)

@@ -16,7 +16,7 @@ from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut, held_out
-from expdesign.diagnosis.law_findings import NAMED_BESIDE_LAWS, LawFinding
+from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.many import Group, Many, many_effects, many_laws, start_with_everything
 from expdesign.diagnosis.sample import Sample
@@ -68,10 +68,10 @@ def together(
     return found, Method(TOGETHER, why)
 
 
-def errors_together(many: AtOnce, base: Fit, sample: Sample, test: BoolArray) -> HeldOut:
+def errors_together(many: AtOnce, base: Fit, sample: Sample, test: BoolArray, *, known_noise: bool) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
     if test.any():
-        return held_out(base, many.fit, sample, test, np.zeros_like(test))
+        return held_out(base, many.fit, sample, test, many.aside, known_noise=known_noise, scatter=many.after)
     train = [float(np.sqrt((f.residuals**2).sum() / sample.readings)) for f in (base, many.fit)]
     surprise = many.after / max(many.noise, 1.0)
     return HeldOut(train[0], train[1], many.before, many.after, surprise, "blocks left out, the groups as they are")
@@ -85,11 +85,12 @@ def verdict_together(errors: HeldOut) -> str:
 def group_findings(many: Many) -> tuple[Finding, ...]:
     """One finding per group, the largest first."""
     robot = many.fit.chain.robot
+    laws = any(group.curve is not None for group in many.groups)
     pairs = zip(many.groups, many.stability.shares, strict=True)
-    return tuple(_finding(group, share, robot) for group, share in pairs)
+    return tuple(_finding(group, share, robot, beside_laws=laws) for group, share in pairs)
 
 
-def _finding(group: Group, share: float, robot: Robot) -> Finding:
+def _finding(group: Group, share: float, robot: Robot, *, beside_laws: bool) -> Finding:
     where = _where(group.components)
     text = (
         f"{group.name[0].upper()}{group.name[1:]}: together {group.size:.2g} standard deviations of the readings RMS, "
@@ -100,10 +101,11 @@ def _finding(group: Group, share: float, robot: Robot) -> Finding:
     else:
         text += "; its members are not told apart"
     if group.curve is None:
-        return Finding(group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".", share=share)
+        probability = group.probability(beside_laws=beside_laws)
+        return Finding(group.physics, where, group.name, {}, probability, (), text + ".", share=share)
     seen = group.curve.quantities
     return LawFinding(
-        group.physics, where, group.name, {}, NAMED_BESIDE_LAWS, (), text + ".",
+        group.physics, where, group.name, {}, group.probability(beside_laws=False), (), text + ".",
         depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)), columns=columns(seen, robot),
         curve=group.curve, share=share,
     )  # fmt: skip

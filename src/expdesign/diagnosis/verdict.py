@@ -14,9 +14,8 @@ from scipy.stats import chi2 as chi2_distribution
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.selection import Model
+from expdesign.identification.goodness import FIT, StatementOfFit
 
-CONSISTENT = 1e-3
-"""Probability below which χ² speaks against a model."""
 RESIDUAL_SHARE = 0.05
 """Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
 PREDICTS = 1.3
@@ -27,9 +26,9 @@ _SHOWS = 3.0
 """Standard deviations of χ² that count as visible."""
 
 
-def verdict_without(p_value: float, *, known_noise: bool) -> str:
+def verdict_without(statement: StatementOfFit) -> str:
     """Verdict where nothing was found."""
-    return "consistent" if not known_noise or p_value >= CONSISTENT else "unexplained"
+    return "unexplained" if statement.refuted else "consistent"
 
 
 def verdict_with(laws: Laws, errors: HeldOut) -> str:
@@ -78,7 +77,7 @@ def doubt(
 
 def within_noise(after: tuple[float, int]) -> bool:
     """Whether χ² (with its degrees of freedom) is that of noise."""
-    return float(chi2_distribution.sf(*after)) >= CONSISTENT
+    return float(chi2_distribution.sf(*after)) >= FIT.refuted
 
 
 def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:

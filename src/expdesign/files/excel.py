@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from expdesign.errors import InputError
+from expdesign.files.column_names import measured_as
 from expdesign.files.table_text import Rows
 from expdesign.files.units import measured_column
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 ZIPPED = b"PK\x03\x04"
 """How every workbook begins."""
+OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
+"""How workbooks of Excel up to 2003 (.xls) begin."""
 
 
 def is_workbook(data: bytes) -> bool:
@@ -29,11 +32,11 @@ def is_workbook(data: bytes) -> bool:
 def sheet_rows(data: bytes, source: str) -> tuple[Rows, str, list[str]]:
     """The cells of the sheet that holds the table, its name, and notes on what was found.
 
-    It is the first sheet whose first row that is not empty has a column that has a meaning here, or the first that is
-    not empty. Formulas count with the values that the workbook holds.
+    It is the sheet whose first row that is not empty has a column that has a meaning here, or the first that is not
+    empty. Formulas count with the values that the workbook holds, hidden rows as the others.
 
     Raises:
-        InputError: the workbook cannot be opened (half written), or is empty.
+        InputError: the workbook cannot be opened (half written), is empty, or holds two tables or merged cells.
     """
     from openpyxl import load_workbook  # noqa: PLC0415 (slow to import)
 
@@ -49,18 +52,40 @@ def sheet_rows(data: bytes, source: str) -> tuple[Rows, str, list[str]]:
     if not filled:
         remedy = "A header row and at least one row are needed."
         raise InputError("the workbook is empty", where=source, remedy=remedy)
-    title, rows = next(((title, rows) for title, rows in filled if _is_table(rows)), filled[0])
-    notes = [] if len(filled) == 1 else [f"sheet `{title}` of {', '.join(f'`{name}`' for name, _ in filled)}"]
-    return rows, title, notes
+    tables = [(title, rows) for title, rows in filled if _is_table(rows)]
+    if len(tables) > 1:
+        what = f"the sheets {' and '.join(f'`{name}`' for name, _ in tables)} both hold a table"
+        remedy = "Leave one in the workbook, or save each as a file; recordings may stand in several files."
+        raise InputError(what, where=source, remedy=remedy)
+    title, rows = (tables or filled)[0]
+    notes = [] if len(filled) == 1 else [f"read sheet `{title}`"]
+    return rows, title, [*notes, *_hidden_rows(book[title], rows, f"{source}, sheet `{title}`")]
+
+
+def _hidden_rows(sheet: Any, rows: Rows, where: str) -> list[str]:
+    """A note on rows that are hidden but read.
+
+    Raises:
+        InputError: cells of the table are merged, so that all but one of them are empty.
+    """
+    numbers = {number for number, _ in rows}
+    for merged in sheet.merged_cells.ranges:
+        if numbers & set(range(merged.min_row, merged.max_row + 1)) and rows[0][0] <= merged.min_row:
+            remedy = "Unmerge them, and write a name or a value into every cell."
+            raise InputError("cells of the table are merged", where=f"{where}, {merged.coord}", remedy=remedy)
+    hidden = [number for number in sorted(numbers) if sheet.row_dimensions[number].hidden]
+    listed = ", ".join(map(str, hidden[:8])) + (" ..." if len(hidden) > 8 else "")
+    return [f"{len(hidden)} hidden rows are read as the others (row {listed})"] if hidden else []
 
 
 def _is_table(rows: Rows) -> bool:
-    return any(name == "sequence" or _has_meaning(name) for name in rows[0][1])
+    names = rows[0][1]
+    return len(rows) > 1 and any(name.strip().lower() == "sequence" or _has_meaning(name) for name in names)
 
 
 def _has_meaning(name: str) -> bool:
     try:
-        return measured_column(name) is not None
+        return measured_column(name) is not None or measured_as(name) is not None
     except InputError:
         return True
 

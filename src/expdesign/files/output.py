@@ -1,6 +1,10 @@
-"""Writing results so that nobody ever meets a half-written one: write beside, then rename."""
+"""Writing results so that nobody ever meets a half-written one: write beside, then rename.
+
+Only regular files are renamed onto; devices and pipes are written to. Whether a file may be replaced is in `written`.
+"""
 
 import json
+import logging
 import os
 import shutil
 import tempfile
@@ -10,36 +14,75 @@ from pathlib import Path
 from typing import Any
 
 from expdesign.errors import InputError
+from expdesign.files.written import (
+    Purpose,
+    is_stream,
+    note_written,
+    require_free,
+    require_free_names,
+    require_regular,
+)
+
+_LOG = logging.getLogger(__name__)
+"""Says on level DEBUG what has been written completely."""
 
 
 @contextmanager
-def output_folder(folder: Path) -> Iterator[Path]:
+def output_folder(folder: Path, purpose: Purpose | None = None, *, force: bool = False) -> Iterator[Path]:
     """A scratch folder beside `folder`; its files take their place in `folder` when the block ends well.
 
     Files that `folder` already holds under other names stay. If the block raises, `folder` is as it was.
 
+    Args:
+        folder: for the files.
+        purpose: for which they are written; without it whatever has their names is replaced.
+        force: whether files that were written for another purpose are replaced as well.
+
     Raises:
-        InputError: the folder cannot be made or written.
+        InputError: the folder cannot be made or written, or a file in it must not be replaced.
     """
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        if folder.exists() and not folder.is_dir():
+        place = folder.resolve()
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if place.exists() and not place.is_dir():
             raise InputError("is a file, not a folder", where=str(folder), remedy="Name another folder.")
-        scratch = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+        scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
     except OSError as error:
         raise _cannot_write(folder, error) from None
     try:
         yield scratch
-        if folder.exists():
-            for file in sorted(scratch.iterdir()):
-                os.replace(file, folder / file.name)
+        names = sorted(file.name for file in scratch.iterdir())
+        if purpose is not None:
+            require_free_names(folder, names, purpose, force=force)
+        if place.exists():
+            for name in names:
+                os.replace(scratch / name, (place / name).resolve())
+            if purpose is not None:
+                note_written(place, names, purpose)
         else:
+            if purpose is not None:
+                note_written(scratch, names, purpose, seen_from=place)
             scratch.chmod(0o755)
-            os.replace(scratch, folder)
+            os.replace(scratch, place)
+        _LOG.debug("%s", folder)
     except OSError as error:
         raise _cannot_write(folder, error) from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bool = False) -> None:
+    """Write a file in one step and enter it into the record of its folder.
+
+    Raises:
+        InputError: the file cannot be written, or must not be replaced.
+    """
+    require_free(path, purpose, force=force)
+    write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
+    if not is_stream(path):
+        place = path.resolve()
+        note_written(place.parent, [place.name], purpose)
+    _LOG.debug("%s", path)
 
 
 def new_folder(name: str) -> Path:
@@ -79,16 +122,19 @@ def write_file(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write `content` to `path` in one step; see `write_file`."""
-    if path.is_dir():
-        raise InputError("this is a folder, not a file", where=str(path), remedy="Name a file in it.")
+    require_regular(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, scratch = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+        if is_stream(path):
+            path.write_bytes(content)
+            return
+        place = path.resolve()  # what a link points to is replaced, and not the link
+        place.parent.mkdir(parents=True, exist_ok=True)
+        handle, scratch = tempfile.mkstemp(prefix=f".{place.name}-", dir=place.parent)
         try:
             with os.fdopen(handle, "wb") as stream:
                 stream.write(content)
             os.chmod(scratch, 0o644)
-            os.replace(scratch, path)
+            os.replace(scratch, place)
         finally:
             Path(scratch).unlink(missing_ok=True)
     except OSError as error:

@@ -1,6 +1,7 @@
 """Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
 
 import difflib
+import re
 from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar
 
@@ -53,7 +54,9 @@ class Section(BaseModel):
 
 def unknown_key(key: str, known: list[str]) -> PydanticCustomError:
     """The error for `key`, which names the nearest of `known` (or all of them, where none is near)."""
-    return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": nearest(key, known)})
+    halved = key.isdigit()  # of `{std: 0,01}` YAML makes `std: 0` and the key `01`
+    remedy = "Is there a decimal comma before it? Write a point." if halved else nearest(key, known)
+    return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": remedy})
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -92,6 +95,7 @@ def shortened(value: Any) -> str:
     return text if len(text) <= 40 else f"{text[:40]}..."
 
 
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _REMEDIES = {
     "missing": ("the key is missing", "Add it."),
     "float_type": (
@@ -134,11 +138,12 @@ def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tu
     given = f", not {shortened(value)}" if kind != "missing" and isinstance(value, str | int | float | None) else ""
     if kind in _REMEDIES:
         what, remedy = _REMEDIES[kind]
-        return what + given, remedy
+        comma = isinstance(value, str) and _DECIMAL_COMMA.fullmatch(value.strip())
+        return what + given, "Write a decimal point instead of the comma." if comma else remedy
     if kind in {"too_short", "too_long"}:
         limit = context.get("min_length") if kind == "too_short" else context.get("max_length")
-        bound = f"at {'least' if kind == 'too_short' else 'most'} {limit}"
-        return f"{bound} entries are needed here, not {context.get('actual_length')}", "Correct the list."
+        bound, count = f"at {'least' if kind == 'too_short' else 'most'} {limit}", context.get("actual_length")
+        return f"{bound} entries are needed here, not {count}", decimal_commas(count, limit) or "Correct the list."
     if kind in {"greater_than", "greater_than_equal"}:
         bound = f"greater than {context['gt']:g}" if kind == "greater_than" else f"at least {context['ge']:g}"
         return f"the number must be {bound}{given}", "Correct it (SI units)."
@@ -147,6 +152,12 @@ def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tu
     if kind == "literal_error":
         return f"{shortened(value)} is not known here", f"Write {context['expected']}."
     return message.removeprefix("Value error, "), str(context.get("remedy") or "Correct it.")
+
+
+def decimal_commas(count: int | None, limit: int | None) -> str:
+    """The remedy for a list of twice as many entries: YAML takes a decimal comma for the end of an entry."""
+    twice = count is not None and limit is not None and count == 2 * limit
+    return "Are these decimal commas? Write points: `[5.0e6, ...]`, not `[5,0e6, ...]`." if twice else ""
 
 
 def _existing(loc: tuple[int | str, ...], content: Any, keep_last: bool) -> KeyPath:

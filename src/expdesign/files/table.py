@@ -2,8 +2,9 @@
 
 import difflib
 import logging
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,11 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
-from expdesign.files.excel import is_excel_name, is_workbook, sheet_rows
+from expdesign.files.column_names import synonym
+from expdesign.files.excel import OLD_WORKBOOK, is_excel_name, is_workbook, sheet_rows
 from expdesign.files.schema import LARGEST
 from expdesign.files.table_text import Rows, decoded, separated
-from expdesign.files.tables_in_units import in_si
+from expdesign.files.tables_in_units import SiFrame, in_si
 from expdesign.files.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)
@@ -68,6 +70,7 @@ class Table:
                 # Slips of the pen rarely touch the first letter, and `sx_m` is not meant where `x_m` is missing.
                 others = [name for name in self.columns if name not in columns and name[:1] == column[:1]]
                 near = difflib.get_close_matches(column, others, n=1, cutoff=0.7)
+                near = near or [name for name in self.columns if name not in columns and synonym(name) == column]
                 remedy = f"Is `{near[0]}` meant?" if near else "Add the column."
                 raise InputError("the column is missing", where=self.where(column=column), remedy=remedy)
 
@@ -97,6 +100,16 @@ class Table:
                 raise InputError(f"{text[:40]} is beyond any quantity in SI units", where=where, remedy="Correct it.")
         return values
 
+    def numbers_where_filled(self, columns: tuple[str, ...]) -> FloatArray:
+        """`numbers` with NaN in empty cells and for columns that are missing."""
+        values = np.full((len(self), len(columns)), np.nan)
+        for index, column in enumerate(columns):
+            if self.has(column):
+                filled = np.flatnonzero(self.frame[column].astype(str).str.strip().to_numpy() != "")
+                part = replace(self, frame=self.frame.iloc[filled], lines=self.lines[filled])
+                values[filled, index] = part.numbers((column,))[:, 0]
+        return values
+
     def integers(self, column: str) -> IntArray:
         """The cells of `column` as whole numbers, shape (rows,); an `InputError` where one is not."""
         values = self.numbers((column,))[:, 0]
@@ -109,7 +122,28 @@ class Table:
 
 def is_table_name(path: Path) -> bool:
     """Whether a file's name is that of a table."""
-    return path.suffix.lower() in {".csv", ".txt", ".tsv"} or is_excel_name(path)
+    return path.suffix.lower() in {".csv", ".txt", ".tsv", ".xls", ".ods"} or is_excel_name(path)
+
+
+_OTHERS = {
+    ".yaml": "a YAML file (a robot, a configuration or a model)",
+    ".yml": "a YAML file (a robot, a configuration or a model)",
+    ".urdf": "a robot's URDF file",
+    ".html": "a page",
+    ".json": "a record of results",
+}
+"""What files are that are plainly no tables, by the ends of their names."""
+
+
+def _require_table(path: Path, data: bytes) -> None:
+    """Raise an `InputError` where a file is plainly no table, or a workbook in a form that is not read."""
+    suffix = path.suffix.lower()
+    if data.startswith(OLD_WORKBOOK) or suffix == ".ods":
+        what = "this is a workbook in another form than .xlsx"
+        raise InputError(what, where=str(path), remedy="Save it as .xlsx, or as CSV.")
+    if suffix in _OTHERS:
+        remedy = "Check the order of the files."
+        raise InputError(f"this is {_OTHERS[suffix]}, not a table", where=str(path), remedy=remedy)
 
 
 def read_table(path: Path) -> Table:
@@ -122,9 +156,10 @@ def read_table(path: Path) -> Table:
     """
     data = read_bytes(path)
     source = str(path)
+    _require_table(path, data)
     if is_workbook(data) or is_excel_name(path):
         rows, sheet, notes = sheet_rows(data, source)
-        return _table(rows, f"{source}, sheet `{sheet}`", notes)
+        return _table(rows, f"{source}, sheet `{sheet}`", notes, file=source)
     text, notes = decoded(data, source)
     return parse_table(text, source, notes)
 
@@ -135,7 +170,7 @@ def parse_table(text: str, source: str, notes: Sequence[str] = ()) -> Table:
     return _table(rows, source, [*notes, *found])
 
 
-def _table(rows: Rows, source: str, notes: list[str]) -> Table:
+def _table(rows: Rows, source: str, notes: list[str], file: str = "") -> Table:
     filled = [(line, row) for line, row in rows if any(cell.strip() for cell in row)]
     if not filled:
         raise InputError("the file is empty", where=source, remedy="A header row and at least one row are needed.")
@@ -151,13 +186,34 @@ def _table(rows: Rows, source: str, notes: list[str]) -> Table:
         if len(row) != len(header):
             what = f"the row has {len(row)} cells and the header has {len(header)}"
             remedy = "Correct the row (commas as separators)."
+            if len(row) > len(header) and any(_decimal_pairs(cells) for _, cells in body):
+                what += ": are there numbers with decimal commas between the commas?"
+                remedy = "Write decimal points, or save the table with semicolons between its columns."
             if line == body[-1][0] and len(row) < len(header):
                 remedy = "Is the file cut off? Save it again, or complete the row."
             raise InputError(what, where=f"{source}, row {line}", remedy=remedy)
     frame = pd.DataFrame([row for _, row in body], columns=header, dtype=str)
     found = in_si(frame, source)
     if found.written:
-        notes = [*notes, "converted: " + ", ".join(f"{old} to {new}" for new, old in found.written.items())]
+        notes = [*notes, *_conversions(found)]
     if notes:
-        _LOG.info("%s: %s", source, "; ".join(notes))
+        _LOG.info("%s: %s", file or source, "; ".join(notes))
     return Table(source, found.frame, np.array([line for line, _ in body], dtype=np.int64), found.written)
+
+
+def _conversions(found: SiFrame) -> list[str]:
+    """What became of columns, in a few words: units that were converted, and names that were read otherwise."""
+    respelt = {si: old for si, old in found.written.items() if re.fullmatch(r"[a-z][\w/]*", old) is None}
+    converted = len(found.written) - len(respelt)
+    notes = [f"{old} read as {si}" for si, old in respelt.items()]
+    if len(found.written) == 1 and not respelt:
+        ((si, old),) = found.written.items()
+        return [f"converted: {old} to {si}"]
+    return [*notes, *([f"{converted} columns converted from {', '.join(found.units)}"] if converted else [])]
+
+
+def _decimal_pairs(cells: list[str]) -> bool:
+    """Whether cells may be the halves of numbers that were written with decimal commas: whole numbers side by side."""
+    whole = [re.fullmatch(r"\s*[-+]?\d+\s*", first) is not None for first in cells]
+    halves = [re.fullmatch(r"\d+(?:[eE][-+]?\d+)?\s*", second) is not None for second in cells]
+    return sum(first and second for first, second in zip(whole, halves[1:], strict=False)) >= 2

@@ -10,6 +10,8 @@ from expdesign.files.units import NUMBER
 from expdesign.files.yaml_reader import read_bytes
 
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+_STATED = re.compile(r"\s*(?P<line>\"?sep=(?P<mark>[,;\t])\"?)[;,\t ]*(?=\r?\n|\r)", re.IGNORECASE)
+"""The line with which Excel is told the separator."""
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabulators"}
 
 Rows = list[tuple[int, list[str]]]
@@ -49,14 +51,19 @@ def decoded(data: bytes, source: str) -> tuple[str, list[str]]:
 def separated(text: str, source: str) -> tuple[Rows, list[str]]:
     """The cells of a table separated by commas, semicolons or tabulators, and notes on what was found.
 
-    Names of columns have no such mark in them, so that the one that the header has most of is the separator. Where it
-    is not the comma, numbers may be written with a decimal comma.
+    A first line such as `sep=;` states the separator. Else names of columns have no such mark in them, so that the
+    one that the header has most of is the separator. Where it is not the comma, numbers may be written with a decimal
+    comma.
 
     Raises:
         InputError: the text is no table, or numbers are written in two ways.
     """
+    stated = _STATED.match(text)
+    if stated is not None:
+        text = text[stated.end() :]  # its line end stays, so that lines keep their numbers
     header = next((line for line in text.splitlines() if line.strip(' \t,;"')), "")
     separator = max(_SEPARATORS, key=header.count) if any(map(header.count, _SEPARATORS)) else ","
+    separator = separator if stated is None else stated.group("mark")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     rows, line = [], 1
     try:

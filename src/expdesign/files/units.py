@@ -5,6 +5,7 @@ table of units is kept here instead of in a library such as pint: a few dozen li
 table must neither wait for a library nor guess (`m` is a metre, never a minute; `mN` is a force, `Nm` a moment).
 """
 
+import difflib
 import math
 import re
 from dataclasses import dataclass
@@ -80,7 +81,7 @@ SI: dict[Dimension, str] = {dimension: next(iter(row)) for dimension, row in _SC
 
 _ALIASES = {"µ": "u", "μ": "u", "°C": "degC", "°F": "degF", "°": "deg", "m/s²": "m_s2", "m/s^2": "m_s2", "m/s2": "m_s2"}
 
-_BEFORE = r"(?:measured_|target_|corrected_|reading_|correction_)?"
+_BEFORE = r"(?:measured_|target_|corrected_|reading_|correction_|U_)?"
 _PATTERNS: tuple[tuple[str, tuple[Dimension, ...]], ...] = (
     (_BEFORE + "[xyz]|[ds][xyz]|s?p[xyz]|com_[xyz]", ("length",)),
     (_BEFORE + "r[xyz]|[ds]r[xyz]|tilt(_[xy])?", ("angle",)),
@@ -92,6 +93,7 @@ _PATTERNS: tuple[tuple[str, tuple[Dimension, ...]], ...] = (
     ("temperature", ("temperature",)),
     (r"leg\d+", ("length", "temperature")),
     (r"(target_|correction_)?q\d+", ("angle", "length")),
+    ("correction", ("length", "angle")),
 )
 _MEASURED = tuple((re.compile(pattern), dimensions) for pattern, dimensions in _PATTERNS)
 
@@ -124,7 +126,7 @@ class MeasuredColumn:
         return self.unit.name == SI[self.unit.dimension]
 
 
-QUANTITY = re.compile(rf"({NUMBER.pattern})\s*([^\d\s.,:;+\-][^\d,:;]*\d?)")
+QUANTITY = re.compile(rf"(?!{NUMBER.pattern}$)({NUMBER.pattern})\s*([^\d\s.,:;+\-][^\d,:;]*\d?)")
 """A number with its unit, such as `0.5 mm`."""
 
 
@@ -134,6 +136,12 @@ def quantity(text: str, where: str = "") -> tuple[float, Unit]:
     Raises:
         InputError: it is none, or the unit is unknown.
     """
+    if NUMBER.fullmatch(text.strip()):
+        value = float(text)
+        remedy = (
+            f"Write e.g. `{value * 1e6:g} um`, if metres are meant." if abs(value) < 1e-3 else "Write e.g. `15 um`."
+        )
+        raise InputError(f"`{text.strip()}` has no unit", where=where, remedy=remedy)
     found = QUANTITY.fullmatch(text.strip())
     if found is None:
         what = f"`{text.strip()}` is not a number with its unit"
@@ -141,7 +149,9 @@ def quantity(text: str, where: str = "") -> tuple[float, Unit]:
     unit = unit_of(found.group(2))
     if unit is None:
         what = f"unknown unit `{found.group(2).strip()}`"
-        raise InputError(what, where=where, remedy=nearest(found.group(2).strip(), UNITS))
+        near = difflib.get_close_matches(found.group(2).strip(), UNITS, n=1, cutoff=0.5)
+        remedy = f"Did you mean `{near[0]}`?" if near else "Known are e.g. mm, um, rad, mrad, deg, N, Nm, kg and s."
+        raise InputError(what, where=where, remedy=remedy)
     return unit.to_si(found.group(1)), unit
 
 

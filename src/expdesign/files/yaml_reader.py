@@ -1,8 +1,9 @@
 """YAML with the number formats of YAML 1.2, no duplicate keys, and the line on which every key stands."""
 
 import re
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -10,8 +11,23 @@ from expdesign.errors import InputError
 from expdesign.files.yaml_document import KeyPath, YamlDocument, dotted
 from expdesign.files.yaml_units import with_si_numbers
 
-__all__ = ["KeyPath", "YamlDocument", "dotted", "parse_yaml", "read_bytes", "read_text", "read_yaml"]
+__all__ = [
+    "KeyPath",
+    "YamlDocument",
+    "document_from_mapping",
+    "dotted",
+    "parse_yaml",
+    "read_bytes",
+    "read_text",
+    "read_yaml",
+]
 
+_EXPONENT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+")
+"""Numbers that YAML 1.1 reads as texts."""
+_INPUTS = {"kind", "base_joints", "experiment", "targets", "vary", "cases"}
+"""Keys of which every file that is read has one; a record of results has none."""
+_TEXTS = ("name", "urdf", "robot", "base_link", "tip_link")
+"""Keys whose texts stay as they are, whatever they look like."""
 _LARGEST_DOCUMENT = 1_000_000
 """Keys and entries, aliases written out; aliases of aliases can ask for more than any memory holds."""
 
@@ -53,12 +69,19 @@ def read_yaml(path: Path) -> YamlDocument:
     Raises:
         InputError: the file is missing, is not text, is not YAML, or names a key twice.
     """
-    return parse_yaml(read_text(path), str(path), path.parent)
+    document = parse_yaml(read_text(path), str(path), path.parent)
+    if path.suffix.lower() == ".json" and not (isinstance(document.content, dict) and _INPUTS & set(document.content)):
+        remedy = "Name the file from which the results were made, or the `model.yaml` beside it."
+        raise InputError("this is a record of results", where=str(path), remedy=remedy)
+    return document
 
 
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file (a byte-order mark is ignored), or an `InputError` that says why there is none."""
     data = read_bytes(path)
+    if data[:15].lower().lstrip().startswith((b"<!doctype html", b"<html")):
+        remedy = "Name a YAML file; results that can be used again are in the `model.yaml` beside the page."
+        raise InputError("this is a page (HTML)", where=str(path), remedy=remedy)
     if data[:4] == b"PK\x03\x04":
         raise InputError("this is a workbook, not text", where=str(path), remedy="Check the order of the files.")
     try:
@@ -105,6 +128,24 @@ def parse_yaml(text: str, source: str, folder: Path) -> YamlDocument:
         what = f"not valid YAML: {' '.join(str(error).split())}"
         raise InputError(what, where=source, remedy="Correct the syntax.") from None
     return with_si_numbers(YamlDocument(source, folder, content, lines))
+
+
+def document_from_mapping(content: Mapping[str, Any], name: str) -> YamlDocument:
+    """Content that was read elsewhere, relative paths being those of the working folder.
+
+    Readers of YAML 1.1 (`yaml.safe_load`) take `1e7` for a text; here it is the number.
+    """
+    return with_si_numbers(YamlDocument(name, Path(), _with_numbers(dict(content))))
+
+
+def _with_numbers(content: Any, key: object = None) -> Any:
+    if isinstance(content, Mapping):
+        return {name: _with_numbers(value, name) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_with_numbers(value, key) for value in content]
+    if isinstance(content, str) and key not in _TEXTS and _EXPONENT.fullmatch(content):
+        return float(content)
+    return content
 
 
 def _walk(node: yaml.Node, path: KeyPath, lines: dict[KeyPath, int], source: str, above: set[int]) -> None:

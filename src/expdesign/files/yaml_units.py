@@ -2,7 +2,7 @@
 
 There is one form, the same for single numbers, lists, ranges and choices: `x_m: ["-30 mm", "30 mm"]`,
 `mass_kg: {choices: ["500 g", 5]}`, `home: [0, 0, "250 mm"]`. What the key measures is read off its name (`x_m`, `sx_m`,
-`mass_kg`), or stands here for keys whose names have no unit. A text at any other key stays a text.
+`mass_kg`, `half_angle_deg`), or stands here for keys whose names have no unit. A text at any other key stays a text.
 """
 
 from typing import Any
@@ -56,7 +56,10 @@ def _converted(content: Any, path: KeyPath, document: YamlDocument) -> Any:
         return content
     value, unit = quantity(content, document.where(path))
     require_dimension(unit, dimensions, str(_named(path)[-1]), document.where(path))
-    return value / 60.0 if _named(path)[-1] in _MINUTES else value
+    if _named(path)[-1] in _MINUTES:
+        return value / 60.0
+    own = _own_unit(_named(path)[-1])
+    return value if own is None else own.from_si(value)
 
 
 def _dimensions(path: KeyPath, content: Any) -> tuple[Dimension, ...]:
@@ -81,8 +84,18 @@ def _dimensions(path: KeyPath, content: Any) -> tuple[Dimension, ...]:
         return _KEYS[key]
     if "limits" in names[:-1]:  # of joints, by their names
         return ("length", "angle")
+    own = _own_unit(key)
+    return () if own is None else (own.dimension,)
+
+
+def _own_unit(key: str) -> Unit | None:
+    """The unit with which a key's name ends (`x_m`, `radius_m`, `half_angle_deg`); None where it is no unit."""
+    if key in _KEYS:
+        return None
     measured = measured_column(key)
-    return (measured.unit.dimension,) if measured is not None and measured.is_si else ()
+    if measured is not None:
+        return measured.unit
+    return unit_of(key.rpartition("_")[2]) if "_" in key else None
 
 
 def _coordinate(row: list[Any], index: int) -> tuple[Dimension, ...]:

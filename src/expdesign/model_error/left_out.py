@@ -12,6 +12,7 @@ from expdesign.chain.effect import Effect
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
+from expdesign.model_error.prior_sizes import size_of
 from expdesign.model_error.settings import WHERE, Assumptions
 from expdesign.plugins import implementations
 from expdesign.recordings.recordings import LoadedPoints
@@ -61,7 +62,7 @@ class LeftOut:
 
 
 def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[LeftOut, ...]:
-    """The effects that are considered, at their starts.
+    """The effects that are considered, at their starts; those that `unsized` names are not.
 
     Raises:
         InputError: nothing is left to consider, or an identifier names physics that the robot cannot have here.
@@ -73,21 +74,37 @@ def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptio
         raise InputError(what, where=f"{WHERE}.physics", remedy=remedy)
     found = []
     for effect in effects:
-        if not assumptions.considers(effect.physics):
+        if not assumptions.considers(effect.physics) or _without_size(effect, assumptions):
             continue
         starts = effect.starts(points)
         chosen = np.unique(np.linspace(0, len(starts) - 1, min(MOST_STARTS, len(starts))).round().astype(int))
         found += [LeftOut(effect, starts[i]) for i in chosen]
     if not found:
-        remedy = "Take entries out of `without`, or name physics under `physics`."
+        remedy = "Take entries out of `without`, name physics under `physics`, or state prior sizes under `sizes`."
         raise InputError("no physics is left to consider", where=WHERE, remedy=remedy)
     return tuple(found)
 
 
-def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tuple[LeftOut, ...]:
-    """What plans of a design problem might miss: the same for every plan, so that plans can be compared.
+def unsized(effects: list[Effect], assumptions: Assumptions) -> tuple[str, ...]:
+    """Identifiers of physics to be considered of which no prior size is known, so that it is left out."""
+    missing = (e.physics for e in effects if assumptions.considers(e.physics) and _without_size(e, assumptions))
+    return tuple(dict.fromkeys(missing))
 
-    Effects that depend on the time or the temperature of a measurement are not considered: plans say nothing of them.
+
+def _without_size(effect: Effect, assumptions: Assumptions) -> bool:
+    free = (parameter.name for parameter in effect.parameters if not parameter.shape)
+    return any(size_of(effect.physics, name, assumptions.sizes) is None for name in free)
+
+
+def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tuple[LeftOut, ...]:
+    """What plans of a design problem might miss, see `effects_of_problem`."""
+    return left_out(*effects_of_problem(problem), assumptions)
+
+
+def effects_of_problem(problem: DesignProblem) -> tuple[list[Effect], LoadedPoints]:
+    """Effects that plans of a design problem might miss, the same for every plan, and points of such plans.
+
+    Effects that depend on the time or the temperature of a measurement are not among them: plans say nothing of them.
     """
     generator = np.random.default_rng(0)
     configurations, loads = problem.space.decode(problem.space.sample(_SAMPLE, generator))
@@ -98,7 +115,7 @@ def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tupl
     effects = [e for kind in kinds for e in kind.candidates(robot, points) if e.slot not in known]
     if problem.loaded.geometric_stiffness:
         effects = [effect for effect in effects if effect.physics != "geometric_stiffness"]
-    return left_out(effects, points, assumptions)
+    return effects, points
 
 
 def _known(problem: DesignProblem) -> set[tuple[Hashable, ...]]:

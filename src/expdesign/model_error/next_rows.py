@@ -14,8 +14,9 @@ from enum import StrEnum
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.criteria.information import Information
 from expdesign.design.problem import DesignProblem
-from expdesign.design.sequential import Knowledge, expected_total, knowledge_of, next_measurements
+from expdesign.design.sequential import expected_total, information_of, next_measurements
 from expdesign.design.start import reachable_measurements
 from expdesign.identification.recorded_knowledge import estimated_deviations
 from expdesign.identification.whitening import Whitening
@@ -117,7 +118,7 @@ class _Hidden:
         deviations = train.deviations
         if deviations is None:
             deviations = estimated_deviations(problem, recordings, train)
-        whitening = Whitening(deviations, train.series, shared_reference=problem.noise.shared_reference)
+        whitening = Whitening(deviations, references=train.references)
         every = np.ones(len(train), dtype=bool)
         base, directions = recorded_sensitivities(problem.loaded.robot, train, self.impact.physics, whitening, every)
         return _Rows(base, directions * self.impact.deviations).reduced()
@@ -133,7 +134,7 @@ class _Hidden:
 def next_rows(
     impact: ModelErrorImpact,
     recordings: Recordings,
-    known: Knowledge,
+    known: Information,
     objective: Objective,
     *,
     count: int,
@@ -158,7 +159,7 @@ def next_rows(
     """
     problem, hidden = impact.problem, _Hidden(impact)
     pool = reachable_measurements(problem, CANDIDATES, np.random.default_rng(seed))
-    planned, knowledge = hidden.planned(pool), knowledge_of(problem, pool)
+    planned, knowledge = hidden.planned(pool), information_of(problem, pool)
     rows = hidden.recorded(recordings)
     before = _expected(problem, hidden, rows, known)
     chosen: list[FloatArray] = []
@@ -172,7 +173,7 @@ def next_rows(
             decision = pool[best]
         added = hidden.planned(decision[None])
         rows = _Rows(*(part[0] for part in vars(rows.with_each(added, slice(None))).values())).reduced()
-        known = known.plus(knowledge_of(problem, decision[None]).part(0))
+        known = known.plus(information_of(problem, decision[None]).part(0))
         chosen.append(decision)
         after.append(_expected(problem, hidden, rows, known))
         value = float(objective.of(np.array(after[-1].total), np.array(after[-1].meir)))
@@ -181,7 +182,7 @@ def next_rows(
     return NextRows(np.array(chosen), before, tuple(after))
 
 
-def _expected(problem: DesignProblem, hidden: _Hidden, rows: _Rows, known: Knowledge) -> Expected:
+def _expected(problem: DesignProblem, hidden: _Hidden, rows: _Rows, known: Information) -> Expected:
     squares = hidden.of(_Rows(rows.base[None], rows.directions[None]))
     total = float(expected_total(known, problem.targets, problem.loaded.robot.compliance))
     return Expected(total, float(np.sqrt(squares.max())))
@@ -191,9 +192,9 @@ def _best(
     problem: DesignProblem,
     hidden: _Hidden,
     rows: _Rows,
-    known: Knowledge,
+    known: Information,
     planned: _Rows,
-    knowledge: Knowledge,
+    knowledge: Information,
     objective: Objective,
 ) -> int | None:
     """Index of the candidate after which the objective is least; None where none makes it finite."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Part
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.maps import actuator_forces
 from expdesign.errors import InputError
@@ -39,7 +40,7 @@ def prior_deviations(
         for index in entry.free:
             name = entry.effect.parameters[index].name
             size = _size(entry, name, assumptions)
-            deviations.append(size.value * scale.unit(size, entry, name, errors[:, column]))
+            deviations.append(size.value * scale.unit(size, entry.effect, name, errors[:, column]))
             column += 1
     return np.array(deviations)
 
@@ -53,9 +54,19 @@ def with_steps(problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions
         if entry.effect.states and entry.columns == 1:
             name = entry.effect.parameters[entry.free[0]].name
             size = _size(entry, name, assumptions)
-            entry = replace(entry, step=size.value * scale.unit(size, entry, name, np.zeros(1)))  # noqa: PLW2901
+            entry = replace(entry, step=size.value * scale.unit(size, entry.effect, name, np.zeros(1)))  # noqa: PLW2901
         stepped.append(entry)
     return tuple(stepped)
+
+
+def usual_size(problem: DesignProblem, effect: Effect, parameter: Parameter) -> float:
+    """σ of one parameter of an effect on the robot of a problem; its typical size where the table has none."""
+    size = size_of(effect.physics, parameter.name)
+    if size is None:
+        return parameter.scale
+    count = len(problem.loaded.robot.stiffness)
+    scale = _Scale(problem, np.zeros((1, count)))
+    return size.value * scale.unit(size, effect, parameter.name, np.zeros(1))
 
 
 def _size(entry: LeftOut, parameter: str, assumptions: Assumptions) -> Size:
@@ -82,9 +93,8 @@ class _Scale:
         ]
         self.pose_compliance = np.mean([np.diag(m.compliance) for m in measured], axis=0)
 
-    def unit(self, size: Size, entry: LeftOut, parameter: str, error: FloatArray) -> float:
+    def unit(self, size: Size, effect: Effect, parameter: str, error: FloatArray) -> float:
         """What one unit of a size is, in the parameter's unit."""
-        effect = entry.effect
         if not size.of:
             return 1.0
         if size.of == "pose compliance":

@@ -36,7 +36,7 @@ def recommended_accuracy(problem: DesignProblem, front: Front) -> AccuracyStatem
     meir = meir_of_problem(problem)
     if meir is None:
         return None
-    assessment = problem.assess(*problem.space.decode(front.decisions[[front.recommended]]))
+    assessment = problem.assessed(front.decisions[[front.recommended]])
     return AccuracyStatement.of(assessment, *hidden_by_plan(meir, assessment), "the recommended plan")
 
 

@@ -19,7 +19,7 @@ from expdesign.model_error.directions import RowDirections
 from expdesign.model_error.hidden import Hidden, hidden_errors
 from expdesign.model_error.hidden_physics import HiddenPhysics, hidden_physics
 from expdesign.model_error.impact import known_chain, target_errors
-from expdesign.model_error.left_out import LeftOut, left_out
+from expdesign.model_error.left_out import LeftOut, left_out, unsized
 from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 from expdesign.plugins import implementations
@@ -34,10 +34,12 @@ class HiddenByRecordings:
     Attributes:
         physics: every effect that was considered, the largest error first.
         freedom: degrees of freedom of their residuals; where there are none nothing could be noticed.
+        unsized: identifiers of physics that was left out because no prior size is known.
     """
 
     physics: tuple[HiddenPhysics, ...]
     freedom: int
+    unsized: tuple[str, ...] = ()
 
     @property
     def meir(self) -> float:
@@ -64,7 +66,8 @@ def hidden_by(
     assumptions = Assumptions() if assumptions is None else assumptions
     robot = problem.loaded.robot
     counts = ~recordings.test if counts is None else counts
-    whitening = Whitening(deviations, recordings.series, shared_reference=problem.noise.shared_reference)
+    references = None if recordings.references is None else np.where(counts, recordings.references, "")
+    whitening = Whitening(deviations, references=references)
     kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
     effects = [effect for kind in kinds for effect in kind.candidates(robot, recordings)]
     physics = with_steps(problem, left_out(effects, recordings, assumptions), assumptions)
@@ -77,7 +80,8 @@ def hidden_by(
     beside = np.zeros((*errors.shape[:-1], base.shape[1] - n_p))
     errors = np.concatenate([errors[..., :n_p], beside, errors[..., n_p:] * sizes], axis=-1)
     hidden: Hidden = hidden_errors(base[None], (directions * sizes)[None], errors, physics, assumptions)
-    return HiddenByRecordings(hidden_physics(hidden, physics, sizes), int(hidden.freedom[0]))
+    found = hidden_physics(hidden, physics, sizes)
+    return HiddenByRecordings(found, int(hidden.freedom[0]), unsized(effects, assumptions))
 
 
 def recorded_sensitivities(

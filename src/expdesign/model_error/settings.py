@@ -4,10 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import isfinite
 
+from expdesign.chain.effect import Effect
 from expdesign.errors import InputError
 from expdesign.files.schema import nearest
 from expdesign.model_error.noticeable import LEVEL, POWER, noncentrality
 from expdesign.model_error.prior_sizes import SIZES, Size
+from expdesign.plugins import implementations
 
 WHERE = "model_error"
 """Section of the configuration."""
@@ -49,12 +51,18 @@ class Assumptions:
             changes: by physics, the value of all its rows, or values by parameter (names with `*`); what a value is a
                 multiple of stays as it is in the table.
 
+        Physics that the table lacks, of an effect from outside, gets rows of its own in the parameters' units.
+
         Raises:
-            InputError: the physics or the parameter is not in the table, or a size is not positive.
+            InputError: there is no such physics, the parameter is not in the table, or a size is not positive.
         """
         sizes = list(self.sizes)
         for physics, change in changes.items():
             rows = [i for i, size in enumerate(sizes) if size.physics == physics]
+            if not rows and physics in _known_physics():
+                named = change if isinstance(change, dict) else {"*": change}
+                sizes += [Size(physics, name, value, "", "configuration", False) for name, value in named.items()]
+                continue
             if not rows:
                 known = sorted({size.physics for size in sizes})
                 raise InputError(f"no physics `{physics}`", where=f"{WHERE}.sizes", remedy=nearest(physics, known))
@@ -70,6 +78,11 @@ class Assumptions:
     def considers(self, physics: str) -> bool:
         """Whether this physics is considered."""
         return (self.physics is None or physics in self.physics) and physics not in self.without
+
+
+def _known_physics() -> set[str]:
+    """Identifiers of all physics for which an effect is known."""
+    return {kind.physics for kind in implementations("expdesign.chain.effects", Effect)}  # type: ignore[type-abstract]
 
 
 def _require_positive(size: Size) -> None:

@@ -13,7 +13,8 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.target_variances import GivenVariances, TargetVariances
 from expdesign.criteria.targets import Targets
 from expdesign.model_error.hidden_physics import HiddenPhysics
-from expdesign.model_error.words import sentence
+from expdesign.model_error.recorded import HiddenByRecordings
+from expdesign.model_error.words import sentence, unsized_sentence
 
 
 @dataclass(frozen=True)
@@ -84,3 +85,9 @@ def given_variances(targets: Targets, noise: FloatArray, load_errors: FloatArray
     matters = targets.importance > 0.0
     squares = [np.where(matters, deviation**2, 0.0) for deviation in (noise, load_errors)]
     return GivenVariances(targets, *squares)
+
+
+def hidden_sentence(found: HiddenByRecordings, stated: AccuracyStatement | None) -> str:
+    """What recordings may still hide, with the accuracy to expect where it is stated."""
+    text = sentence(found.physics[0], found.freedom, "these recordings") if stated is None else stated.sentence
+    return f"{text} {unsized_sentence(found.unsized)}" if found.unsized else text

@@ -54,3 +54,9 @@ def sentence(worst: HiddenPhysics, freedom: int, readings: str) -> str:
     if worst.noticed == float("inf"):
         return f"{text} at the size that is assumed, and {readings} would not show it at all."
     return f"{text} at the size that is assumed; {readings} would show it from {worst.noticed:.3g} times that size on."
+
+
+def unsized_sentence(physics: tuple[str, ...]) -> str:
+    """That physics is left out because nothing says how large it may be."""
+    names = ", ".join(f"`{name}`" for name in physics)
+    return f"Not considered: {names}, of which no prior size is known; state one under `model_error.sizes`."

@@ -8,15 +8,18 @@ left-handed, since no rotation maps a mirrored cloud of points onto the other.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
 from expdesign.errors import NotIdentifiableError
 from expdesign.plausibility.finding import Finding, extent
+from expdesign.plausibility.mistakes.numbers import agreeing_rows
+from expdesign.plausibility.options import DEFAULT
 from expdesign.recordings.measurand import POSITION
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.kinematic_tree import PAYLOAD_COLUMNS
@@ -41,8 +44,9 @@ _ROWS = 120
 
 def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     """What speaks against units, signs and frames of positions of markers, beside commands of a serial robot."""
-    rows = np.flatnonzero(~recordings.test)
-    train = recordings.rows(rows[:: -(-len(rows) // _ROWS) or 1])
+    some = np.flatnonzero(~recordings.test)
+    some = some[:: -(-len(some) // _ROWS) or 1]
+    train = recordings.rows(some)
     if robot.links is None:
         return []
     payloads = _payloads(recordings, robot)
@@ -53,8 +57,8 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
         return units
     stated = _misfit(train, robot)
     if stated is None or stated < POOR:
-        return []
-    tried = [(_misfit(other, robot), text) for text, other in _hypotheses(train, robot)]
+        return [] if stated is None else _copies(recordings, train, robot)
+    tried = [(_misfit(other, robot), text) for text, other in (*_hypotheses(train, robot), *_shifts(recordings, some))]
     least, text = min(((misfit, text) for misfit, text in tried if misfit is not None), default=(np.inf, ""))
     if GAIN * least >= stated:
         return []
@@ -121,20 +125,60 @@ def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordin
         yield f"Has {names[index]} the wrong sign?", commands(turned)
         turned[index] = 1.0 / _DEGREES if angles[index] else 1e-3
         yield f"Is {names[index]} in {'degrees' if angles[index] else 'mm'}?", commands(turned)
-    for first in range(len(robot.stiffness) - 1):
+    for first, second in combinations(range(len(robot.stiffness)), 2):
         order = np.arange(len(names))
-        order[[first, first + 1]] = first + 1, first
+        order[[first, second]] = second, first
         swapped = replace(train, configurations=train.configurations[:, order])
-        yield f"Are the columns {names[first]} and {names[first + 1]} swapped?", swapped
+        yield f"Are the columns {names[first]} and {names[second]} swapped?", swapped
+    yield from _slips(train, robot)
 
 
-def _misfit(train: Recordings, robot: Robot) -> float | None:
-    """RMS of what registration leaves in parts of the spread of the readings; None where nothing can be registered."""
+def _shifts(recordings: Recordings, some: IntArray) -> Iterator[tuple[str, Recordings]]:
+    """Some rows with the readings of the next ones, or of those before."""
+    for shift, word in ((-1, "late"), (1, "early")):
+        rows = some[(some - shift >= 0) & (some - shift < len(recordings))]
+        shifted = replace(recordings, deflections=np.roll(recordings.deflections, shift, axis=0)).rows(rows)
+        yield f"Do the readings stand one row too {word}? Shift them against the other columns.", shifted
+
+
+def _slips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
+    """A single reading with a slipped decimal point or the wrong sign, in the rows that fit worst."""
+    left = _left(train, robot)
+    for row in np.argsort(-np.linalg.norm(left, axis=1))[:2] if left is not None else ():
+        for axis, factor in product(range(3), (10.0, 0.1, 100.0, 0.01, 1000.0, 0.001, -1.0)):
+            readings = train.deflections.copy()
+            readings[row, axis] /= factor
+            times = f"{factor:g} times too large" if factor > 1.0 else f"{1.0 / factor:g} times too small"
+            what = "of the wrong sign" if factor < 0.0 else f"{times}: did the decimal point slip"
+            value = f"{POSITION[axis]} = {train.deflections[row, axis]:g} in row {train.lines[row]}"
+            yield f"Is {value} {what}? Correct it.", replace(train, deflections=readings)
+
+
+def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Finding]:
+    """Rows whose positions agree far closer than positions repeat; `train` are those that are fitted."""
+    left = _left(train, robot)
+    if left is None:
+        return []
+    noise = np.sqrt((left**2).mean(axis=0)) / DEFAULT.repeatability**2
+    runs = agreeing_rows(recordings.deflections, noise, DEFAULT.chance)
+    if not runs:
+        return []
+    first, other = (recordings.lines[runs[0].first - back] for back in (runs[0].offset, 0))
+    what = f"the readings of row {other} agree with those of row {first} far closer than readings repeat"
+    return [Finding(what, "Were rows copied? Every row has to be measured; take them out.")]
+
+
+def _left(train: Recordings, robot: Robot) -> FloatArray | None:
+    """What registration leaves of every reading (m), shape (N, 3); None where nothing can be registered."""
     try:
         reading = reading_of(robot, train)
     except NotIdentifiableError:
         return None
     assert isinstance(reading, MarkerPosition)
-    left = registration_residuals(reading, robot, train)
-    spread = _spread(train.deflections)
-    return float(np.sqrt((left**2).sum(axis=1).mean())) / spread if spread > 0.0 else None
+    return registration_residuals(reading, robot, train)
+
+
+def _misfit(train: Recordings, robot: Robot) -> float | None:
+    """RMS of what registration leaves in parts of the spread of the readings; None where nothing can be registered."""
+    left, spread = _left(train, robot), _spread(train.deflections)
+    return float(np.sqrt((left**2).sum(axis=1).mean())) / spread if left is not None and spread > 0.0 else None

@@ -158,27 +158,33 @@ def _masses(problem: DesignProblem) -> list[Finding]:
 
 def _deflections(problem: DesignProblem) -> list[Finding]:
     loaded, robot = problem.loaded, problem.loaded.robot
-    split, size = robot.coordinates.translations, extent(problem.loaded.robot)
     at_targets = problem.targets.observation @ robot.compliance
     poses, loads = _decoded(problem)
     in_plan = np.zeros((0, robot.coordinates.n))
     if len(poses):
         in_plan = loaded.measure(poses, loads).observation @ robot.compliance
-    soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
-    found = []
     for values, where in ((at_targets, "targets"), (in_plan, "experiment.load")):
-        moved, turned = largest(values[:, :split]), largest(values[:, split:])
-        likely = (
-            "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or "
-            "N/mm?"
-        )
-        if size is not None and moved > soft * size:
-            what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
-            found.append(Finding(what, likely, where, moved > BROKEN * size))
-        elif turned > TURNED:
-            what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
-            found.append(Finding(what, likely, where, turned > OVERTURNED))
-    return found[:1] or _seen(problem, in_plan)
+        found = deflection_finding(robot, values, where)
+        if found is not None:
+            return [found]
+    return _seen(problem, in_plan)
+
+
+def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Finding | None:
+    """What speaks against deflections (s, n) under loads (m, rad)."""
+    split, size = robot.coordinates.translations, extent(robot)
+    soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
+    moved, turned = largest(values[:, :split]), largest(values[:, split:])
+    likely = (
+        "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
+    )
+    if size is not None and moved > soft * size:
+        what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
+        return Finding(what, likely, where, moved > BROKEN * size)
+    if turned > TURNED:
+        what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
+        return Finding(what, likely, where, turned > OVERTURNED)
+    return None
 
 
 def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Finding]:

@@ -1,9 +1,11 @@
-"""Recordings: would another unit, sign or order of the columns make them fit?
+"""Recordings: would another unit, sign, order or frame make them fit, or do the numbers give a mistake away?
 
-The base model is fitted to the recordings as they are, and as they would be under each hypothesis. The misfit of a fit
-is the share of the readings that it leaves over, translations and rotations apart, each in parts of their own size, so
-that it depends neither on units nor on the noise. A hypothesis is suspected where it reduces the misfit tenfold and all
-compliances come out positive; sound recordings, whose misfit is their noise, are not improved by any.
+The base model is fitted to the recordings as they are and as they would be read under every alternative that a kind of
+mistake proposes (`mistakes`). With n readings more than compliances, the noise unknown, the logarithm of the ratio of
+likelihoods of two readings is n/2·ln(misfit/misfit'). An alternative is named where that exceeds the logarithm of the
+number of alternatives times the odds against a mistake, its misfit is a tenth, and no compliance comes out negative; or
+where noise is stated, the recordings as they are are refuted and the alternative's are not; or where nearly all
+compliances come out negative, and positive under it. Physics that the base model lacks is reduced by none so far.
 """
 
 from collections.abc import Iterator
@@ -11,205 +13,100 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.loads.payload import Payload
+from expdesign.plausibility.evidence import Evidence, Fitted, Weighting, evidence_of
 from expdesign.plausibility.finding import Finding
+from expdesign.plausibility.mistakes import MISTAKES
+from expdesign.plausibility.mistakes.mistake import Alternative
+from expdesign.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.plausibility.positions import positions_findings
 from expdesign.recordings.measurand import POSITIONS
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 
-GAIN = 10.0
-"""Factor by which a hypothesis must reduce the misfit."""
-POOR = 1e-3
-"""Misfit below which nothing needs an explanation by a mistake."""
-RATIO = 30.0
-"""Factor between identified and stated stiffness beyond which a unit is suspected."""
 _SPARE = 4
 """Readings beyond the compliances that a judgement takes at least."""
 
 
-@dataclass(frozen=True)
-class _Data:
-    """Recordings under a hypothesis: configurations (N, n_q), wrenches (N, n), readings (N, k) of `axes`."""
-
-    configurations: FloatArray
-    wrenches: FloatArray
-    readings: FloatArray
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    misfit: float
-    positive: bool
-    ratio: float
-
-
-def recordings_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
-    """What speaks against the units and signs of recordings of deflections or positions."""
+def recordings_findings(recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT) -> list[Finding]:
+    """What speaks against units, signs, frames and single numbers of recordings of deflections or positions."""
     if recordings.measurand is POSITIONS:
         return positions_findings(recordings, robot)
-    if recordings.measurand.absolute or not len(robot.stiffness) or not _judgeable(recordings, robot):
+    if recordings.measurand.absolute or not len(robot.stiffness):
         return []
-    train = recordings.rows(~recordings.test)
-    data = _Data(train.configurations, train.wrenches, train.deflections)
-    stated = _fit(data, robot, recordings)
-    if stated is None:
+    evidence = evidence_of(recordings, robot, options)
+    enough = evidence.stated.readings.size >= len(robot.stiffness) + _SPARE and len(evidence.stated.readings) >= 2
+    if not enough or not np.any(evidence.stated.wrenches) or evidence.fits[-1] is None:
         return []
-    needed = stated.misfit > POOR or not stated.positive
-    suspects: list[tuple[_Fitted, str]] = []
-    for text, other in _hypotheses(data, train, robot) if needed else ():
-        found = _fit(other, robot, recordings)
-        if found is None or not found.positive:
+    named = _named(evidence)
+    return [*named, *(finding for finding in _own(evidence) if not named or finding.where)]
+
+
+def _own(evidence: Evidence) -> Iterator[Finding]:
+    for mistake in MISTAKES:
+        yield from mistake.findings(evidence)
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    alternative: Alternative
+    fitted: Fitted
+
+
+def _named(evidence: Evidence) -> list[Finding]:
+    """The alternative that explains the recordings, where they do not fit as they are."""
+    alternatives: list[Alternative] | None = None
+    for place, (weighting, stated) in enumerate(zip(evidence.weightings, evidence.fits, strict=True)):
+        chi_square = evidence.noise_stated and place == 0
+        if stated is None or not _needed(stated, evidence, chi_square=chi_square):
             continue
-        better = found.misfit * GAIN < stated.misfit
-        upright = not stated.positive and found.misfit <= 1.05 * stated.misfit and stated.misfit < 0.5
-        if better or upright:
-            suspects.append((found, text))
-    if suspects:
-        least = min(found.misfit for found, _ in suspects)
-        equal = [(found, text) for found, text in suspects if found.misfit <= 2.0 * least]
-        # Translations in mm and rotations in thousands of rad fit alike: what keeps the stiffness is likelier.
-        text = min(equal, key=lambda one: round(abs(np.log10(one[0].ratio))))[1]
-        return [Finding("the recordings do not fit the robot as they are, and would fit otherwise", text)]
-    return _scale(stated) if stated.misfit < 0.5 else []
+        if alternatives is None:
+            alternatives = [item for mistake in MISTAKES for item in mistake.alternatives(evidence)]
+        suspects = _suspects(alternatives, evidence, weighting, stated, chi_square=chi_square)
+        if suspects:
+            best, *others = _likeliest(suspects)
+            what = "the recordings do not fit the robot as they are, and would fit otherwise"
+            before, after = (f"{100 * each.misfit:.2g} %" for each in (stated, best.fitted))
+            if chi_square:
+                before, after = (f"{each.chi2:.4g}" for each in (stated, best.fitted))
+                what += f" (chi2 {before} for {stated.dof} degrees of freedom, and {after} for {best.fitted.dof})"
+            else:
+                what += f" ({before} of the readings is left over, and {after})"
+            or_else = f" Or: {others[0].alternative.sentence}" if others else ""
+            return [Finding(what, best.alternative.sentence + or_else, best.alternative.where)]
+    return []
 
 
-def _judgeable(recordings: Recordings, robot: Robot) -> bool:
-    enough = (~recordings.test).sum() * len(recordings.axes) >= len(robot.stiffness) + _SPARE
-    return bool(enough and (~recordings.test).sum() >= 2 and np.any(recordings.wrenches))
+def _needed(stated: Fitted, evidence: Evidence, *, chi_square: bool) -> bool:
+    refuted = chi_square and stated.p_value < evidence.options.refuted
+    return stated.misfit > evidence.options.poor or not stated.positive or refuted
 
 
-def _scale(stated: _Fitted) -> list[Finding]:
-    """Everything fits, but with another stiffness than the file states."""
-    if 1.0 / RATIO < stated.ratio < RATIO:
-        return []
-    softer = "softer" if stated.ratio > 1.0 else "stiffer"
-    factor = max(stated.ratio, 1.0 / stated.ratio)
-    what = f"the robot comes out {factor:.3g} times {softer} than its file says"
-    likely = (
-        "Are deflections in mm (and mrad), a mass in tonnes, a force in kN, or `actuator_stiffness` in another unit?"
-        if stated.ratio > 1.0
-        else "Is a mass in grams or a force in mN, are deflections in km, or is `actuator_stiffness` in N/µm or N/mm?"
-    )
-    return [Finding(what, likely)]
+def _suspects(
+    alternatives: list[Alternative], evidence: Evidence, weighting: Weighting, stated: Fitted, *, chi_square: bool
+) -> list[_Suspect]:
+    found, options = list[_Suspect](), evidence.options
+    for alternative in alternatives:
+        fitted = evidence.fit(alternative.sample, weighting)
+        if fitted is None or not fitted.positive:
+            continue
+        hurdle = np.log(options.odds * (len(alternatives) + alternative.tried))
+        ratio = stated.misfit / max(fitted.misfit, 1e-300)
+        likelier = 0.5 * fitted.dof * np.log(ratio) > hurdle
+        better = likelier and ratio > options.gain and stated.misfit > options.poor
+        upside_down = 1.0 - stated.share_positive >= options.most and stated.misfit < options.fair
+        upright = upside_down and fitted.share_positive >= options.most and fitted.misfit <= 1.05 * stated.misfit
+        explained = chi_square and likelier and stated.p_value < options.refuted and fitted.p_value > options.consistent
+        if better or upright or explained:
+            found.append(_Suspect(alternative, fitted))
+    return found
 
 
-def _fit(data: _Data, robot: Robot, recordings: Recordings) -> _Fitted | None:
-    """Least squares with translations and rotations in parts of their own size; None where nothing can be fitted."""
-    jacobians = robot.jacobians(data.configurations)
-    observation = observation_matrix(jacobians, data.wrenches)[:, recordings.axes] * robot.compliance
-    if not np.isfinite(observation).all():
-        return None
-    weights = np.ones(len(recordings.axes))
-    for kind in _kinds(recordings, robot):
-        size = np.sqrt((data.readings[:, kind] ** 2).mean())
-        weights[kind] = 1.0 / size if size > 0.0 else 0.0
-    rows = (observation * weights[:, None]).reshape(-1, observation.shape[-1])
-    right = (data.readings * weights).ravel()
-    scale = np.linalg.norm(rows, axis=0)
-    kept = scale > 1e-6 * scale.max(initial=0.0)
-    if not kept.any():
-        return None
-    values, _, _, _ = np.linalg.lstsq(rows[:, kept] / scale[kept], right, rcond=1e-8)
-    left = right - rows[:, kept] / scale[kept] @ values
-    compliances = values / scale[kept]
-    spread = np.sqrt((left**2).mean()) / scale[kept]
-    positive = bool((compliances > -3.0 * spread * np.sqrt(len(compliances))).all() and compliances.sum() > 0.0)
-    total = float((right**2).sum())
-    ratio = float(np.median(compliances[compliances > 0.0])) if (compliances > 0.0).any() else float("nan")
-    return _Fitted(float((left**2).sum()) / total if total else 0.0, positive, ratio)
+def _likeliest(suspects: list[_Suspect]) -> list[_Suspect]:
+    """The best and those as good: first what keeps the stiffness, and then in the order of the mistakes.
 
-
-def _kinds(recordings: Recordings, robot: Robot) -> list[BoolArray]:
-    linear = recordings.axes < robot.coordinates.translations
-    return [kind for kind in (linear, ~linear) if kind.any()]
-
-
-def _hypotheses(data: _Data, recordings: Recordings, robot: Robot) -> Iterator[tuple[str, _Data]]:
-    names = robot.coordinates.deflection
-    linear = recordings.axes < robot.coordinates.translations
-
-    def readings(factors: FloatArray) -> _Data:
-        return _Data(data.configurations, data.wrenches, data.readings * factors)
-
-    yield (
-        "Have all deflections, or all loads, the wrong sign? A deflection is the loaded minus the unloaded pose, and a "
-        "load what the environment applies to the platform.",
-        readings(np.full(len(linear), -1.0)),
-    )
-    for column, axis in enumerate(recordings.axes):
-        turned = np.ones(len(linear))
-        turned[column] = -1.0
-        yield f"Has {names[axis]} the wrong sign?", readings(turned)
-    for kind, noun in ((linear, "translations"), (~linear, "rotations")):
-        if 0 < kind.sum() < len(linear) or (kind.sum() == len(linear) and len(linear) > 1):
-            yield f"Have the {noun} the wrong sign?", readings(np.where(kind, -1.0, 1.0))
-    if linear.any() and (~linear).any():
-        for factor, unit in ((1e-3, "mm"), (1e-6, "µm"), (1e3, "km")):
-            yield f"Are the translations in {unit}? They have to be in m.", readings(np.where(linear, factor, 1.0))
-        for factor, unit in (
-            (np.pi / 180.0, "degrees"),
-            (1e-3, "mrad"),
-            (1e-6, "µrad"),
-            (180.0 / np.pi, "turned twice"),
-        ):
-            yield f"Are the rotations in {unit}? They have to be in rad.", readings(np.where(linear, 1.0, factor))
-    for column, axis in enumerate(recordings.axes):
-        for factor, unit in ((1e-3, "mm or mrad"), (np.pi / 180.0, "degrees")):
-            single = np.ones(len(linear))
-            single[column] = factor
-            yield f"Is {names[axis]} in {unit}?", readings(single)
-    for first in range(len(linear)):
-        for second in range(first + 1, len(linear)):
-            if linear[first] == linear[second]:
-                order = np.arange(len(linear))
-                order[[first, second]] = second, first
-                pair = f"{names[recordings.axes[first]]} and {names[recordings.axes[second]]}"
-                yield (
-                    f"Are the columns {pair} swapped?",
-                    _Data(data.configurations, data.wrenches, data.readings[:, order]),
-                )
-    yield from _loads(data, recordings, robot)
-
-
-def _loads(data: _Data, recordings: Recordings, robot: Robot) -> Iterator[tuple[str, _Data]]:
-    split = robot.coordinates.translations
-    if robot.coordinates.n > split:
-        for factor, text in (
-            (1e-3, "Are moments in N·mm, or centres of mass in millimetres?"),
-            (1e3, "Are moments in kN·m?"),
-        ):
-            wrenches = data.wrenches.copy()
-            wrenches[:, split:] *= factor
-            yield text, _Data(data.configurations, wrenches, data.readings)
-        wrenches = data.wrenches.copy()
-        wrenches[:, split:] *= -1.0
-        yield "Have the moments the wrong sign?", _Data(data.configurations, wrenches, data.readings)
-        turned = data.configurations.copy()
-        if robot.configuration == robot.coordinates.pose:
-            turned[:, split:] *= np.pi / 180.0
-            yield "Are the commanded angles in degrees?", _Data(turned, data.wrenches, data.readings)
-    if recordings.payload is None or recordings.payload.shape[1] < 4:
-        return
-    loaded, rotation = LoadedRobot(robot, Payload(robot.coordinates)), robot.jacobians(data.configurations).rotation
-
-    def payload(centres: FloatArray) -> _Data:
-        parameters = np.concatenate([recordings.payload[:, :1], centres, recordings.gravity], axis=1)  # type: ignore[index]
-        return _Data(data.configurations, loaded.wrenches(rotation, parameters)[0], data.readings)
-
-    centres = recordings.payload[:, 1:4]
-    for first, second, pair in (
-        (0, 1, "com_x_m and com_y_m"),
-        (0, 2, "com_x_m and com_z_m"),
-        (1, 2, "com_y_m and com_z_m"),
-    ):
-        order = np.arange(3)
-        order[[first, second]] = second, first
-        yield f"Are the columns {pair} swapped?", payload(centres[:, order])
-    for axis, name in enumerate(robot.coordinates.centre_of_mass):
-        flipped = centres.copy()
-        flipped[:, axis] *= -1.0
-        yield f"Has {name} the wrong sign?", payload(flipped)
+    Translations in mm and rotations in thousands of rad fit alike: what keeps the stiffness is likelier.
+    """
+    least = min(suspects, key=lambda one: one.fitted.misfit).fitted
+    slack = float(np.exp(6.0 / max(least.dof, 1)))
+    equal = [one for one in suspects if one.fitted.misfit <= slack * least.misfit + 1e-20]
+    return sorted(equal, key=lambda one: round(abs(np.log10(one.fitted.ratio))))

@@ -10,6 +10,8 @@ SIZES = (0.002, 40.0)
 """m between which machines are."""
 LINEAR, ROTARY = (1e4, 1e11), (1.0, 1e10)
 """N/m and N·m/rad between which actuators are."""
+IMPOSSIBLE = 100.0
+"""Factor beyond these ranges from which a number is no machine's, and not merely unusual."""
 UNEQUAL = 3e3
 """Ratio of the stiffest to the softest actuator of one kind beyond which one of them is in another unit."""
 GRAVITY = (0.5, 30.0)
@@ -73,13 +75,16 @@ def _stiffness(robot: Robot) -> list[Finding]:
         (False, LINEAR, "N/m", "N/µm or N/mm"),
         (True, ROTARY, "N·m/rad", "N·m/mrad or per degree"),
     ):
+        if not np.isfinite(robot.stiffness).all():
+            continue  # none is stated
         values = robot.stiffness[rotary[: len(robot.stiffness)] == kind] if len(robot.stiffness) else robot.stiffness
         if not values.size:
             continue
         for value in (float(values.min()), float(values.max())):
             if not low <= value <= high:
                 what = f"no machine has an actuator stiffness of {value:.3g} {unit}"
-                found.append(Finding(what, f"Is it in {other}?", "actuator_stiffness"))
+                impossible = not low / IMPOSSIBLE <= value <= high * IMPOSSIBLE
+                found.append(Finding(what, f"Is it in {other}?", "actuator_stiffness", impossible))
                 break
         if values.max() > UNEQUAL * values.min():
             what = f"the stiffest actuator would be {values.max() / values.min():.3g} times as stiff as the softest"

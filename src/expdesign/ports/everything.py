@@ -12,13 +12,15 @@ held at `MOST`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 from scipy.linalg.lapack import dtrtri
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.ports.guard import LeftOut
 
 MOST = 3.0
 """Largest factor on deviations of physical size."""
@@ -36,8 +38,8 @@ _ALONE = 1.0 + 1e-9
 """Diagonal of I − H, so that a reading that nothing else predicts leaves it regular."""
 _DEAD = 1e-10
 """Share of a parameter's prior precision below which the readings say nothing of it."""
-_BETTER = 0.995
-"""Factor on the left-out error that a group has to bring, or it is left out."""
+BETTER = 0.995
+"""Factor on the left-out error that a group has to bring, or it is left out; likewise what series share as noise."""
 
 Linearised = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Whitened residuals (M,) and derivatives of the prediction (M, p) at parameters (p,)."""
@@ -61,6 +63,44 @@ class Priors:
 
 
 @dataclass(frozen=True)
+class Sizes:
+    """What evidence says of the sizes.
+
+    Attributes:
+        factors: on the deviations of the groups, shape (G,).
+        noise: standard deviation of the whitened readings.
+        determined: γ_g, how many parameters of each group the data determine, shape (G,).
+    """
+
+    factors: FloatArray
+    noise: float
+    determined: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A linear problem y = A·θ + e.
+
+    Attributes:
+        readings: y as they are with all parameters at their means, whitened, shape (M,).
+        slopes: A, shape (M, p).
+    """
+
+    readings: FloatArray
+    slopes: FloatArray
+
+    @cached_property
+    def gram(self) -> FloatArray:
+        """AᵀA, shape (p, p)."""
+        return self.slopes.T @ self.slopes
+
+    @cached_property
+    def right(self) -> FloatArray:
+        """Aᵀy, shape (p,)."""
+        return self.slopes.T @ self.readings
+
+
+@dataclass(frozen=True)
 class Everything:
     """All effects, fitted together.
 
@@ -80,6 +120,18 @@ class Everything:
     noise: float
     residuals: FloatArray
     slopes: FloatArray
+
+    def known_as(self, priors: Priors) -> "Everything":
+        """The same values, as certain as other priors make them."""
+        precision = _precision(priors, self.factors, self.noise)
+        return replace(self, covariance=self.noise**2 * posterior_covariance(self.slopes.T @ self.slopes, precision))
+
+    def without(self, rows: BoolArray, priors: Priors) -> "Everything":
+        """The linear problem solved with fewer readings, `rows` (M,) being true for those that go, and sized anew."""
+        readings = (self.residuals + self.slopes @ (self.values - priors.mean))[~rows]
+        fewer = replace(self, residuals=self.residuals[~rows], slopes=self.slopes[~rows])
+        sizes = sized(Linear(readings, fewer.slopes), priors, Sizes(self.factors, self.noise))
+        return _again(replace(fewer, factors=sizes.factors, noise=sizes.noise), priors)
 
     def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
         """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
@@ -102,36 +154,14 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
         start: parameters to start from, shape (p,).
         known_noise: whether the noise is 1 and must not grow.
     """
-    count = int(priors.group.max()) + 1
-    factors, noise = np.full(count, 0.3), 1.0 if known_noise else 3.0
+    sizes = Sizes(np.full(int(priors.group.max()) + 1, 0.3), 1.0 if known_noise else 3.0)
     values = np.clip(start, priors.low, priors.high)
     residuals, slopes = linearised(values)
-    determined = np.zeros(count)
-    cost = np.inf
     for _ in range(_ROUNDS):
-        readings = residuals + slopes @ (values - priors.mean)
-        step = np.zeros_like(values)
-        gram, right = slopes.T @ slopes, slopes.T @ readings
-        for _ in range(_FIXED):
-            before = factors.copy()
-            precision = _precision(priors, factors, noise)
-            step, variances = _posterior(gram, right, precision)
-            gamma = 1.0 - variances * precision
-            sizes = step / priors.deviation
-            for group in range(count):
-                own = priors.group == group
-                if not own.any():
-                    factors[group], determined[group] = _LEAST, 0.0
-                    continue
-                determined[group] = max(float(gamma[own].sum()), 1e-9)
-                factors[group] = np.clip(np.sqrt(float((sizes[own] ** 2).sum()) / determined[group]), _LEAST, MOST)
-            if not known_noise:
-                left = readings - slopes @ step
-                noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
-            if np.abs(np.log(np.maximum(factors, GONE) / np.maximum(before, GONE))).max(initial=0.0) < _SETTLED:
-                break
-        precision = _precision(priors, factors, noise)
-        target = priors.mean + _bounded(_regular(gram, precision), right, priors)
+        problem = Linear(residuals + slopes @ (values - priors.mean), slopes)
+        sizes = sized(problem, priors, sizes, known_noise=known_noise)
+        precision = _precision(priors, sizes.factors, sizes.noise)
+        target = priors.mean + _bounded(_regular(problem.gram, precision), problem.right, priors)
         cost = _cost(residuals, values, priors, precision)
         share, moved = 1.0, False
         while share > 1e-3:
@@ -145,9 +175,52 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
             share *= 0.5
         if not moved:
             break
-    precision = _precision(priors, factors, noise)
-    covariance = noise**2 * np.linalg.inv(_regular(slopes.T @ slopes, precision))
-    return Everything(values, covariance, factors, determined, noise, residuals, slopes)
+    precision = _precision(priors, sizes.factors, sizes.noise)
+    covariance = sizes.noise**2 * posterior_covariance(slopes.T @ slopes, precision)
+    return Everything(values, covariance, sizes.factors, sizes.determined, sizes.noise, residuals, slopes)
+
+
+def sized(problem: Linear, priors: Priors, start: Sizes, *, known_noise: bool = False) -> Sizes:
+    """MacKay's fixed point for the factors of the groups and the noise of a linear problem; see the module.
+
+    Args:
+        problem: linearised.
+        priors: what is known beforehand.
+        start: sizes to start from.
+        known_noise: whether the noise is as in `start`.
+    """
+    factors, noise, determined = start.factors.copy(), start.noise, np.zeros(len(start.factors))
+    groups = [priors.group == group for group in range(len(factors))]
+    for _ in range(_FIXED):
+        before = factors.copy()
+        precision = _precision(priors, factors, noise)
+        step, variances = _posterior(problem.gram, problem.right, precision)
+        gamma = 1.0 - variances * precision
+        sizes = step / priors.deviation
+        for group, own in enumerate(groups):
+            if not own.any():
+                factors[group], determined[group] = _LEAST, 0.0
+                continue
+            determined[group] = max(float(gamma[own].sum()), 1e-9)
+            factors[group] = np.clip(np.sqrt(float((sizes[own] ** 2).sum()) / determined[group]), _LEAST, MOST)
+        if not known_noise:
+            left = problem.readings - problem.slopes @ step
+            noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
+        if np.abs(np.log(np.maximum(factors, GONE) / np.maximum(before, GONE))).max(initial=0.0) < _SETTLED:
+            break
+    return Sizes(factors, noise, determined)
+
+
+def log_evidence(problem: Linear, priors: Priors, sizes: Sizes) -> float:
+    """Log of the marginal likelihood of the readings, up to a constant that depends on the flat priors alone."""
+    precision = _precision(priors, sizes.factors, sizes.noise)
+    live, lower = _factored(problem.gram, precision)
+    reduced = solve_triangular(lower, problem.right[live], lower=True, check_finite=False)
+    proper = live & (precision > 0.0)
+    volume = 2.0 * float(np.log(lower.diagonal()).sum()) - float(np.log(precision[proper]).sum())
+    scatter = float(problem.readings @ problem.readings - reduced @ reduced) / sizes.noise**2
+    freedom = len(problem.readings) - int((live & ~proper).sum())
+    return -0.5 * (scatter + volume + 2.0 * freedom * float(np.log(sizes.noise)))
 
 
 def chosen_groups(
@@ -179,7 +252,7 @@ def chosen_groups(
                 smaller = without_group(current, group)
                 trials.append((_rms(_again(found, smaller).left_out(blocks, smaller)), group, smaller))
             least = min(trials, key=lambda item: item[0])
-            if least[0] * _BETTER > error:
+            if least[0] * BETTER > error:
                 break
             error, _, current = least
         if (current.group == priors.group).all():
@@ -188,6 +261,16 @@ def chosen_groups(
         priors = current
         found = everything(linearised, priors, np.where(gone, priors.mean, found.values))
     return found, priors
+
+
+def group_gains(found: Everything, priors: Priors, blocks: IntArray) -> dict[int, float]:
+    """For every group the p-value that left-out blocks are predicted no better with it (`guard.LeftOut`)."""
+    after = found.left_out(blocks, priors)
+    gains = {}
+    for group in np.unique(priors.group[priors.group >= 0]).tolist():
+        smaller = without_group(priors, group)
+        gains[group] = LeftOut(_again(found, smaller).left_out(blocks, smaller), after, blocks).p_value
+    return gains
 
 
 def few_suffice(found: Everything, priors: Priors, blocks: IntArray, *, most: int = 2, within: float = 1.15) -> bool:
@@ -256,6 +339,23 @@ def _posterior(gram: FloatArray, right: FloatArray, precision: FloatArray) -> tu
     return step, variances
 
 
+def posterior_covariance(gram: FloatArray, precision: FloatArray) -> FloatArray:
+    """(G + P)⁻¹, shape (p, p), as L⁻ᵀ·L⁻¹: symmetric to the last bit and positive semidefinite however ill-conditioned.
+
+    Infinite on the diagonal where neither the readings nor anything beforehand says something of a parameter.
+
+    Args:
+        gram: G, products of the derivatives, shape (p, p).
+        precision: diagonal of P, shape (p,).
+    """
+    live, lower = _factored(gram, precision)
+    root, _ = dtrtri(lower, lower=1)
+    with np.errstate(divide="ignore", over="ignore"):
+        covariance: FloatArray = np.diag(np.where(live, 0.0, 1.0 / precision))
+    covariance[np.ix_(live, live)] = root.T @ root
+    return covariance
+
+
 def _bounded(regular: FloatArray, right: FloatArray, priors: Priors) -> FloatArray:
     """Solution of regular·z = right within the bounds: what leaves them is held there, and the rest is solved again.
 
@@ -288,7 +388,8 @@ def _rms(errors: FloatArray) -> float:
 
 def _precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
     """Prior precisions in units of the noise, shape (p,)."""
-    scale = np.where(priors.group >= 0, factors[np.maximum(priors.group, 0)], 1.0)
+    # Where evidence has switched every group off there are no factors.
+    scale = np.where(priors.group >= 0, np.append(factors, 1.0)[priors.group], 1.0)
     precision: FloatArray = (noise / (scale * priors.deviation)) ** 2
     return precision
 

@@ -62,12 +62,12 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
             what = f"the force in {robot.actuators[index]}"
         prefix = {"effort_sign": "the sign of ", "stop": "the history of ", "lag": "the history of "}
         return prefix.get(kind, "") + what
+    if kind in ("whole", "rest"):
+        return _load(index, robot) + (" of the reference" if kind == "rest" else "")
     names = {
         "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
         "length": f"the length of {robot.actuators[index]}" if index < count else "length",
-        "whole": _load(index, robot),
-        "rest": f"{_load(index, robot)} of the reference",
         "overlap": f"what {robot.configuration[index % max(len(robot.configuration), 1)]} leaves of its guide",
         "settling": "the time since the series' first row",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
@@ -104,11 +104,12 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         ending = {"effort_sign": "_sign", "stop": "_history", "lag": "_history"}.get(kind, "")
         own = "moment" if index < count and robot.units[index] == "rad" else "force"
         return (own if index < count else wrench[(index - count) % len(wrench)]) + ending
+    if kind == "whole":
+        return f"{_load(index, robot).split(' ')[1]}_{_load(index, robot)[-1]}"
     names = {
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
         "length": "angle" if index < count and robot.units[index] == "rad" else "length",
-        "whole": _load(index, robot).split(" ")[1] + f"_{_load(index, robot)[-1]}",
         "rest": "load_of_reference",
         "overlap": "overlap",
         "settling": "time_in_series",

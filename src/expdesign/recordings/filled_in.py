@@ -3,19 +3,22 @@
 A laboratory sheet has a row for every measurement and a column for everything that may be read. Rows in which nothing
 was filled in are left out, and so are columns that are empty throughout. Where the instrument shows positions of the
 platform instead of deflections (`reading_x_m` …, from any zero), a row without load is the reference of the loaded rows
-that follow it in its series, and a deflection is the difference of their readings (file-formats.md, Conventions).
+that follow it in its series, and a deflection is the difference of their readings (file-formats.md, Conventions). Rows
+that are counted from one reference share its noise, which the column `reference` then says.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, TextArray
 from expdesign.coordinates import Coordinates
+from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.files.table import Table
 from expdesign.recordings.columns import order_in_time
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.recordings.references import REFERENCE, first_disagreement, read_references
 
 _HISTORY = ("time_s", "temperature_degC")
 
@@ -55,7 +58,8 @@ def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[
     notes = []
     if blank.any():
         lines = ", ".join(str(line) for line in table.lines[blank][:8]) + (" ..." if blank.sum() > 8 else "")
-        notes.append(f"{blank.sum()} rows without a measured value are left out (row {lines})")
+        left = counted(int(blank.sum()), "row")
+        notes.append(f"{left} left out: no measured value (row {lines})")
         kept = np.flatnonzero(~blank)
         table = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True), lines=table.lines[kept])
     optional = [*values, *coordinates.deviation, *POSITION_DEVIATION, *_HISTORY, "split"]
@@ -74,8 +78,8 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
     readings = table.numbers(tuple(names))
     unloaded = unloaded_rows(table, coordinates)
     deflections = np.zeros_like(readings)
+    references = np.full(len(table), "", dtype=object)
     keep = np.zeros(len(table), dtype=bool)
-    used: dict[int, int] = {}
     for number in dict.fromkeys(series[order].tolist()):
         rows = order[series[order] == number]
         loaded = np.flatnonzero(~unloaded[rows])
@@ -92,16 +96,30 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
             if index:
                 deflections[row] = readings[row] - readings[reference]
                 keep[row] = True
-                used[int(reference)] = used.get(int(reference), 0) + 1
+                references[row] = f"row {table.lines[reference]} of {table.source}"
     frame = table.frame.drop(columns=names)
     for column, name in enumerate(names):
         deflection = coordinates.deflection[coordinates.pose.index(name.removeprefix("reading_"))]
         frame[deflection] = [repr(float(value)) for value in deflections[:, column]]
+    _require_agreement(table, references, keep)
+    frame[REFERENCE] = references
     kept = replace(table, frame=frame.iloc[np.flatnonzero(keep)].reset_index(drop=True), lines=table.lines[keep])
-    text = f"readings of {sum(used.values())} rows counted from {len(used)} reference rows"
-    if any(count > 1 for count in used.values()):
-        text += " (rows with a common reference share its noise: --shared-reference)"
+    sizes = np.unique(references[references != ""].astype(str), return_counts=True)[1]
+    text = f"readings of {counted(int(sizes.sum()), 'row')} counted from {counted(len(sizes), 'reference row')}"
+    if (sizes > 1).any():
+        text += "; rows with a common reference share its noise"
     return kept, text
+
+
+def _require_agreement(table: Table, counted: TextArray, kept: BoolArray) -> None:
+    """Raise an `InputError` where a column `reference` says otherwise than the rows from which readings are counted."""
+    stated = read_references(table, np.arange(len(table)))
+    pair = None if stated is None else first_disagreement(np.where(kept, stated, ""), counted)
+    if pair is not None:
+        own = " and ".join(f"row {table.lines[row]} is counted from {counted[row]}" for row in pair)
+        remedy = "Empty the column, or move the rows without load to where they were read."
+        raise InputError(f"the names contradict the rows without load: {own}", where=table.where(pair[1], REFERENCE),
+                         remedy=remedy)  # fmt: skip
 
 
 def unloaded_rows(table: Table, coordinates: Coordinates) -> BoolArray:

@@ -48,6 +48,22 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
     return replace(table, frame=table.frame.rename(columns=renamed), written=written) if renamed else table
 
 
+def require_its_own(table: Table, robot: Robot) -> None:
+    """Raise an `InputError` where rows are commanded by joints and the robot is by poses, or the reverse."""
+    first = robot.configuration[0]
+    if table.has(first):
+        return
+    if robot.links is None:
+        given, others = "joints", [name for name in table.columns if _NUMBERED.fullmatch(name)]
+    else:
+        given, others = "poses", [name for name in robot.coordinates.pose if table.has(name)]
+    if not others or any(table.has(name) for name in robot.configuration):
+        return
+    known = ", ".join(robot.configuration[:3])
+    what = f"the rows have {given} ({', '.join(others[:3])} ...), and `{robot.name}` is commanded by {known} ..."
+    raise InputError(what, where=table.source, remedy="Is this the wrong robot file?")
+
+
 def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
     """The table with the tips of its rows by number, from 1, of a robot that has several."""
     if len(tips) == 1:

@@ -6,12 +6,14 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import Coordinates
+from expdesign.errors import InputError
 from expdesign.files.table import Table
 from expdesign.recordings.columns import read_deflections, read_deviations
 from expdesign.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 from expdesign.recordings.pose_columns import read_measured
 from expdesign.recordings.positions import read_position_deviations, read_positions
 from expdesign.recordings.recordings import LoadedPoints
+from expdesign.recordings.target_readings import read_turn_deviations, turned
 
 Measured = tuple[IntArray, FloatArray, FloatArray | None]
 """Indices of the measured components (k,), readings (N, k) and their standard deviations (N, k), where stated."""
@@ -28,7 +30,16 @@ def _poses(table: Table, points: LoadedPoints, coordinates: Coordinates, order: 
 
 
 def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    return np.arange(3), read_positions(table, coordinates, order), read_position_deviations(table, order)
+    positions, deviations = read_positions(table, coordinates, order), read_position_deviations(table, order)
+    if points.aim is None:
+        return np.arange(3), positions, deviations
+    rotations = turned(table, order)
+    stated = read_turn_deviations(table, coordinates, rotations, order)
+    if (stated is None) != (deviations is None):
+        what = "standard deviations of positions or of orientations are missing where the others are stated"
+        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
+    both = None if stated is None or deviations is None else np.hstack([deviations, stated])
+    return np.arange(6), np.hstack([positions, rotations]), both
 
 
 READERS: dict[Measurand, Callable[[Table, LoadedPoints, Coordinates, IntArray], Measured]] = {

@@ -26,6 +26,8 @@ from expdesign.files.units import NUMBER, Unit, known_units, unit_of
 _COMMENT = ("//", "#", "!", "%")
 _UNITS = re.compile(r"\bunits?\b\W*([A-Za-zµμ]+)", re.IGNORECASE)
 _HEADED = re.compile(r"\bx\s*[\[(_]\s*([A-Za-zµμ]+)", re.IGNORECASE)
+_COMMA = re.compile(r"([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)")
+"""A number with a decimal comma."""
 _WORDS = {
     "millimeters": "mm", "millimetres": "mm", "millimeter": "mm", "millimetre": "mm", "meters": "m", "metres": "m",
     "meter": "m", "metre": "m", "inches": "in", "inch": "in", "micrometers": "um", "microns": "um",
@@ -80,6 +82,7 @@ def read_point_sets(path: Path, unit: Unit | None = None) -> list[PointSet]:
             stated = _unit_in(line, stated, where)
             continue
         cells = _cells(line)
+        _no_halves(line, cells, where)
         count = _trailing_numbers(cells)
         if count not in (3, 6):
             if raw:
@@ -113,13 +116,26 @@ def _point(values: list[float], unit: Unit, where: str) -> MeasuredPoint:
 
 
 def _cells(line: str) -> list[str]:
+    """The cells of a line; decimal commas are read where something else separates the cells."""
+    blanks = line.split()
+    if ";" not in line and "\t" not in line and len(blanks) >= 3 and all(map(_COMMA.fullmatch, blanks[-3:])):
+        return [_COMMA.sub(r"\1.\2", cell) for cell in blanks]
     separator = next((mark for mark in ("\t", ";", ",") if line.count(mark) >= 2), None)
     if separator is None:
         return line.split()
     cells = [cell.strip() for cell in line.strip().rstrip(separator).split(separator)]
     if separator != ",":
-        cells = [re.sub(r"^([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)$", r"\1.\2", cell) for cell in cells]
+        cells = [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in cells]
     return cells
+
+
+def _no_halves(line: str, cells: list[str], where: str) -> None:
+    """Raise where commas stand between cells and within numbers: then a point has five whole numbers or more."""
+    count = next((i for i, cell in enumerate(reversed(cells)) if re.fullmatch(r"[-+]?\d+", cell) is None), len(cells))
+    if "," in line and count in (5, 6):
+        what = f"`{line.strip()[:40]}` has {count} whole numbers: are they three coordinates with decimal commas?"
+        remedy = "Export them with decimal points, or with semicolons between the columns."
+        raise InputError(what, where=where, remedy=remedy)
 
 
 def _names(cells: list[str]) -> list[str]:

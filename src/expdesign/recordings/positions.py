@@ -33,13 +33,17 @@ def read_markers(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[
 
 
 def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> FloatArray:
-    """Measured positions (m) in the order of the sequence, shape (N, 3)."""
+    """Measured positions (m) in the order of the sequence, NaN where a coordinate was not read, shape (N, 3)."""
     for name in coordinates.deflection:
         if table.has(name):
             what = f"there are marker positions beside the deflections {name} ..."
             raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
-    positions = table.numbers(POSITION)[order]
-    wrong = np.abs(positions) > FARTHEST
+    positions = table.numbers_where_filled(POSITION)[order]
+    empty = np.flatnonzero(~np.isfinite(positions).any(axis=1))
+    if empty.size:
+        where = table.where(int(order[empty[0]]), POSITION[0])
+        raise InputError("no coordinate was measured", where=where, remedy="Fill one in, or remove the row.")
+    wrong = np.abs(np.nan_to_num(positions)) > FARTHEST
     if wrong.any():
         row, column = (int(i) for i in np.argwhere(wrong)[0])
         where = table.where(int(order[row]), POSITION[column])
@@ -48,10 +52,16 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
 
 
 def read_position_deviations(table: Table, order: IntArray) -> FloatArray | None:
-    """Standard deviations of the positions (m), shape (N, 3), or None where the file states none."""
+    """Standard deviations of the positions (m), NaN where no coordinate was read, shape (N, 3); None without any."""
     if not any(table.has(name) for name in POSITION_DEVIATION):
         return None
-    deviations = table.numbers(POSITION_DEVIATION)[order]
+    deviations = table.numbers_where_filled(POSITION_DEVIATION)[order]
+    missing = np.isfinite(table.numbers_where_filled(POSITION)[order]) & ~np.isfinite(deviations)
+    if missing.any():
+        row, column = (int(i) for i in np.argwhere(missing)[0])
+        where = table.where(int(order[row]), POSITION_DEVIATION[column])
+        remedy = "Fill it in, or leave the columns of standard deviations out to have them estimated."
+        raise InputError("the standard deviation is missing", where=where, remedy=remedy)
     wrong = (deviations < SMALLEST_DEVIATION) | (deviations > LARGEST_DEVIATION)
     if wrong.any():
         row, column = (int(i) for i in np.argwhere(wrong)[0])

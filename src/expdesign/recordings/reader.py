@@ -19,12 +19,14 @@ from expdesign.recordings.columns import (
 )
 from expdesign.recordings.filled_in import filled_in
 from expdesign.recordings.join import join
-from expdesign.recordings.joint_columns import with_joint_columns
+from expdesign.recordings.joint_columns import require_its_own, with_joint_columns
 from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.recordings.measured_values import READERS
 from expdesign.recordings.pose_columns import measures_poses
 from expdesign.recordings.positions import read_markers
 from expdesign.recordings.recordings import LoadedPoints, Recordings
+from expdesign.recordings.references import REFERENCE, read_references, require_one_command_per_reference
+from expdesign.recordings.target_readings import read_aims, with_targets
 from expdesign.robots.robot import Robot
 
 _LOG = logging.getLogger(__name__)
@@ -87,10 +89,12 @@ def require_measured(recordings: Recordings, robot: Robot) -> None:
 def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     """Recordings in a table; see `read_recordings`."""
     table.require(("sequence", "series"))
-    table, notes = filled_in(table, robot.coordinates)
+    table, notes = filled_in(with_targets(table, robot), robot.coordinates)
     if notes:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
     points = _points(table, robot, measured=True)
+    if len(robot.stiffness):
+        require_one_command_per_reference(points)
     order = order_in_time(table)
     axes, deflections, deviations = READERS[points.measurand](table, points, robot.coordinates, order)
     return Recordings(
@@ -103,7 +107,8 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
 
 
 def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
-    table = with_joint_columns(table, robot)
+    table = with_targets(with_joint_columns(table, robot), robot)
+    require_its_own(table, robot)
     order = order_in_time(table)
     coordinates = robot.coordinates
     configurations = table.numbers(robot.configuration)[order]
@@ -121,7 +126,9 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         if table.has(name):
             gravity[:, i] = table.numbers((name,))[order, 0]
     payload = _payload(table, robot, order)
-    unloaded = poses and payload is None and not any(table.has(name) for name in coordinates.wrench)
+    unloaded = payload is None and not any(table.has(name) for name in coordinates.wrench)
+    # Deflections need a load; absolute readings show the weight of what is there.
+    unloaded &= poses or bool(markers) or (robot.links is not None and not measured)
     load = (table, robot, configurations, payload, gravity, order)
     wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
     absolute = wrenches.copy()
@@ -132,10 +139,14 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     legs = tuple(f"leg{i + 1}_degC" for i in range(len(robot.stiffness)))
     known = {
         "sequence", "series", "time_s", "mass_kg", "split", "temperature_degC", *legs, *absolute_names,
-        *robot.configuration, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
+        *robot.configuration, REFERENCE, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
         *coordinates.gravity, *coordinates.centre_of_mass, "marker", *POSITION, *POSITION_DEVIATION,
-        *measured_names(coordinates), *(("kind",) if poses else ()),
+        *measured_names(coordinates), *(("kind",) if poses or markers else ()),
     }  # fmt: skip
+    # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
+    readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
+    if measured and not poses and not markers:
+        known -= {deviation for deviation, reading in readings.items() if not table.has(reading)}
     extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
     return LoadedPoints(
         source=table.source,
@@ -153,7 +164,9 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         extra=extra.reset_index(drop=True),
         marker=marker,
         markers=markers,
+        aim=read_aims(table, order) if markers else None,
         poses=poses,
+        references=read_references(table, order),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.coordinates import Coordinates
 from expdesign.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 
@@ -32,9 +32,13 @@ class LoadedPoints:
         extra: columns that have no meaning here, kept for reports.
         marker: index in `markers` of every row, shape (N,), where positions of markers are measured; else None.
         markers: names of the markers.
+        aim: orientation of the target of each row in the instrument's axes, from which rotations are counted, shape
+            (N, 3, 3): the measured one. None where no orientations of targets are measured.
         poses: whether poses of the platform are measured.
         files: names of the files, where the rows come from several.
         file: index in `files` of every row, shape (N,), or None where there is one file.
+        references: name of the unloaded reading from which a row is counted, shape (N,): rows of one name share its
+            noise, half of each row's variance. Empty for one of the row's own; None where every row has one.
     """
 
     source: str
@@ -52,13 +56,16 @@ class LoadedPoints:
     extra: pd.DataFrame
     marker: IntArray | None = field(default=None, kw_only=True)
     markers: tuple[str, ...] = field(default=(), kw_only=True)
+    aim: FloatArray | None = field(default=None, kw_only=True)
     poses: bool = field(default=False, kw_only=True)
     files: tuple[str, ...] = field(default=(), kw_only=True)
     file: IntArray | None = field(default=None, kw_only=True)
+    references: TextArray | None = field(default=None, kw_only=True)
 
     def components(self, coordinates: Coordinates) -> tuple[str, ...]:
-        """Columns of what an instrument reads."""
-        return self.measurand.columns(coordinates)
+        """Columns of what an instrument reads; rotations of targets are named as those of deflections."""
+        turns = () if self.aim is None else coordinates.deflection[coordinates.translations :]
+        return (*self.measurand.columns(coordinates), *turns)
 
     @property
     def measurand(self) -> Measurand:
@@ -84,13 +91,25 @@ class LoadedPoints:
         return len(self.sequence)
 
 
+def complete_positions(recordings: "Recordings") -> "Recordings":
+    """Rows of which all coordinates of a position were read, without orientations; other recordings as they are."""
+    if recordings.marker is None:
+        return recordings
+    deviations = None if recordings.deviations is None else recordings.deviations[:, :3]
+    places = replace(
+        recordings, aim=None, axes=recordings.axes[:3], deflections=recordings.deflections[:, :3], deviations=deviations
+    )
+    return places.rows(np.flatnonzero(np.isfinite(places.deflections).all(axis=1)))
+
+
 @dataclass(frozen=True)
 class Recordings(LoadedPoints):
     """Loaded points with measured deflections.
 
     Attributes:
         axes: indices of the measured components, shape (k,).
-        deflections: the readings: deflections or poses (m, rad), or positions of markers (m), shape (N, k).
+        deflections: the readings: deflections or poses (m, rad), or positions of markers (m), shape (N, k). Positions
+            have NaN where nothing was read, and with `aim` rotation vectors from it (rad), which are 0.
         deviations: their standard deviations, shape (N, k), or None where they are not known.
         test: rows that must not be fitted, shape (N,).
     """
@@ -99,6 +118,12 @@ class Recordings(LoadedPoints):
     deflections: FloatArray
     deviations: FloatArray | None
     test: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+    def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
+        """Columns of the standard deviations of the measured components, in the order of `axes`."""
+        turns = () if self.aim is None else coordinates.deviation[coordinates.translations :]
+        names = (*self.measurand.deviation_columns(coordinates), *turns)
+        return tuple(names[axis] for axis in self.axes)
 
     def rows(self, chosen: BoolArray | IntArray) -> "Recordings":
         """The recordings of some rows; effects with memory need whole series."""

@@ -23,6 +23,7 @@ from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.instrument.registration import registered
 from expdesign.recordings.point_lists import PointSet
+from expdesign.recordings.point_names import MarkerFit, marker_fit, near_names, require_own_names
 from expdesign.recordings.states import State
 
 SUSPICIOUS = 25.0
@@ -49,6 +50,7 @@ class RegisteredDeflection:
         residuals: of the registration (m), shape (N, 3).
         redundancy: I − B_i·(Σ BᵀB)⁻¹·B_iᵀ, what of a point's error its residual shows, shape (N, 3, 3).
         points: names of the points.
+        markers: how the unloaded points fit the robot's markers; None where these are not known.
     """
 
     deflection: FloatArray
@@ -57,6 +59,7 @@ class RegisteredDeflection:
     residuals: FloatArray
     redundancy: FloatArray
     points: tuple[str, ...]
+    markers: MarkerFit | None = None
 
     def covariance(self, variance: float) -> FloatArray:
         """Cov(ΔX) (m², m·rad, rad²), shape (6, 6); `variance` of a difference where the points state none."""
@@ -89,6 +92,8 @@ def registered_deflection(
     names = tuple(name for name in state.reference.points if name in state.loaded.points)
     before, after = (_positions(one, names) for one in (state.reference, state.loaded))
     _require_spread(before, state)
+    require_own_names(before, after, names, f"{state.loaded.source}, {state.loaded.name}")
+    fit = marker_fit(state.reference, markers)
     rotation, origin = _to_base(state, names, before, frame, markers, instrument)
     levers, moved = (points @ rotation.T + origin - frame.origin for points in (before, after))
     turn, shift = registered(levers, moved)
@@ -103,7 +108,7 @@ def registered_deflection(
         variances = np.einsum("ai,ni,bi->nab", rotation, variances, rotation)
     residuals = moved - levers @ turn.T - shift
     redundancy = np.eye(3) - rows @ np.linalg.pinv(np.einsum("nij,nik->jk", rows, rows)) @ rows.swapaxes(-1, -2)
-    return RegisteredDeflection(frame.rates @ twist, sensitivity, variances, residuals, redundancy, names)
+    return RegisteredDeflection(frame.rates @ twist, sensitivity, variances, residuals, redundancy, names, fit)
 
 
 def difference_variance(found: list[RegisteredDeflection]) -> float | None:
@@ -155,7 +160,9 @@ def _require_spread(points: FloatArray, state: State) -> None:
     where = f"{state.loaded.source}, {state.loaded.name}"
     if len(points) < 3:
         what = f"only {len(points)} points have the same name as in {state.reference.name}"
-        raise InputError(what, where=where, remedy="At least three are needed, with the same names in both states.")
+        near = near_names(list(state.loaded.points), list(state.reference.points))
+        remedy = near or "At least three are needed, with the same names in both states."
+        raise InputError(what, where=where, remedy=remedy)
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if spread[1] < 1e-3 * spread[0]:
         raise InputError("the points lie on one line", where=where, remedy="Measure three that do not.")
@@ -174,11 +181,6 @@ def _to_base(
     if len(known) >= 3:
         places = np.array([markers[names[index]] for index in known])
         rotation, position = registered(places, before[known])  # of the platform in the instrument's frame
-        left = float(np.abs(before[known] - places @ rotation.T - position).max())
-        if left > 0.05 * float(np.linalg.norm(places - places.mean(axis=0), axis=1).max()):
-            what = f"the points do not lie as the robot's `markers` say ({left * 1e3:.3g} mm off)"
-            remedy = "Check names and units of the points and of `markers`."
-            raise InputError(what, where=f"{state.reference.source}, {state.reference.name}", remedy=remedy)
         turn = frame.rotation @ rotation.T
         return turn, frame.origin - turn @ position
     if instrument is None:
@@ -187,6 +189,9 @@ def _to_base(
             "Give the points' places on the platform (`markers`) or the `instrument` in the robot file, or say that "
         )
         remedy += "the points were measured in the robot's base frame (--base-frame)."
+        near = near_names(names, list(markers))
+        if near:
+            what, remedy = f"only {len(known)} of the points are among the robot's `markers`", near
         raise InputError(what, where=state.reference.source, remedy=remedy)
     return instrument
 

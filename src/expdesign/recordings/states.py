@@ -10,6 +10,8 @@ series.
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 from expdesign.arrays import BoolArray
 from expdesign.errors import InputError
 from expdesign.files.table import Table
@@ -64,9 +66,7 @@ def matched(table: Table, sets: list[PointSet], unloaded: BoolArray) -> list[Sta
             continue
         reference = _in_column(table, "reference_points", int(row), named) or last.get(number) or by_series.get(number)
         if reference is None:
-            what = f"there are no unloaded points of series {number}"
-            remedy = f"Name a set `unloaded-{number}`, or write its name into a column `reference_points`."
-            raise InputError(what, where=table.where(int(row)), remedy=remedy)
+            raise _no_reference(table, int(row), own, unloaded)
         used |= {own.name, reference.name}
         states.append(State(int(row), own, reference))
     left = [item for item in sets if item.name not in used]
@@ -76,6 +76,21 @@ def matched(table: Table, sets: list[PointSet], unloaded: BoolArray) -> list[Sta
         remedy = "Name sets `loaded-SEQUENCE` and `unloaded-SERIES`, or write their names into a column `points`."
         raise InputError(what, where=left[0].source if left else table.source, remedy=remedy)
     return states
+
+
+def _no_reference(table: Table, row: int, own: PointSet, unloaded: BoolArray) -> InputError:
+    """That a row has no unloaded points; where the plan has a row without load before it, in the words of the sets."""
+    sequence, series = table.integers("sequence"), table.integers("series")
+    number = int(series[row])
+    what = f"there are no unloaded points of series {number}"
+    remedy = f"Name a set `unloaded-{number}`, or write its name into a column `reference_points`."
+    before = np.flatnonzero(unloaded & (series == number) & (sequence < sequence[row]))
+    if before.size:
+        missing = int(sequence[before].max())
+        name = re.sub(r"\d+", str(missing), own.name)
+        what = f"there are no points of row {missing}, in which the platform of series {number} carries no load"
+        remedy = f"Add the set `{name}`: row {int(sequence[row])} (`{own.name}`) is measured against it."
+    return InputError(what, where=table.where(row), remedy=remedy)
 
 
 def _by_number(named: dict[str, PointSet], pattern: re.Pattern[str]) -> dict[int, PointSet]:

@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
+from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.files.table import Table
 from expdesign.recordings.columns import (
@@ -16,11 +17,18 @@ from expdesign.recordings.columns import (
     read_time,
     require_one_command,
 )
-from expdesign.recordings.filled_in import filled_in
-from expdesign.recordings.measurand import measured_names
+from expdesign.recordings.filled_in import filled_in, reading_names
+from expdesign.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.recordings.positions import read_markers, read_positions
 
 _JOINT = re.compile(r"q[0-9]+_(m|rad)")
+_NAMED = re.compile(r".+_(m|rad)")
+_NO_JOINTS = frozenset(
+    (
+        *SPATIAL.pose, *SPATIAL.deflection, *SPATIAL.deviation, *SPATIAL.centre_of_mass, *measured_names(SPATIAL),
+        *reading_names(SPATIAL), *POSITION, *POSITION_DEVIATION,
+    )
+)  # fmt: skip
 _MARKER = ("px_m", "py_m", "pz_m")
 
 
@@ -42,19 +50,21 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
     configurations = table.numbers(names)[order]
     series = table.integers("series")[order]
     read_time(table, order)
+    arm = names != coordinates.pose
     poses = tuple(name for name in measured_names(coordinates) if table.has(name))
     loads = ("mass_kg", *coordinates.wrench)
-    if not poses or any(table.has(name) for name in loads):
+    absolute = bool(poses) or table.has("marker") or any(table.has(name) for name in _MARKER)
+    if not absolute or any(table.has(name) for name in loads):
         _check_loads(table, coordinates)
     for name in ("temperature_degC", *coordinates.gravity, *(f"abs_{n}" for n in coordinates.wrench)):
         if table.has(name):
             table.numbers((name,))
     test = read_test_rows(table, order)
     if poses:
-        table.numbers(poses)
-        measured = ", ".join(poses)
-    elif table.has("marker") or table.has(*_MARKER):
-        table.require(("marker", *_MARKER))
+        table.numbers_where_filled(poses) if arm else table.numbers(poses)
+        measured = ", ".join(poses) + (" and positions" if any(table.has(name) for name in _MARKER) else "")
+    elif absolute:
+        table.require(("marker",))
         read_markers(table, order)
         read_positions(table, coordinates, order)
         measured = "marker positions"
@@ -66,12 +76,15 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
         measured = ", ".join(coordinates.deflection[i] for i in axes)
         measured += " with standard deviations" if stated else " without standard deviations"
     held_out = f", {int(test.sum())} of them for testing" if test.any() else ""
-    return f"{len(table)} rows in {len(np.unique(series))} series{held_out}; measured: {measured}."
+    return f"{counted(len(table), 'row')} in {len(np.unique(series))} series{held_out}; measured: {measured}."
 
 
 def _kind(table: Table) -> tuple[Coordinates, tuple[str, ...]]:
     """Coordinates and command columns that the table must belong to."""
     joints = tuple(name for name in table.columns if _JOINT.fullmatch(name))
+    if not joints and not table.has("x_m"):
+        # Joints by their names in the URDF, which without the robot are whatever else is an angle or a travel.
+        joints = tuple(name for name in table.columns if _NAMED.fullmatch(name) and name not in _NO_JOINTS)
     if joints and not table.has("x_m"):
         return SPATIAL, joints
     coordinates = next(

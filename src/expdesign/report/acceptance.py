@@ -4,23 +4,22 @@ import numpy as np
 import pandas as pd
 
 from expdesign.acceptance.decision import DECISION_RULE, Decision, acceptance_record, sentences
-from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Download, Paragraph, Section, Sentences
+from expdesign.report.blocks import Paragraph, Section, Sentences, table_of
+
+EXPLAINED = (
+    f"Every axis by itself: its expanded uncertainty U = k u is compared with its tolerance ({DECISION_RULE}). "
+    "The expected error (total) of the criteria is another figure: the root of the sum over all axes of "
+    "(u / tolerance)², without k, so that it can be above 1 although every axis passes, and below 1 although one fails."
+)
+_UNDECIDED = (
+    "The expanded uncertainties are those of the refuted model, multiplied by the Birge ratio of its residuals. They "
+    "do not bound what the missing physics does at the targets."
+)
 
 
 def acceptance_section(decision: Decision, of: str) -> Section:
-    """The section for the plan or the identification that `of` names."""
-    budget = decision.budget
-    explained = (
-        f"Every axis by itself: its expanded uncertainty U = k u is compared with its tolerance ({DECISION_RULE}). "
-        "The expected error (total) of the criteria is another figure: the root of the sum over all axes of "
-        "(u / tolerance)², without k, so that it can be above 1 although every axis passes, and below 1 although one "
-        "fails."
-    )
-    columns = ["Target, axis", "Unit", *(f"u: {_named(one.name)}" for one in budget.contributions)]
-    columns += ["u, combined", "k", "U", "Tolerance", "U / tolerance", "Result", "Repetitions needed"]
-    rows = [_row(decision, int(t), int(n)) for t, n in np.argwhere(budget.matters)]
+    """The section for the identification that `of` names."""
     frame = pd.json_normalize(
         [
             {"target": number} | axis
@@ -28,17 +27,22 @@ def acceptance_section(decision: Decision, of: str) -> Section:
             for axis in target["axes"]
         ]
     )
-    csv = Download("acceptance.csv", csv_text(frame))
     caption = f"Uncertainty budget and acceptance of {of}; u are standard uncertainties (JCGM 100:2008)."
-    return Section(
-        "acceptance",
-        "Acceptance",
-        (
-            Sentences(sentences(decision)),
-            DataTable("acceptance-table", caption, columns, rows, csv),
-            Paragraph(explained),
-        ),
-    )
+    table = table_of("acceptance-table", caption, headings(decision), rows(decision), frame)
+    explained = Paragraph(EXPLAINED if decision.decided else _UNDECIDED)
+    return Section("acceptance", "Acceptance", (Sentences(sentences(decision)), table, explained))
+
+
+def headings(decision: Decision) -> list[str]:
+    """Headings of the table of uncertainty budget and acceptance."""
+    parts = [f"u: {_named(one.name)}" for one in decision.budget.contributions]
+    return ["Target, axis", "Unit", *parts, "u, combined", "k", "U", "Tolerance", "U / tolerance", "Result",
+            "Repetitions needed"]  # fmt: skip
+
+
+def rows(decision: Decision) -> list[list[str]]:
+    """Its rows: every axis with a tolerance."""
+    return [_row(decision, int(target), int(axis)) for target, axis in np.argwhere(decision.budget.matters)]
 
 
 def _row(decision: Decision, target: int, axis: int) -> list[str]:
@@ -54,7 +58,7 @@ def _row(decision: Decision, target: int, axis: int) -> list[str]:
         words.number(1e6 * float(budget.expanded[place])),
         words.number(1e6 * float(budget.tolerance[place])),
         words.number(float(budget.expanded[place] / budget.tolerance[place])),
-        "passes" if decision.passed[place] else "fails",
+        decision.axis_verdict(target, axis),
         str(int(repetitions)) if np.isfinite(repetitions) else "no number",
     ]
 

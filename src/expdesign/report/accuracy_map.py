@@ -10,25 +10,26 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.design.accuracy_map import AccuracyMap
 from expdesign.design.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, Figure, Option, Selector
+from expdesign.report.blocks import Block, Option, Selector
+from expdesign.report.figures import axis, chart
 
 
 def view_data(problem: DesignProblem, maps: list[AccuracyMap]) -> list[dict[str, Any]]:
     """What does not depend on the design: the grids, and W(X) packed so that the map is a product with C."""
     charts = []
     names = problem.loaded.robot.configuration
-    for chart in maps:
-        columns = [words.plan_column(names[axis]) for axis in chart.axes]
-        pose = problem.targets.configurations[chart.target]
+    for one in maps:
+        columns = [words.plan_column(names[column]) for column in one.axes]
+        pose = problem.targets.configurations[one.target]
         charts.append(
             {
-                "target": chart.target + 1,
-                "columns": [names[axis] for axis in chart.axes],
+                "target": one.target + 1,
+                "columns": [names[column] for column in one.axes],
                 "titles": [f"{column.title} ({column.unit})" for column in columns],
                 "factors": [column.factor for column in columns],
-                "grid": [np.round(values, 9) for values in (chart.across, chart.up)],
-                "at": pose[list(chart.axes)],
-                "weight": packed(chart.weight, doubled=True),
+                "grid": [np.round(values, 9) for values in (one.across, one.up)],
+                "at": pose[list(one.axes)],
+                "weight": packed(one.weight, doubled=True),
             }
         )
     return charts
@@ -58,20 +59,16 @@ def map_blocks(problem: DesignProblem, maps: list[AccuracyMap]) -> list[Block]:
         return []
     names = problem.loaded.robot.configuration
     options = []
-    for index, chart in enumerate(maps):
-        first, second = (words.plan_column(names[axis]).title for axis in chart.axes)
-        text = f"About target {chart.target + 1}: {first} and {second}"
+    for index, one in enumerate(maps):
+        first, second = (words.plan_column(names[column]).title for column in one.axes)
+        text = f"About target {one.target + 1}: {first} and {second}"
         options.append(Option(str(index), text, index == 0))
-    layout = {"xaxis": {"title": {"text": ""}}, "yaxis": {"title": {"text": ""}}, "showlegend": True}
-    figure = Figure(
-        "map",
-        "Accuracy to expect over the workspace",
-        {"data": [], "layout": layout},
+    figure = chart(
+        "map", "Accuracy to expect over the workspace", [],
         "RMS error that is left after calibration with this plan, in tolerances, if the target with its load and its "
         "tolerances stood elsewhere; its other coordinates stay as they are. Dots: where the plan measures, seen in "
         "this plane. Blank: out of the robot's reach, or nearly singular.",
         "Map of the expected error over two coordinates; the data can be saved as CSV.",
-        height=440,
-        filename="accuracy-map",
-    )
+        x=axis(""), y=axis(""), height=440, filename="accuracy-map", showlegend=True,
+    )  # fmt: skip
     return [Selector("map-view", "Show", options, step=True), figure]

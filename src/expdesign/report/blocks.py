@@ -8,7 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+import pandas as pd
+from markupsafe import Markup
+
+from expdesign.files.csv_writer import csv_text
 from expdesign.report.words import UNDETERMINED
+
+_UNBROKEN = 30
+"""Characters of a cell that stay in one line."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +87,10 @@ class Steps(Block):
     items: Sequence[tuple[str, str]]
 
 
+HERE = "@here@/"
+"""In a command: the folder of the page, as seen from the current folder, filled in when the page is written."""
+
+
 @dataclass(frozen=True)
 class Download:
     """A file that the page offers: its name and its text."""
@@ -111,9 +122,27 @@ class DataTable(Block):
     chosen: int = 0
     tall: bool = False
 
-    def is_text(self, column: int) -> bool:
-        """Whether a column holds words, which are set flush left, rather than numbers."""
-        return any(row[column][:1].isalpha() and row[column] != UNDETERMINED for row in self.rows)
+    def look(self, column: int) -> Markup:
+        """Class of a column's cells: words are set flush left rather than as numbers, and sentences are broken."""
+        cells = [row[column] for row in self.rows]
+        if not any(cell[:1].isalpha() and cell != UNDETERMINED for cell in cells):
+            return Markup()
+        return Markup(' class="text long"' if max(map(len, cells)) > _UNBROKEN else ' class="text"')
+
+
+def table_of(
+    id: str,
+    caption: str,
+    columns: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    frame: pd.DataFrame | None = None,
+    *,
+    tall: bool = False,
+) -> DataTable:
+    """A table whose CSV, named like the table, is a frame in SI units, or what is shown where there is none."""
+    data = pd.DataFrame(list(rows), columns=list(columns)) if frame is None else frame
+    filename = f"{id.removesuffix('-table')}.csv"
+    return DataTable(id, caption, columns, rows, Download(filename, csv_text(data)), tall=tall)
 
 
 @dataclass(frozen=True)

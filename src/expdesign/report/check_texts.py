@@ -2,9 +2,14 @@
 
 import numpy as np
 
+from expdesign.counted import counted
 from expdesign.design.feasibility import Feasibility
 from expdesign.design.problem import DesignProblem
 from expdesign.identification.identify import Identification
+from expdesign.identification.remarks import IdleActuators
+from expdesign.report import words
+from expdesign.report.arm_section import accuracy_lines, geometry_line
+from expdesign.report.fit_texts import fit_sentences
 from expdesign.robots.robot import Robot
 
 _FEW = 0.01
@@ -19,26 +24,41 @@ def robot_summary(robot: Robot, condition: float) -> str:
         condition: scaled condition number at its reference configuration.
     """
     return (
-        f"{robot.kind} `{robot.name}` with {len(robot.stiffness)} actuators is usable "
+        f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} is usable "
         f"(scaled condition number {condition:.3g} at its reference pose)."
     )
 
 
 def model_summary(effects: int, robot: str) -> str:
     """What a model file holds, with the summary of its robot."""
-    return f"identified model with {_counted(effects, 'effect')} of a {robot}"
+    return f"identified model with {counted(effects, 'effect')} of a {robot}"
 
 
 def problem_summary(problem: DesignProblem, found: Feasibility) -> str:
     """What a configuration asks for, and how much of its design space serves."""
     space = problem.space
     continuous = int((~space.discrete).sum())
+    discrete = int(space.choices.sum())
     return (
-        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {space.measurements} measurements with "
-        f"{continuous} continuous and {space.decisions - continuous} discrete variables each, "
-        f"{_counted(len(problem.targets.weights), 'target')}; {found.reachable:.0%} of the poses can be reached, "
-        f"{found.identifying:.0%} of random designs identify what the targets need."
+        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {_measurements(problem)} with "
+        f"{continuous} continuous and {discrete} discrete variables each, "
+        f"{counted(len(problem.targets.weights), 'target')}; {found.reachable:.0%} of the poses can be reached, "
+        f"{_identifying(found.identifying)}"
     )
+
+
+def _measurements(problem: DesignProblem) -> str:
+    """How many measurements a plan has; under a budget, what fits into it."""
+    if problem.budget is None:
+        return counted(problem.space.measurements, "measurement")
+    number = counted(problem.budget.largest, "measurement")
+    return f"at most {number}, as many as {problem.budget.minutes:g} minutes allow,"
+
+
+def _identifying(share: float) -> str:
+    if share == 1.0:
+        return "every random plan that was tried determines what the targets need."
+    return f"{share:.0%} of the random plans that were tried determine what the targets need."
 
 
 def problem_remarks(problem: DesignProblem, found: Feasibility) -> tuple[str, ...]:
@@ -53,7 +73,7 @@ def problem_remarks(problem: DesignProblem, found: Feasibility) -> tuple[str, ..
 
 def sweep_summary(runs: int, keys: list[str]) -> str:
     """How many runs a sweep has, and which keys it varies."""
-    return f"sweep of {runs} runs over {', '.join(keys)}"
+    return f"sweep of {counted(runs, 'run')} over {', '.join(keys)}"
 
 
 def identified_summary(result: Identification) -> str:
@@ -61,19 +81,25 @@ def identified_summary(result: Identification) -> str:
     texts = []
     if result.calibration != "geometric":
         relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
-        worst = int(np.argmax(relative))
+        idle = [name for each in result.suspicions if isinstance(each, IdleActuators) for name in each.actuators]
+        shown = np.array([name not in idle for name in result.robot.actuators])
+        worst = int(np.argmax(np.where(shown, relative, -1.0)))
+        count = f"all {len(relative)}" if shown.all() else f"{shown.sum()} of {len(relative)}"
+        without = f"; no load acts on {' and '.join(idle)}" if idle else ""
         texts.append(
-            f"They identify all {len(relative)} stiffnesses, the worst "
-            f"({result.robot.actuators[worst]}) to {relative[worst]:.2%} (one standard deviation)."
+            f"They identify {count} stiffnesses, the worst "
+            f"({result.robot.actuators[worst]}) to {relative[worst]:.2%} (one standard deviation){without}."
         )
-    if result.geometry is not None:
+    if result.arm is not None:
+        line = geometry_line(result)
+        texts += [
+            f"{words.sentence(text)}." for text in [*([] if line is None else [line]), *accuracy_lines(result.arm)]
+        ]
+    elif result.geometry is not None:
         half = (result.geometry.high - result.geometry.low) / 2.0
         texts.append(
-            f"They identify {half.size} parameters of the geometry, their 95 % intervals being within "
+            f"They identify {counted(half.size, 'parameter')} of the geometry, their 95 % intervals being within "
             f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
         )
+    texts += fit_sentences(result)
     return " ".join(texts)
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

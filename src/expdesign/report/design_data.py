@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.acceptance.decision import sentences
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.error_ellipses import target_covariances
@@ -13,10 +14,10 @@ from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import plan_of
 from expdesign.files.csv_writer import csv_text
-from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
+from expdesign.report import acceptance, accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
 from expdesign.report.deviations import PlanDeviations
-from expdesign.report.error_budget import ErrorBudget, cells, sentences
+from expdesign.report.error_budget import ErrorBudget, decision
 from expdesign.report.robot_view import levers, robot_states, view_data
 
 
@@ -68,6 +69,7 @@ def design_data(
     covariances = target_covariances(assessment)
     compliances = accuracy_map.of_designs(assessment)
     plans = [plan_of(problem, front, design) for design in range(len(front))]
+    accepted = [decision(problem, budget, design) for design in range(len(front))]
     designs = []
     for design, plan in enumerate(plans):
         designs.append(
@@ -78,15 +80,13 @@ def design_data(
                 "plan": plan_cells(plan),
                 "csv": csv_text(plan),
                 "forces": [words.number(force, 4) for force in forces[design]],
-                "budget": cells(budget, design),
+                "budget": acceptance.rows(accepted[design]),
                 "sigma": _sigma(budget, design),
-                "sentences": sentences(budget, design),
+                "sentences": sentences(accepted[design]),
                 "ellipses": error_ellipses.of_design(problem, covariances, design),
                 "ellipseTable": error_ellipses.cells(problem, covariances, budget, design),
-                "deviations": deviations.cells(design),
                 "deviationsText": deviations.sentences(design),
                 "criteria": criteria_table.cells(front, design),
-                "derivatives": deviations.derivatives(design),
                 "compliance": compliances[design],
             }
         )
@@ -105,7 +105,6 @@ def design_data(
             "bars": [rows.index(row) for row in budget.rows_that_matter()],
             "sources": [f"{name.replace(' ', '_')}_std" for name in budget.source_names],
         },
-        "quantities": deviations.names,
         "view": view,
         "ellipses": error_ellipses.view_data(problem, budget),
         "maps": accuracy_map.view_data(problem, maps),
@@ -149,12 +148,12 @@ def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, 
         loaded.robot,
         np.concatenate([flat, targets.configurations]),
         np.concatenate([wrenches, problem.target_wrenches]),
-        np.concatenate([levers(loaded.load, parameters), _target_levers(problem)]),
+        np.concatenate([levers(loaded.load, parameters), target_levers(problem)]),
     )
-    return (None if states is None else view_data(states)), forces
+    return (None if states is None else view_data(loaded.robot, states)), forces
 
 
-def _target_levers(problem: DesignProblem) -> FloatArray:
+def target_levers(problem: DesignProblem) -> FloatArray:
     """Where the load acts at each target in the platform frame (m), shape (t, d)."""
     coordinates = problem.loaded.robot.coordinates
     levers = np.zeros((len(problem.targets.weights), len(coordinates.gravity)))

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.criteria.criterion import Criterion, known_criteria
 from expdesign.design.front import Front
 from expdesign.model_error.meir import Meir
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.error_budget import ErrorBudget
+from expdesign.report.figures import Trace, axis, bars_across, chart, curve, points
 
 
 def described(name: str) -> Criterion | type[Criterion]:
@@ -40,44 +40,36 @@ def hover_text(front: Front, design: int) -> str:
 
 def front_figure(front: Front) -> Figure:
     """The front, with the recommended design, the knee and the chosen design marked."""
-
-    def trace(name: str, marker: dict[str, Any], indices: list[int]) -> dict[str, Any]:
-        return {
-            "type": "scatter",
-            "mode": "markers",
-            "name": name,
-            "marker": marker,
-            "customdata": indices,
-            "text": [hover_text(front, index) for index in indices],
-            "hovertemplate": "%{text}<extra></extra>",
-            **_coordinates(front, indices),
-        }
-
     best, middle = front.recommended, front.knee
-    plain = {"color": "var(--design)", "size": 9}
-    star = {"color": "var(--recommended)", "size": 17, "symbol": "star"}
-    square = {"color": "var(--knee)", "size": 12, "symbol": "diamond"}
+    everything = list(range(len(front)))
     ring = {"color": "var(--ink)", "size": 21, "symbol": "circle-open", "line": {"width": 2.5}}
-    data = [
-        trace("designs", plain, list(range(len(front)))),
-        trace(f"recommended: design {best + 1}", star, [best]),
-        trace(f"knee: design {middle + 1}", square, [middle]),
-        trace(f"chosen: design {best + 1}", ring, [best]),
+
+    def marked(name: str, shade: str, indices: list[int], size: float, symbol: str = "circle") -> Trace:
+        across, up = (front.criteria[criterion][indices] for criterion in plotted(front))
+        return points(name, across, up, shade, size=size, symbol=symbol, **_hovering(front, indices))
+
+    traces = [
+        marked("designs", "design", everything, 9),
+        marked(f"recommended: design {best + 1}", "recommended", [best], 17, "star"),
+        marked(f"knee: design {middle + 1}", "knee", [middle], 12, "diamond"),
+        marked(f"chosen: design {best + 1}", "ink", [best], 21) | {"marker": ring},
     ]
     x, y = (criterion_title(name) for name in plotted(front))
-    caption = (
+    return chart(
+        "front", "Front of the designs", traces,
         "Every point is one complete plan of measurements. Along the front one criterion improves only at the cost of "
         "another. Point at a design to read its criteria; click it, or choose it in the table of designs, to see its "
-        "plan below."
-    )
-    description = (
+        "plan above.",
         f"Scatter of {words.count(len(front), 'design')}: {x} against {y}. The table of designs holds the same numbers "
-        "and lets you choose a design with the keyboard."
-    )
-    layout = {"xaxis": {"title": {"text": x}}, "yaxis": {"title": {"text": y}}, "showlegend": True}
-    return Figure(
-        "front", "Front of the designs", {"data": data, "layout": layout}, caption, description, filename="front"
-    )
+        "and lets you choose a design with the keyboard.",
+        x=x, y=y, showlegend=True,
+    )  # fmt: skip
+
+
+def _hovering(front: Front, designs: list[int]) -> Trace:
+    """What points of designs say of themselves."""
+    texts = [hover_text(front, design) for design in designs]
+    return {"customdata": designs, "text": texts, "hovertemplate": "%{text}<extra></extra>"}
 
 
 def plotted(front: Front) -> tuple[str, ...]:
@@ -86,11 +78,6 @@ def plotted(front: Front) -> tuple[str, ...]:
         return "total", Meir.name
     first, second, *_ = dict.fromkeys((*front.objectives, "duir", "feir"))
     return first, second
-
-
-def _coordinates(front: Front, indices: list[int]) -> dict[str, FloatArray]:
-    x, y = (front.criteria[name][indices] for name in plotted(front))
-    return {"x": x, "y": y}
 
 
 def parallel_figure(front: Front) -> Figure:
@@ -106,82 +93,42 @@ def parallel_figure(front: Front) -> Figure:
         )
     scaled = np.stack(columns, axis=-1)
 
-    def line(design: int, look: dict[str, Any]) -> dict[str, Any]:
-        return {
-            "type": "scatter",
-            "mode": "lines+markers",
-            "x": list(range(len(names))),
-            "y": scaled[design],
-            "customdata": [design] * len(names),
-            "text": [hover_text(front, design)] * len(names),
-            "hovertemplate": "%{text}<extra></extra>",
-            "showlegend": False,
-            **look,
-        }
+    def line(design: int, name: str, shade: str, **look: Any) -> Trace:
+        places = list(range(len(names)))
+        over = {"mode": "lines+markers", **_hovering(front, [design] * len(names))}
+        return curve(name, places, scaled[design], shade, **over, **look)
 
-    plain = {"line": {"color": "var(--design)", "width": 1}, "marker": {"size": 5}, "opacity": 0.45}
-    best_look = {"line": {"color": "var(--recommended)", "width": 3}, "opacity": 1, "showlegend": True}
-    chosen_look = {"line": {"color": "var(--ink)", "width": 3}, "opacity": 1, "showlegend": True}
-    data = [line(design, plain) for design in range(len(front))]
-    data.append(line(front.recommended, {**best_look, "name": f"recommended: design {front.recommended + 1}"}))
-    data.append(line(front.recommended, {**chosen_look, "name": f"chosen: design {front.recommended + 1}"}))
-    layout = {
-        "xaxis": {"tickvals": list(range(len(names))), "ticktext": ticks, "range": [-0.3, len(names) - 0.7]},
-        "yaxis": {"title": {"text": "worst → best"}, "tickvals": [0, 0.5, 1], "range": [-0.05, 1.05]},
-    }
-    caption = (
+    recommended = front.recommended
+    faint = {"width": 1, "marker": {"size": 5}, "opacity": 0.45, "showlegend": False}
+    traces = [line(design, "", "design", **faint) for design in range(len(front))]
+    for name, shade in (("recommended", "recommended"), ("chosen", "ink")):
+        traces.append(line(recommended, f"{name}: design {recommended + 1}", shade, width=3, showlegend=True))
+    return chart(
+        "parallel", "All objectives side by side", traces,
         "Every line is one design. Each objective is scaled from the worst value on the front (bottom) to the best "
         "(top): lines that cross between two objectives show that one is bought with the other. Click a line to choose "
-        "its design."
-    )
-    description = f"Parallel coordinates of {words.count(len(front), 'design')} over {', '.join(names)}."
-    return Figure(
-        "parallel",
-        "All objectives side by side",
-        {"data": data, "layout": layout},
-        caption,
-        description,
-        filename="objectives",
-    )
+        "its design.",
+        f"Parallel coordinates of {words.count(len(front), 'design')} over {', '.join(names)}.",
+        x={"tickvals": list(range(len(names))), "ticktext": ticks, "range": [-0.3, len(names) - 0.7]},
+        y=axis("worst → best", tickvals=[0, 0.5, 1], range=[-0.05, 1.05]), filename="objectives",
+    )  # fmt: skip
 
 
 def budget_figure(budget: ErrorBudget) -> Figure:
-    """Noise, load error and total of every axis that matters, in tolerances."""
+    """Noise, load error and total of every axis that matters, in tolerances; the script fills in the bars."""
     rows = budget.rows_that_matter()
-    labels = [f"target {target + 1}, {words.axis(budget.axes[axis])}" for target, axis in rows]
-    names = (("measurement noise", "noise"), ("load errors", "load"), ("together", "total"))
-    data = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "name": name,
-            "y": labels,
-            "x": [],
-            "marker": {"color": f"var(--{colour})"},
-            "textposition": "none",
-            "hovertemplate": f"%{{y}}<br>{name}: %{{text}} (%{{x:.3g}} tolerances)<extra></extra>",
-        }
-        for name, colour in names
-    ]
-    layout = {
-        "barmode": "group",
-        "bargap": 0.25,
-        "xaxis": {"title": {"text": "expected RMS error, in tolerances"}, "rangemode": "tozero"},
-        "yaxis": {"autorange": "reversed"},
-        "legend": {"traceorder": "normal"},
-    }
-    caption = (
+    labels = [f"target {target + 1}, {words.axis(budget.axes[column])}" for target, column in rows]
+    traces = [
+        bars_across(name, labels, [], shade, textposition="none",
+                    hovertemplate=f"%{{y}}<br>{name}: %{{text}} (%{{x:.3g}} tolerances)<extra></extra>")
+        for name, shade in (("measurement noise", "noise"), ("load errors", "load"), ("together", "total"))
+    ]  # fmt: skip
+    return chart(
+        "budget", "Where the error comes from", traces,
         "What is left after calibration, as a share of the tolerance (1 = the tolerance). Noise of the measurements "
-        "and errors of the loads in the experiment are independent, so they add in squares."
-    )
-    description = "Bars of the expected error per target and axis. The table of the error budget has the same numbers."
-    height = min(1200, 150 + 46 * len(rows))
-    return Figure(
-        "budget",
-        "Where the remaining error comes from",
-        {"data": data, "layout": layout},
-        caption,
-        description,
-        height=height,
-        filename="error-budget",
-    )
+        "and errors of the loads in the experiment are independent, so they add in squares.",
+        "Bars of the expected error per target and axis. The table of the uncertainty budget has the same numbers.",
+        x=axis("expected RMS error, in tolerances", rangemode="tozero"), y={"autorange": "reversed"},
+        height=min(1200, 150 + 46 * len(rows)), filename="error-budget", barmode="group", bargap=0.25,
+        legend={"traceorder": "normal"},
+    )  # fmt: skip

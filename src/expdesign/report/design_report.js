@@ -67,7 +67,7 @@
         const rows = budget.bars.map((row) => [sigma[row][part], budget.rows[row]]);
         trace.x = rows.map(([value, [, , tolerance]]) => (value === null ? null : value / tolerance));
         trace.text = rows.map(([value, [, axis]], index) => (
-          `${designs[current].budget[budget.bars[index]][2 + part]} ${axis.endsWith("_m") ? "µm" : "µrad"}`
+          `${(1e6 * sigma[budget.bars[index]][part]).toPrecision(3)} ${axis.endsWith("_m") ? "µm" : "µrad"}`
         ));
       });
     });
@@ -96,10 +96,11 @@
     report.choose("designs", index);
     report.setText("chosen-text", design.summary);
     report.setText("plan-title", `Plan of design ${design.number}`);
-    report.setText("accuracy-title", `Accuracy to expect with design ${design.number}`);
+    report.setText("accuracy-title", `What design ${design.number} achieves`);
     report.setSentences("accuracy", design.sentences);
     report.setSentences("deviations-text", design.deviationsText);
-    const tables = { plan: design.plan, "budget-table": design.budget, deviations: design.deviations, "criteria-table": design.criteria };
+    const tables = { plan: design.plan, "budget-table": design.budget };
+    if (captions["criteria-table"]) tables["criteria-table"] = design.criteria;
     if (showEllipses) tables["ellipse-table"] = design.ellipseTable;
     for (const [id, rows] of Object.entries(tables)) {
       report.setTable(id, rows, captions[id].replace("{design}", design.number));
@@ -112,16 +113,8 @@
   report.csv.plan = () => ({ filename: `plan-design-${designs[current].number}.csv`, text: designs[current].csv });
   report.csv["budget-table"] = () => ({ filename: `error-budget-design-${designs[current].number}.csv`, text: csvOfBudget() });
   report.csv.budget = report.csv["budget-table"];
-  report.csv.deviations = () => {
-    const names = report.data.quantities;
-    const rows = designs[current].derivatives.map(([slope, bend], index) => (
-      [Math.floor(index / names.length) + 1, names[index % names.length], slope ?? "", bend ?? ""].join(",")
-    ));
-    const head = "measurement,quantity,total_per_unit,total_per_unit_squared";
-    return { filename: `deviations-design-${designs[current].number}.csv`, text: `${[head, ...rows].join("\n")}\n` };
-  };
   if (showEllipses) report.csv["ellipse-table"] = () => ({ filename: `ellipses-design-${designs[current].number}.csv`, text: report.tableText("ellipse-table") });
-  report.csv["criteria-table"] = () => ({ filename: `criteria-design-${designs[current].number}.csv`, text: report.tableText("criteria-table") });
+  if (captions["criteria-table"]) report.csv["criteria-table"] = () => ({ filename: `criteria-design-${designs[current].number}.csv`, text: report.tableText("criteria-table") });
   report.csv.front = report.csv.designs;
   report.csv.parallel = report.csv.designs;
 

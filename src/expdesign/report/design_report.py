@@ -3,20 +3,16 @@
 from collections.abc import Mapping
 from typing import Any
 
-from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 from expdesign.design.result import design_minutes, pareto_frame
 from expdesign.files.csv_writer import csv_text
-from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
-from expdesign.report import deviations as deviations_report
-from expdesign.report.acceptance import acceptance_section
+from expdesign.report import acceptance, accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.blocks import (
     Block,
     Buttons,
     DataTable,
-    Definitions,
     Download,
     KeyFigure,
     KeyFigures,
@@ -37,9 +33,9 @@ from expdesign.report.design_figures import (
     plotted,
     shown_criteria,
 )
-from expdesign.report.design_texts import next_steps, vocabulary
+from expdesign.report.design_texts import about_run, lower_bound_sentence, next_steps, poses_text, vocabulary
 from expdesign.report.deviations import PlanDeviations
-from expdesign.report.error_budget import ErrorBudget, error_budget, headings, worst_sentence
+from expdesign.report.error_budget import ErrorBudget, decision, error_budget, worst_sentence
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
@@ -52,8 +48,8 @@ _PLAN_CAPTION = (
     "has the exact values in m and rad, ready to be filled in with what was measured."
 )
 _BUDGET_CAPTION = (
-    "Error budget of design {design}: standard deviations (σ, µm and µrad) of the pose attained after compensation. "
-    "Independent errors add in squares."
+    "Uncertainty budget and acceptance of design {design}, axis by axis; u are standard uncertainties "
+    "(µm and µrad) of the pose attained after compensation, which add in squares."
 )
 
 
@@ -65,35 +61,32 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         front: what was found.
         run: the content of `run.json` (file-formats.md, run.json).
     """
-    assessment = problem.assess(*problem.space.decode(front.decisions))
+    assessment = problem.assessed(front.decisions)
     budget = error_budget(problem, assessment)
-    deviations = PlanDeviations(problem, front)
     maps = accuracy_maps(problem)
     bound = run.get("duir_lower_bound")
-    data = design_data(problem, front, assessment, budget, deviations, maps, bound)
+    data = design_data(problem, front, assessment, budget, PlanDeviations(problem, front), maps, bound)
+    further = bool(criteria_table.shown(front))
     data["captions"] = {
         "plan": _PLAN_CAPTION,
         "budget-table": _BUDGET_CAPTION,
         "ellipse-table": error_ellipses.CAPTION,
-        "deviations": deviations_report.CAPTION,
-        "criteria-table": criteria_table.CAPTION,
+        **({"criteria-table": criteria_table.CAPTION} if further else {}),
     }
     robot = problem.loaded.robot
     hidden = hidden_section(problem, front)
     sections = (
-        _summary(problem, front, run, budget, deviations),
-        _choice(problem, front, data),
+        _summary(problem, front, run, budget),
         _design(problem, front, budget, data),
-        _errors(problem, front, budget, data, maps),
-        acceptance_section(recommended_acceptance(problem, front), f"the recommended design ({front.recommended + 1})"),
-        Section("exactness", "How exactly the plan has to be met", deviations.blocks(front.recommended)),
+        _choice(problem, front, data),
+        *_over_workspace(problem, front, data, maps),
         *(() if hidden is None else (hidden,)),
         next_steps(problem, front),
-        vocabulary(front),
-        _run(problem, front, run),
+        vocabulary(problem, front),
+        about_run(problem, front, run),
     )
     versions = run.get("versions", {})
-    page = Page(
+    return Page(
         title=f"Calibration plan for {robot.name}",
         subtitle=(
             f"{robot.kind}, {words.count(problem.space.measurements, problem.loaded.regressor.measurement)}, "
@@ -104,54 +97,26 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         scripts=("robot_view.js", "error_ellipses.js", "accuracy_map.js", "design_report.js"),
         footer=f"Made by expdesign {versions.get('expdesign', '')}".rstrip() + ".",
     )
-    return page
 
 
-def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str | None:
-    """How near the designs come to what no plan can surpass, or None where that was not computed."""
-    bound = run.get("duir_lower_bound")
-    if bound is None or bound <= 0.0:
-        return None
-    duir = front.criteria["duir"]
-    recommended = 100.0 * (duir[front.recommended] / bound - 1.0)
-    least = 100.0 * (duir.min() / bound - 1.0)
-    measurements = words.count(problem.space.measurements, "measurement")
-    best = f", the best design on the front within {words.number(least, 2)}\u00a0%" if least < recommended else ""
-    whole = run.get("whole_plans", {}).get("duir", {})
-    proved = ""
-    if whole.get("open") is not None and not whole["finished"]:
-        proved = (
-            f" Whether any plan of whole measurements has a DUIR between the bound and {words.number(duir.min())} is "
-            "open."
-        )
-    if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
-        within = words.number(100.0 * max(whole["gap"], 0.001), 2)
-        rests = "" if whole["exact"] else " as far as second differences over small boxes of poses can tell"
-        proved = f" The design with the least DUIR is the best plan there is, to {within}\u00a0%{rests}."
-    return (
-        f"No plan of {measurements} can bring the error from measurement noise (DUIR) below {words.number(bound)} "
-        f"tolerances; the recommended design is within {words.number(recommended, 2)}\u00a0% of that{best}.{proved}"
-    )
-
-
-def _summary(
-    problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget, deviations: PlanDeviations
-) -> Section:
-    decision = recommended_acceptance(problem, front)
+def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget) -> Section:
+    accepted = decision(problem, budget, front.recommended).verdict
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
-    figures = (
+    minutes = design_minutes(problem, front)
+    figures = [
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "RMS over all axes together"),
-        KeyFigure("Acceptance, axis by axis", "passes" if decision.passes else "fails", "", "see Acceptance"),
+        KeyFigure("Acceptance, axis by axis", accepted, "", "every axis is below"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
-        KeyFigure("Measurements to take", str(problem.space.measurements), "", _each(problem)),
+        KeyFigure("Measurements", str(problem.space.measurements), "", poses_text(problem, front)),
         KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", "least total error"),
-    )
+    ]
+    if minutes is not None:
+        figures.insert(5, KeyFigure("Time of the plan", words.number(float(minutes[front.recommended])), "min"))
     sentences = [worst_sentence(budget, front.recommended)]
     bound = lower_bound_sentence(problem, front, run)
     if bound is not None:
         sentences.append(bound)
-    sentences.append(deviations.sentences(front.recommended)[0])
     opening = (
         "What the recommended design achieves. A tolerance is the error that the configuration accepts on an axis."
     )
@@ -174,7 +139,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
         titles.append("Cost (min)")
     table = DataTable(
         "designs",
-        "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears below. The CSV has all "
+        "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears above. The CSV has all "
         "criteria.",
         titles,
         rows,
@@ -194,7 +159,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
         figures = [*selectors, *figures]
         below.append(parallel_figure(front))
     chosen = Paragraph(design_summary(problem, front, front.recommended), id="chosen-text", live=True)
-    return Section("choice", "Choose a design", (SideBySide(figures, (table, jumps)), *below, chosen))
+    return Section("choice", "Choose another design", (SideBySide(figures, (table, jumps)), *below, chosen))
 
 
 def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any]) -> Section:
@@ -206,33 +171,38 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
         [f"{title} ({unit})" if unit else title for title, unit in data["columns"]],
         first["plan"],
     )
-    accuracy: list[Block] = [
-        Subheading(f"Accuracy to expect with design {number}", id="accuracy-title"),
+    achieved: list[Block] = [
+        Subheading(f"What design {number} achieves", id="accuracy-title"),
         Sentences(first["sentences"], id="accuracy"),
     ]
     bars = budget_figure(budget)
     wide: list[Block] = []
-    (accuracy if len(budget.rows_that_matter()) <= _BARS_BESIDE else wide).append(bars)
+    (achieved if len(budget.rows_that_matter()) <= _BARS_BESIDE else wide).append(bars)
     blocks: list[Block] = [Subheading(f"Plan of design {number}", id="plan-title"), plan]
     if data["view"] is None:
-        blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *accuracy]
+        blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *achieved]
     else:
-        blocks.append(SideBySide(_robot_blocks(problem, data), accuracy))
-    table = criteria_table.criteria_table(front, front.recommended)
-    return Section("design", "The chosen design", (*blocks, *wide, table))
+        blocks.append(SideBySide(_robot_blocks(problem, data), achieved))
+    heads = acceptance.headings(decision(problem, budget, front.recommended))
+    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), heads, first["budget"])
+    exactness = [
+        Subheading("How exactly the plan has to be met"),
+        Sentences(first["deviationsText"], id="deviations-text"),
+    ]
+    below = (*wide, table, Paragraph(acceptance.EXPLAINED), *exactness)
+    return Section("design", "The plan and what it achieves", (*blocks, *below))
 
 
-def _errors(
-    problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any], maps: list[AccuracyMap]
-) -> Section:
+def _over_workspace(
+    problem: DesignProblem, front: Front, data: Mapping[str, Any], maps: list[AccuracyMap]
+) -> tuple[Section, ...]:
     first, number = data["designs"][front.recommended], str(front.recommended + 1)
-    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), headings(budget), first["budget"])
     ellipses = error_ellipses.ellipse_blocks(problem, first["ellipseTable"], number)
     charts = accuracy_map.map_blocks(problem, maps)
-    if not ellipses or not charts:
-        return Section("errors", "Where the error comes from", (table, *ellipses, *charts))
-    *figure, axes = ellipses
-    return Section("errors", "Where the error comes from", (table, SideBySide(figure, charts), axes))
+    if ellipses and charts:
+        *figure, axes = ellipses
+        return (Section("errors", "In which direction, and elsewhere", (SideBySide(figure, charts), axes)),)
+    return (Section("errors", "In which direction, and elsewhere", (*ellipses, *charts)),) if ellipses or charts else ()
 
 
 def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block]:
@@ -240,53 +210,13 @@ def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block
     states = [Option(str(k), f"Measurement {k + 1} of {measurements}", k == 0) for k in range(measurements)]
     states += [Option(f"t{k}", f"Target {k + 1}") for k in range(len(problem.targets.weights))]
     turn = "" if dimension == 2 else " Drag to turn it, scroll to zoom."
+    faint = f" Faint: the {data['view']['moving']} in the other measurements." if data["view"]["ghosts"] else ""
     caption = (
         "The robot at the chosen pose, in the base frame, with the force of the load (red arrow, its length in "
-        f"proportion to the force) where it acts. Faint: the platform in the other measurements.{turn}"
+        f"proportion to the force) where it acts.{faint}{turn}"
     )
     return [
         view_figure("robot", dimension, "The robot and its load", caption, 420 if dimension == 2 else 500),
         Selector("state", "Show", states, step=True),
         Paragraph("", id="state-text", live=True),
     ]
-
-
-def _each(problem: DesignProblem) -> str:
-    return "one loaded pose each" if problem.loaded.regressor.needs_load else "one pose without load each"
-
-
-def _missing(share: float | None) -> str:
-    if share is None:
-        return "not estimated"
-    if share == 0.0:
-        return "none: every design there is was looked at"
-    return f"about {share:.2%} of it, estimated, beside valleys that no round has met"
-
-
-def _run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:
-    robot, settings = problem.loaded.robot, problem.optimiser
-    point = ", ".join(words.number(float(value)) for value in front.reference_point)
-    bound, scope = run.get("duir_lower_bound"), run.get("duir_lower_bound_certified_on")
-    versions = ", ".join(f"{name} {version}" for name, version in run.get("versions", {}).items())
-    items = [
-        ("Robot", f"{robot.name} ({robot.kind})"),
-        *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
-        ("Configuration", problem.source),
-        ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
-        ("Search", f"NSGA-II, population {settings.population}, {settings.generations} generations"),
-        ("Seed", str(run.get("seed", settings.seed))),
-        ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
-        ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
-        ("Missing hypervolume", _missing(run.get("missing_hypervolume"))),
-        (
-            "Lower bound of DUIR",
-            "not computed" if bound is None else f"{words.number(bound, 4)} ({scope or 'no scope'})",
-        ),
-    ]
-    if "wall_s" in run:
-        items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
-    if "ended_by_hand" in run:
-        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search would have gone on"))
-    if versions:
-        items.append(("Versions", versions))
-    return Section("run", "About this run", (Definitions(items),))

@@ -1,12 +1,18 @@
-"""Sections of the page of `expdesign run` that are words only: what to do next, and what the words mean."""
+"""What the page of `expdesign run` says in words: the bound, what to do next, the vocabulary, and how it was made."""
 
 import shlex
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from expdesign.design.front import Front
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.report import words
-from expdesign.report.blocks import Definitions, Paragraph, Section, Steps
+from expdesign.report.blocks import HERE, Definitions, Paragraph, Section, Steps
+from expdesign.report.criteria_table import criteria_table, shown
+from expdesign.report.robot_view import moving_part
 
 
 def next_steps(problem: DesignProblem, front: Front) -> Section:
@@ -18,16 +24,20 @@ def next_steps(problem: DesignProblem, front: Front) -> Section:
         (
             f"Judge the plan once more, or one that you have changed. plan.csv beside this page holds the recommended "
             f"design {front.recommended + 1}; the plan of any other design is downloaded above.",
-            f"expdesign evaluate {config} plan.csv --json",
+            f"expdesign evaluate {config} {HERE}plan.csv",
         ),
         (
             "Rehearse: make recordings from the model with noise, and try the steps below on them.",
-            f"expdesign simulate {config} plan.csv --out rehearsal.csv",
+            f"expdesign simulate {config} {HERE}plan.csv --out rehearsal.csv",
         ),
         (
-            f"Measure. Take the rows in order, and add what was measured to plan.csv in the columns {columns} "
+            "Make a sheet for the laboratory: the rows in the order that saves changes, with room for the readings.",
+            f"expdesign sheet {config} {HERE}plan.csv --out sheet",
+        ),
+        (
+            f"Measure. Fill in sheet/sheet.xlsx, or a copy of plan.csv with what was measured in the columns {columns} "
             "(those that the instrument gives), saved as recordings.csv. Check the file before leaving the laboratory.",
-            "expdesign check recordings.csv",
+            f"expdesign check recordings.csv --robot {robot}",
         ),
         (
             f"Identify the stiffness of the actuators, with confidence intervals{which}, and see whether the targets "
@@ -36,10 +46,10 @@ def next_steps(problem: DesignProblem, front: Front) -> Section:
         ),
         (
             "Find out whether the recordings hold anything that the model leaves out.",
-            f"expdesign diagnose {robot} recordings.csv --out diagnosed",
+            f"expdesign diagnose {robot} recordings.csv --targets {config} --out diagnosed",
         ),
         (
-            "Compute the commands that bring the loaded platform where it shall be.",
+            f"Compute the commands that bring the loaded {moving_part(problem.loaded.robot)} where it shall be.",
             "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
         ),
     )
@@ -53,10 +63,11 @@ def next_steps(problem: DesignProblem, front: Front) -> Section:
     return Section("next", "What to do next", (Steps(steps),))
 
 
-def vocabulary(front: Front) -> Section:
+def vocabulary(problem: DesignProblem, front: Front) -> Section:
     """The words of the page, for a reader who has not met them."""
+    moving = moving_part(problem.loaded.robot)
     items = [
-        ("Deflection", "How far the platform moves when the load is put on, at the same command of the actuators."),
+        ("Deflection", f"How far the {moving} moves when the load is put on, at the same command of the actuators."),
         (
             "Tolerance",
             "The error that the configuration accepts on an axis of a target. 1 tolerance = just acceptable.",
@@ -70,7 +81,7 @@ def vocabulary(front: Front) -> Section:
         ("Knee", "The design nearest to the best of every objective at once when each is scaled over the front."),
         ("Hypervolume", "How much of the space of objectives the front dominates; it grows as the search improves."),
     ]
-    observability = [name for name in front.criteria if name in ("o1", "o2", "o3", "o4", "o5")]
+    observability = [name for name in shown(front) if name in ("o1", "o2", "o3", "o4", "o5")]
     if observability:
         text = "Observability indices: how well all stiffnesses are determined, wherever the targets are."
         items.insert(6, (" ".join(words.criterion(name) for name in observability), f"{text} Larger is better."))
@@ -82,3 +93,77 @@ def vocabulary(front: Front) -> Section:
         text = "The largest error at the targets that physics beyond the model could cause before the plan shows it."
         items.insert(6, ("MEIR", text))
     return Section("words", "What the words mean", (Definitions(items),))
+
+
+def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str | None:
+    """How near the designs come to what no plan can surpass, or None where that was not computed."""
+    bound = run.get("duir_lower_bound")
+    if bound is None or bound <= 0.0:
+        return None
+    duir = front.criteria["duir"]
+    recommended = 100.0 * (duir[front.recommended] / bound - 1.0)
+    least = 100.0 * (duir.min() / bound - 1.0)
+    measurements = words.count(problem.space.measurements, "measurement")
+    texts = [
+        f"No plan of {measurements} has an error from measurement noise (DUIR) below {words.number(bound)} tolerances.",
+        f"The recommended design is {words.number(recommended, 2)}\u00a0% above this bound"
+        + (f", the best design on the front {words.number(least, 2)}\u00a0%." if least < recommended else "."),
+    ]
+    whole = run.get("whole_plans", {}).get("duir", {})
+    if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
+        within = words.number(100.0 * max(whole["gap"], 0.001), 2)
+        rests = "" if whole["exact"] else ", as far as second differences over small boxes of poses can tell"
+        texts.append(f"No plan has a DUIR more than {within}\u00a0% below that of the best design{rests}.")
+    elif whole.get("open") is not None:
+        better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
+        texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
+    return " ".join(texts)
+
+
+def poses_text(problem: DesignProblem, front: Front) -> str:
+    """At how many different poses the recommended design measures."""
+    configurations, _ = problem.space.decode(front.decisions[front.recommended])
+    poses = words.count(len(np.unique(configurations.round(9), axis=0)), "pose")
+    return f"at {poses}" if problem.loaded.regressor.needs_load else f"at {poses}, without load"
+
+
+def _missing(share: float | None) -> str:
+    if share is None:
+        return "not estimated"
+    if share == 0.0:
+        return "none: every design there is was looked at"
+    return f"about {share:.2%} of it, estimated, beside valleys that no round has met"
+
+
+def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:
+    """How the designs were searched for, and their further criteria."""
+    robot, settings = problem.loaded.robot, problem.optimiser
+    point = ", ".join(words.number(float(value)) for value in front.reference_point)
+    bound, scope = run.get("duir_lower_bound"), run.get("duir_lower_bound_certified_on")
+    versions = ", ".join(f"{name} {version}" for name, version in run.get("versions", {}).items())
+    items = [
+        ("Robot", f"{robot.name} ({robot.kind})"),
+        *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
+        ("Configuration", problem.source),
+        ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
+        ("Search", f"NSGA-II, population {settings.population}, {settings.generations} generations"),
+        ("Seed", str(run.get("seed", settings.seed))),
+        ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
+        ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
+        ("Missing hypervolume", _missing(run.get("missing_hypervolume"))),
+        ("Lower bound of DUIR", "not computed" if bound is None else words.number(bound, 4)),
+        *([("How it was computed", _clauses(scope))] if scope else []),
+    ]
+    if "wall_s" in run:
+        items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
+    if "ended_by_hand" in run:
+        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search would have gone on"))
+    if versions:
+        items.append(("Versions", versions))
+    criteria = [criteria_table(front, front.recommended)] if shown(front) else []
+    return Section("run", "About this run", (Definitions(items), *criteria))
+
+
+def _clauses(text: str) -> str:
+    """Clauses between semicolons as sentences."""
+    return " ".join(f"{words.sentence(clause)}." for clause in text.rstrip(".").split("; "))

@@ -1,4 +1,4 @@
-"""How exactly a plan has to be met: the table and the sentences."""
+"""How exactly a plan has to be met, in two sentences."""
 
 import numpy as np
 
@@ -6,16 +6,10 @@ from expdesign.design.front import Front
 from expdesign.design.optimality.deviations import Deviations, plan_deviations
 from expdesign.design.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Sentences
 
 GROWTH = 0.01
 MOST_DESIGNS = 120
 """Longer fronts get this for the recommended design and the knee alone, so that the report does not take long."""
-CAPTION = (
-    "Design {design}: how far each quantity may be off, alone, in the worse direction, until the error to expect "
-    "(total) has grown by 1 %. A dash: not even by as much as the quantity's largest value in the plans. What was "
-    "really set is to be recorded and is then taken into account; this is about measuring at a poorer place."
-)
 
 
 class PlanDeviations:
@@ -33,38 +27,8 @@ class PlanDeviations:
         self._found: Deviations = plan_deviations(problem, front.decisions[list(chosen)])
         self._n_pose = len(problem.loaded.robot.configuration)
 
-    def headings(self) -> list[str]:
-        """Headings of the table."""
-        columns = [words.plan_column(name) for name in self._found.names]
-        return ["Measurement", *(f"{column.title} (±\u00a0{column.unit})" for column in columns)]
-
-    def cells(self, design: int) -> list[list[str]]:
-        """Rows of the table of one design."""
-        if design not in self._place:
-            return []
-        allowed = self._found.allowed(GROWTH)[self._place[design]]
-        factors = np.array([words.plan_column(name).factor for name in self._found.names])
-        rows = []
-        for measurement, values in enumerate(allowed * factors):
-            texts = ("–" if np.isinf(value) else words.number(float(value), 2) for value in values)
-            rows.append([str(measurement + 1), *texts])
-        return rows
-
-    def derivatives(self, design: int) -> list[list[float]]:
-        """Gradient and curvature of total per measurement and quantity, to five digits; empty where not computed."""
-        if design not in self._place:
-            return []
-        place = self._place[design]
-        pairs = np.stack([self._found.gradient[place], self._found.curvature[place]], axis=-1)
-        return [[float(f"{value:.4g}") for value in pair] for pair in pairs.reshape(-1, 2)]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Columns of the quantities, with their units."""
-        return self._found.names
-
     def sentences(self, design: int) -> list[str]:
-        """What the table says, and what random deviations do."""
+        """What random deviations do, and which quantity is the most delicate: the error that costs 1 % by itself."""
         if design not in self._place:
             return ["Computed for the recommended design and the knee only, because the front is long."]
         place, found = self._place[design], self._found
@@ -90,12 +54,6 @@ class PlanDeviations:
         else:
             texts.append("No single deviation costs 1\u00a0%.")
         return texts
-
-    def blocks(self, design: int) -> list[Block]:
-        """The section as it stands at first."""
-        caption = CAPTION.replace("{design}", str(design + 1))
-        table = DataTable("deviations", caption, self.headings(), self.cells(design))
-        return [Sentences(self.sentences(design), id="deviations-text"), table]
 
     def _stated(self, part: slice) -> str:
         """Stated deviations of a group of quantities: `0.2 mm and 1 mrad`."""

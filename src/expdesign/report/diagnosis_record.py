@@ -16,20 +16,21 @@ _LISTED = 0.001
 
 def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[str, Any]:
     """The document of a diagnosis."""
-    base, errors = diagnosis.base, diagnosis.errors
-    known = diagnosis.noise.known
-    readings = diagnosis.search.sample.readings
+    errors = diagnosis.errors
     stable = diagnosis.stability
     return {
         "verdict": diagnosis.verdict,
         "method": {"name": diagnosis.method.name, "reason": diagnosis.method.reason},
         "tests": {
-            "chi2": base.chi2 if known else None,
-            "dof": readings - base.rank,
-            "p_value": diagnosis.p_before if known else None,
-            "chi2_after": diagnosis.model.fit.chi2 if known else None,
-            "p_value_after": diagnosis.p_after if known else None,
+            "chi2": diagnosis.before.chi2,
+            "dof": diagnosis.before.dof,
+            "p_value": diagnosis.before.p_value,
+            "chi2_after": diagnosis.after.chi2,
+            "dof_after": diagnosis.after.dof,
+            "p_value_after": diagnosis.after.p_value,
         },
+        "statement": diagnosis.before.record,
+        "statement_after": diagnosis.after.record,
         "location": _location(diagnosis),
         "effects": [_effect(diagnosis, finding) for finding in diagnosis.findings],
         "fit": {
@@ -95,10 +96,8 @@ def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]
 
 
-def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    if diagnosis.verdict == "consistent":
-        return None
-    location = diagnosis.location
+def located(diagnosis: Diagnosis) -> list[str]:
+    """Components that the mismatch points to, the most likely first."""
     candidates = _candidates(diagnosis)
     components = list(dict.fromkeys(finding.component for finding in diagnosis.findings))
     drawn = any(isinstance(finding, LawFinding) for finding in diagnosis.findings)
@@ -109,7 +108,13 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
         # A law is drawn where it predicts best; where it is, the evidence says.
         parts = [part for part in diagnosis.laws.parts if part.places]
         components = list(dict.fromkeys(str(part.places[0].component) for part in parts)) or components
-    components = components or [location.components[0].name]
+    return components or [diagnosis.location.components[0].name]
+
+
+def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    if diagnosis.verdict == "consistent":
+        return None
+    location, components = diagnosis.location, located(diagnosis)
     excess = max(diagnosis.base.chi2 - (diagnosis.search.sample.readings - diagnosis.base.rank), 1e-300)
     if diagnosis.findings:
         share = (diagnosis.base.chi2 - diagnosis.model.fit.chi2) / excess
@@ -117,7 +122,7 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
         share = (location.components[0].explained - location.components[0].dimension) / excess
     return {
         "component": components[0] if len(components) == 1 else components,
-        "candidates": candidates,
+        "candidates": _candidates(diagnosis),
         "axes": list(location.axes),
         "region": location.region,
         "share": float(np.clip(share, 0.0, 1.0)),

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.acceptance.budget import source_deviations, tolerances
+from expdesign.acceptance.budget import NOISE, Contribution, UncertaintyBudget, source_deviations, tolerances
+from expdesign.acceptance.decision import Decision
+from expdesign.acceptance.planned import expected_decision
 from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.design.problem import DesignProblem
@@ -71,70 +73,15 @@ def error_budget(problem: DesignProblem, assessment: Assessment) -> ErrorBudget:
     )
 
 
-def headings(budget: ErrorBudget) -> list[str]:
-    """Headings of the table of a budget."""
-    return [
-        "Target, axis",
-        "Unit",
-        "Noise σ",
-        "Load error σ",
-        "Total σ",
-        "Tolerance",
-        "Total, in tolerances",
-        "Noise, share of σ²",
-        *(f"Load error: {name} σ" for name in budget.source_names),
-    ]
-
-
-def cells(budget: ErrorBudget, design: int) -> list[list[str]]:
-    """Rows of the table of one design's budget, as they are shown."""
-    rows = []
-    for target, axis in budget.rows():
-        noise, load = budget.noise[design, target, axis], budget.load[design, target, axis]
-        total, tolerance = budget.total[design, target, axis], budget.tolerance[target, axis]
-        share = noise**2 / total**2 if total > 0.0 else np.nan
-        matters = bool(np.isfinite(tolerance))
-        rows.append(
-            [
-                f"target {target + 1}, {words.axis(budget.axes[axis])}",
-                words.micro_unit(budget.axes[axis]),
-                *(words.number(1e6 * sigma, scale=1e6 * total) for sigma in (noise, load, total)),
-                words.given(1e6 * tolerance) if matters else "–",
-                words.number(total / tolerance) if matters else "–",
-                f"{words.number(100.0 * share, 2)} %" if np.isfinite(share) else "–",
-                *(words.number(1e6 * sigma, scale=1e6 * total) for sigma in budget.sources[design, target, axis]),
-            ]
-        )
-    return rows
-
-
-def sentences(budget: ErrorBudget, design: int) -> list[str]:
-    """The accuracy to expect at each target in words."""
-    noise, load = budget.in_tolerances(budget.noise)[design], budget.in_tolerances(budget.load)[design]
-    texts = []
-    for target, limits in enumerate(budget.tolerance):
-        axes = [int(axis) for axis in np.flatnonzero(np.isfinite(limits))]
-        totals = budget.total[design, target]
-        errors = [f"{_micro(budget, axis, totals[axis])} on {words.axis(budget.axes[axis])}" for axis in axes]
-        worst = max(axes, key=lambda axis: totals[axis] / limits[axis])
-        share = words.number(100.0 * totals[worst] / limits[worst])
-        tolerance = f"{words.given(1e6 * limits[worst])}\u00a0{words.micro_unit(budget.axes[worst])}"
-        if len(axes) == 1:
-            texts.append(
-                f"After calibration with this plan, the error to expect at target {target + 1} is {errors[0]}, RMS: "
-                f"{share}\u00a0% of the tolerance of {tolerance}. It consists of "
-                f"{_micro(budget, worst, budget.noise[design, target, worst])} from measurement noise and "
-                f"{_micro(budget, worst, budget.load[design, target, worst])} from load errors, which add in squares."
-            )
-            continue
-        texts.append(
-            f"After calibration with this plan, the RMS error to expect at target {target + 1} is "
-            f"{words.listed(errors)}. The most demanding axis is {words.axis(budget.axes[worst])}, with "
-            f"{share}\u00a0% of its tolerance of {tolerance}. All axes together make "
-            f"{words.number(np.hypot(noise[target], load[target]))} tolerances: {words.number(noise[target])} from "
-            f"measurement noise and {words.number(load[target])} from load errors, which add in squares."
-        )
-    return texts
+def decision(problem: DesignProblem, budget: ErrorBudget, design: int) -> Decision:
+    """What is accepted of one design: its uncertainty budget against the tolerances."""
+    sources = (
+        Contribution(source.source, budget.sources[design, ..., index], not source.shared)
+        for index, source in enumerate(problem.loaded.sources)
+    )
+    parts = (Contribution(NOISE, budget.noise[design], True), *sources)
+    whole = UncertaintyBudget(parts, budget.tolerance, budget.axes, problem.coverage, problem.space.measurements)
+    return expected_decision(problem, whole)
 
 
 def worst_sentence(budget: ErrorBudget, design: int) -> str:

@@ -9,8 +9,9 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
 from expdesign.design.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, Option, Selector
+from expdesign.report.blocks import Block, DataTable, Option, Selector
 from expdesign.report.error_budget import ErrorBudget
+from expdesign.report.figures import axis, chart
 
 PROBABILITY = 0.95
 CAPTION = (
@@ -81,27 +82,20 @@ def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) 
     """The figure with its selector, and the table."""
     options = []
     for index, (target, i, j) in enumerate(planes(problem)):
-        names = [_name(problem.loaded.robot.coordinates.deflection[axis]) for axis in (i, j)]
+        names = [_name(problem.loaded.robot.coordinates.deflection[column]) for column in (i, j)]
         options.append(Option(str(index), f"Target {target + 1}: {names[0]} and {names[1]}", index == 0))
     if not options:
         return []
-    layout = {
-        "xaxis": {"title": {"text": ""}, "zeroline": True},
-        "yaxis": {"title": {"text": ""}, "zeroline": True, "scaleanchor": "x"},
-        "showlegend": True,
-    }
     percent = words.given(100.0 * PROBABILITY)
-    figure = Figure(
-        "ellipses",
-        "Error ellipses at the targets",
-        {"data": [], "layout": layout},
+    figure = chart(
+        "ellipses", "Error ellipses at the targets", [],
         f"In {percent} of 100 calibrations with this plan the error that is left at the target lies inside the ellipse "
         "(normal errors). Noise of the measurements and errors of the load have their own ellipses; their covariances "
         "add. Dotted: the tolerance, where it is near enough to be seen.",
         "Ellipses of the error in two coordinates. The table below has the principal axes of all of them.",
-        height=440,
-        filename="error-ellipses",
-    )
+        x=axis("", zeroline=True), y=axis("", zeroline=True, scaleanchor="x"), height=440, filename="error-ellipses",
+        showlegend=True,
+    )  # fmt: skip
     table = DataTable(
         "ellipse-table",
         CAPTION.replace("{design}", number),

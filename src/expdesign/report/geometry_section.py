@@ -3,10 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.files.csv_writer import csv_text
 from expdesign.identification.identify import Identification
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Download, Section, Sentences
+from expdesign.report.blocks import Section, Sentences, table_of
 
 
 def geometry_section(result: Identification) -> Section:
@@ -25,11 +24,6 @@ def geometry_section(result: Identification) -> Section:
         f"{len(rows)} parameters). The model file carries them with their covariance: predictions and commands of "
         "`expdesign compensate` allow for them."
     )
-    table = DataTable(
-        "geometry-table",
-        "True minus nominal, in mm or mrad, with 95 % intervals. The CSV is in SI units.",
-        ["Parameter", "Error", "Low", "High"],
-        rows,
-        Download("geometry.csv", csv_text(frame)),
-    )
+    caption = "True minus nominal, in mm or mrad, with 95 % intervals. The CSV is in SI units."
+    table = table_of("geometry-table", caption, ["Parameter", "Error", "Low", "High"], rows, frame)
     return Section("geometry", "Geometry", [Sentences([text]), table])

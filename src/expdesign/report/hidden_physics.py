@@ -5,15 +5,15 @@ import pandas as pd
 
 from expdesign.design.front import Front, non_dominated
 from expdesign.design.problem import DesignProblem
-from expdesign.files.csv_writer import csv_text
 from expdesign.model_error.hidden_physics import HiddenPhysics
 from expdesign.model_error.meir import Meir
 from expdesign.model_error.record import hidden_by_plan, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings
 from expdesign.model_error.statement import AccuracyStatement
-from expdesign.model_error.words import phrase, sentence
+from expdesign.model_error.words import phrase, sentence, unsized_sentence
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Download, Figure, Section, Sentences
+from expdesign.report.blocks import Block, DataTable, Figure, Section, Sentences, table_of
+from expdesign.report.figures import axis, bars_across, chart, level, points
 
 _MOST = 30
 """Bars of the figure; the table has all effects."""
@@ -26,7 +26,7 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     meir = meir_of_problem(problem)
     if meir is None:
         return None
-    assessment = problem.assess(*problem.space.decode(front.decisions[[front.recommended]]))
+    assessment = problem.assessed(front.decisions[[front.recommended]])
     physics, freedom = hidden_by_plan(meir, assessment)
     if not physics:
         return None
@@ -36,6 +36,8 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     if cheap is not None:
         texts.append(cheap)
     noticing = noticed_by(problem, front, meir, physics)
+    if meir.impact.unsized:
+        texts.append(unsized_sentence(meir.impact.unsized))
     blocks: list[Block] = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
     return Section("hidden", "What the plan would not notice", blocks)
 
@@ -45,7 +47,7 @@ def noticed_by(
 ) -> dict[tuple[str, str, str], str]:
     """For each effect the design of least total error that notices it before it uses up the tolerance, in words."""
     impact, total = meir.impact, front.criteria["total"]
-    squares = impact.hidden(problem.assess(*problem.space.decode(front.decisions))).squares
+    squares = impact.hidden(problem.assessed(front.decisions)).squares
     found = {}
     for each in physics:
         entries = [i for i, name in enumerate(impact.names) if name == (each.physics, each.component, each.variant)]
@@ -58,11 +60,11 @@ def noticed_by(
     return found
 
 
-def recordings_section(found: HiddenByRecordings, stated: AccuracyStatement | None = None) -> Section:
-    """The section about recordings that the model explains, with the accuracy to expect where it is known."""
-    text = sentence(found.physics[0], found.freedom, "these recordings") if stated is None else stated.sentence
-    return Section("hidden", "What may still be hidden", [Sentences([text]), hidden_figure(found.physics),
-                                                          hidden_table(found.physics)])  # fmt: skip
+def recordings_section(found: HiddenByRecordings, stated: str | None = None) -> Section:
+    """The section about recordings that the model explains; `stated` is their accuracy in words, if it is said here."""
+    said = [] if stated is None else [Sentences([stated])]
+    blocks: list[Block] = [*said, hidden_figure(found.physics), hidden_table(found.physics)]
+    return Section("hidden", "What may still be hidden", blocks)
 
 
 def cheapest_sentence(front: Front) -> str | None:
@@ -105,49 +107,41 @@ def by_component(physics: tuple[HiddenPhysics, ...]) -> list[HiddenPhysics]:
 def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
     """A bar per physics and component: the error that stays hidden."""
     shown = by_component(physics)[:_MOST]
-    labels = [f"{each.physics.replace('_', ' ')}, {each.component}" for each in shown]
-    colours = ["var(--noise)" if each.limited_by == "detection" else "var(--load)" for each in shown]
-    data = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "y": labels,
-            "x": [each.error for each in shown],
-            "text": [_growth(each) for each in shown],
-            "textposition": "none",
-            "marker": {"color": colours},
-            "showlegend": False,
-            "hovertemplate": "%{y}<br>%{x:.3g} tolerances; %{text}<extra></extra>",
-        },
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "y": [label for label, each in zip(labels, shown, strict=True) if each.noticed < np.inf],
-            "x": [each.error * each.noticed for each in shown if each.noticed < np.inf],
-            "marker": {"symbol": "diamond-open", "size": 9, "color": "var(--ink)"},
-            "showlegend": False,
-            "hovertemplate": "%{y}<br>noticed from %{x:.3g} tolerances on<extra></extra>",
-        },
-    ]
-    longest = max([1.0, *(each.error for each in shown)])
-    layout = {
-        "xaxis": {"title": {"text": "hidden error at the targets, in tolerances"}, "range": [0.0, 1.1 * longest]},
-        "yaxis": {"autorange": "reversed", "automargin": True},
-        "bargap": 0.25,
-        "shapes": [{"type": "line", "x0": 1, "x1": 1, "yref": "paper", "y0": 0, "y1": 1,
-                    "line": {"color": "var(--ink)", "dash": "dash", "width": 1.5}}],
-    }  # fmt: skip
-    caption = (
-        "How far off the targets each effect alone could be after compensation without showing in the residuals. "
-        "Dashed: where it uses up the tolerance. Diamonds: from where on it is noticed; one without a diamond in sight "
-        "is not, before it is larger than shown. In the colour of noise: as large as goes unnoticed; in that of loads: "
-        "as large as machines are assumed to have it."
-    )
-    description = "Bars of the hidden error per physics and component. The table has the same numbers."
-    return Figure(
-        "hidden-bars", "What could stay hidden", {"data": data, "layout": layout}, caption, description,
-        height=min(1200, 150 + 26 * len(shown)), filename="hidden-physics",
+    traces = []
+    for limit, name, shade in (
+        ("detection", "as large as goes unnoticed", "noise"),
+        ("prior", "as large as machines are assumed to have it", "load"),
+    ):
+        some = [each for each in shown if (each.limited_by == "detection") == (limit == "detection")]
+        growth = {"text": [_growth(each) for each in some], "textposition": "none"}
+        hover = "%{y}<br>%{x:.3g} tolerances; %{text}<extra></extra>"
+        traces.append(
+            bars_across(name, [_label(each) for each in some], [each.error for each in some], shade, **growth,
+                        hovertemplate=hover)
+        )  # fmt: skip
+    seen = [each for each in shown if each.noticed < np.inf]
+    traces.append(
+        points("noticed from here on", [each.error * each.noticed for each in seen], [_label(each) for each in seen],
+               "ink", size=9, symbol="diamond-open",
+               hovertemplate="%{y}<br>noticed from %{x:.3g} tolerances on<extra></extra>")
     )  # fmt: skip
+    longest = max([1.0, *(each.error for each in shown)])
+    order = {"categoryorder": "array", "categoryarray": [_label(each) for each in shown]}
+    return chart(
+        "hidden-bars", "What could stay hidden", [trace for trace in traces if len(trace["x"])],
+        "How far off the targets each effect alone could be after compensation without showing in the residuals. "
+        "Dashed: the tolerance is used up. An effect without a diamond in sight is noticed only when it is larger than "
+        "shown.",
+        "Bars of the hidden error per physics and component. The table has the same numbers.",
+        x=axis("hidden error at the targets, in tolerances", range=[0.0, 1.1 * longest]),
+        y={"autorange": "reversed", "automargin": True, **order}, levels=[level(1.0, "ink", dash="dash", upright=True)],
+        height=min(1200, 170 + 26 * len(shown)), filename="hidden-physics", bargap=0.25, barmode="overlay",
+        showlegend=True,
+    )  # fmt: skip
+
+
+def _label(each: HiddenPhysics) -> str:
+    return f"{each.physics.replace('_', ' ')}, {each.component}"
 
 
 def _growth(each: HiddenPhysics) -> str:
@@ -188,5 +182,5 @@ def hidden_table(
         )
     columns += ["hidden", "noticed", "tolerance_used_up", "parameter"]
     heads += ["Hidden size", "Noticed from", "Tolerance used up at", "Parameter"]
-    download = Download("hidden.csv", csv_text(pd.DataFrame(data, columns=columns)))
-    return DataTable("hidden-table", caption, heads, rows, download, tall=True)
+    frame = pd.DataFrame(data, columns=columns)
+    return table_of("hidden-table", caption, heads, rows, frame, tall=True)

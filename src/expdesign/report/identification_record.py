@@ -7,7 +7,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.identification.identify import Identification
 from expdesign.identification.intervals import Intervals
+from expdesign.recordings.references import sharing_rows
+from expdesign.report.arm_section import arm_record
 from expdesign.report.remark_texts import sentences
+from expdesign.robots.robot import Robot
 
 MOST_ROWS = 2000
 """Files with more rows list only those that are flagged."""
@@ -25,10 +28,12 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "dof": goodness.dof,
         "p_value": goodness.p_value,
         "birge_ratio": goodness.birge_ratio,
+        "statement": goodness.record,
         "covariance": result.covariance.tolist(),
         "rank": result.fit.rank,
         "compliance": {} if result.calibration == "geometric" else _named(robot.actuators, result.compliance),
         "geometry": None if result.geometry is None else _named(result.geometry_names, result.geometry),
+        "arm": arm_record(result),
         "lack_of_fit": None
         if lack is None
         else {"F": lack.ratio, "dof": lack.dof, "dof_pure_error": lack.pure_dof, "p_value": lack.p_value},
@@ -36,14 +41,18 @@ def identification_record(result: Identification) -> dict[str, Any]:
             "origin": noise.origin,
             "levels": [{"of": group.name, "std": group.deviation, "dof": group.dof} for group in noise.groups],
         },
-        "fit": {"rms": rms(result.fit.residuals), "test_rms": rms(result.test_residuals)},
+        "fit": {
+            "rms": rms(result.fit.residuals),
+            "test_rms": rms(result.test_residuals),
+            "coverage_95": result.coverage if np.isfinite(result.coverage) else None,
+        },
         "rows": {
             "total": len(result.recordings),
             "fitted": int(result.fitted.sum()),
             "test": int(result.recordings.test.sum()),
         },
         "prior_percent": None if result.prior is None else 100.0 * result.prior,
-        "shared_reference": result.shared_reference,
+        "shared_reference": bool(sharing_rows(result.recordings.rows(result.fitted)).any()),
         "suspicions": sentences(result.suspicions),
         "measurements": _measurements(result),
     }
@@ -51,11 +60,15 @@ def identification_record(result: Identification) -> dict[str, Any]:
 
 def stiffness_unit(result: Identification) -> str:
     """N/m for actuators that change length, N·m/rad for those that turn."""
-    names = result.robot.configuration
-    if result.robot.coordinates.pose == names:
+    return unit_of_stiffness(result.robot)
+
+
+def unit_of_stiffness(robot: Robot) -> str:
+    """N/m for actuators that change length, N*m/rad for those that turn."""
+    if robot.coordinates.pose == robot.configuration:
         return "N/m"
-    units = list(dict.fromkeys("N*m/rad" if name.endswith("_rad") else "N/m" for name in names))
-    return " or ".join(units)
+    units = ("N*m/rad" if name.endswith("_rad") else "N/m" for name in robot.configuration)
+    return " or ".join(dict.fromkeys(units))
 
 
 def rms(residuals: FloatArray) -> float | None:

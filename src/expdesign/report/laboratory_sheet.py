@@ -1,5 +1,6 @@
 """The laboratory sheet as a page for printing: what is set, what is done, and room for what is read."""
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,7 @@ from jinja2 import Environment, FileSystemLoader
 from expdesign.files.units import measured_column
 
 DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
-"""Digits that are shown, after the point in SI units."""
+"""Digits that are shown, after the point in SI units; in other units as many as it takes for the same step."""
 _HIDDEN = ("plan_row", "kind", "remarks")
 _DEVIATION = re.compile("s[xyz]|sr[xyz]")
 _LOAD = re.compile("mass|[fm][xyz]")
@@ -65,16 +66,29 @@ def _cell(texts: list[str], index: int, *, blank: bool, key: str) -> dict[str, s
 def _headed(name: str) -> str:
     measured = measured_column(name)
     if measured is None:
-        return name.replace("_", " ")
+        return {"sequence": "no."}.get(name, name.replace("_", " "))
     unit = measured.unit.name.replace("um", "µm").replace("urad", "µrad").replace("deg", "°").replace("_s2", "/s²")
     return f"{measured.base.replace('_', ' ').replace('temperature', 'temp.')} ({unit})"
 
 
-def _text(name: str, cell: object) -> str:
-    if not isinstance(cell, float):
-        return str(cell)
+def rounded(frame: pd.DataFrame) -> pd.DataFrame:
+    """A sheet with set-points and loads rounded to what the page shows, so that what is set is what the file says."""
+    columns = {str(name): frame[name] for name in frame.columns}
+    for name, cells in columns.items():
+        if not _DEVIATION.fullmatch(name.split("_")[0]):
+            columns[name] = cells.map(lambda cell, name=name: _round(name, cell))
+    return pd.DataFrame(columns)
+
+
+def _round(name: str, cell: object) -> object:
+    """A number with the digits that are shown; anything else as it is."""
     measured = measured_column(name)
-    if measured is None or measured.unit.dimension not in DECIMALS:
-        return f"{cell:.9g}"
-    si = round(measured.unit.to_si(cell), DECIMALS[measured.unit.dimension])
-    return f"{measured.unit.from_si(si) + 0.0:.9g}"
+    if not isinstance(cell, float) or measured is None or measured.unit.dimension not in DECIMALS:
+        return cell
+    step = measured.unit.from_si(10.0 ** -DECIMALS[measured.unit.dimension])
+    return round(cell, max(0, math.ceil(-math.log10(step) - 1e-9))) + 0.0
+
+
+def _text(name: str, cell: object) -> str:
+    shown = _round(name, cell)
+    return f"{shown:.9g}" if isinstance(shown, float) else str(shown)

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
-from expdesign.report.blocks import Download, Figure
+from expdesign.report.blocks import Figure
+from expdesign.report.figures import chart, curve, level, points, whiskers
 from expdesign.validation.repeated import Repeated
 
 CAUSE_NAMES = {"duir": "measurement noise", "feir": "load errors", "total": "both"}
-_COLOURS = {"duir": "var(--noise)", "feir": "var(--load)", "total": "var(--total)"}
+_SHADES = {"duir": "noise", "feir": "load", "total": "total"}
 _BINS = 60
 _HALF = 4.0
 """Predicted standard deviations that a density is drawn to either side."""
@@ -33,14 +33,18 @@ def density_figure(result: Repeated, target: int) -> Figure:
         frames.append(frame.assign(axis=names[axis]))
         for cause in result.drawn:
             name = CAUSE_NAMES[cause]
-            place = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}", "legendgroup": cause, "showlegend": panel == 0}
-            line = {"color": _COLOURS[cause]}
-            data += [
-                {"type": "scatter", "mode": "lines", "name": name, "x": frame["error"], "y": frame[cause],
-                 "line": line | {"width": 2, "shape": "hvh"}, **place},
-                {"type": "scatter", "mode": "lines", "name": f"{name}, predicted", "x": frame["error"],
-                 "y": frame[f"{cause}_predicted"], "line": line | {"width": 1.5, "dash": "dot"}, **place},
-            ]  # fmt: skip
+            place: dict[str, Any] = {
+                "xaxis": f"x{suffix}",
+                "yaxis": f"y{suffix}",
+                "legendgroup": cause,
+                "showlegend": panel == 0,
+            }
+            for label, column, look in (
+                (name, cause, {"shape": "hvh"}),
+                (f"{name}, predicted", f"{cause}_predicted", {"dash": "dot"}),
+            ):
+                trace = curve(label, frame["error"].to_numpy(), frame[column].to_numpy(), _SHADES[cause], **place)
+                data.append(trace | {"line": trace["line"] | look})
         across, row = panel % _ACROSS, panel // _ACROSS
         width, height = 1.0 / min(_ACROSS, len(axes)), 1.0 / rows
         title = f"{words.axis(names[axis])}, {words.micro_unit(names[axis])}"
@@ -55,21 +59,14 @@ def density_figure(result: Repeated, target: int) -> Figure:
             "rangemode": "tozero",
             "title": {"text": "density"} if across == 0 else {},
         }
-    for entry in data:
-        entry["x"], entry["y"] = entry["x"].to_numpy(), entry["y"].to_numpy()
-    table = pd.concat(frames, ignore_index=True)
-    return Figure(
-        f"densities-{target + 1}",
-        f"Density of the attained error at target {target + 1}",
-        {"data": data, "layout": layout},
+    return chart(
+        f"densities-{target + 1}", f"Density of the attained error at target {target + 1}", data,
         "Steps are the repetitions, dotted lines the normal density with the predicted standard deviation. Where they "
         "coincide, the prediction holds.",
         f"One panel per axis that matters at target {target + 1}: histogram of the attained minus the wanted pose for "
         "noise alone, load errors alone and both. The table of standard deviations holds the comparison.",
-        Download(f"densities-{target + 1}.csv", csv_text(table)),
-        height=170 + 290 * rows,
-        filename=f"densities-{target + 1}",
-    )
+        frame=pd.concat(frames, ignore_index=True), height=170 + 290 * rows, **layout,
+    )  # fmt: skip
 
 
 def agreement_figure(result: Repeated) -> Figure:
@@ -82,31 +79,19 @@ def agreement_figure(result: Repeated) -> Figure:
         estimate, predicted = result.deviation(cause)
         ratio = [estimate.value[t, i] / predicted[t, i] for t, i in places]
         error = [3.0 * estimate.standard_error[t, i] / predicted[t, i] for t, i in places]
-        data.append(
-            {
-                "type": "scatter", "mode": "markers", "name": CAUSE_NAMES[cause],
-                "x": np.arange(len(places)) + 0.18 * (offset - 1), "y": ratio, "text": labels,
-                "error_y": {"type": "data", "array": error, "color": _COLOURS[cause]},
-                "marker": {"color": _COLOURS[cause], "size": 8},
-                "hovertemplate": "%{text}: %{y:.4f}<extra></extra>",
-            }
-        )  # fmt: skip
-    layout = {
-        "xaxis": {"tickvals": np.arange(len(places)), "ticktext": labels, "showgrid": False},
-        "yaxis": {"title": {"text": "simulated / predicted σ"}, "zeroline": False},
-        "shapes": [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 1, "y1": 1,
-                    "line": {"color": "var(--muted)", "width": 1}}],
-        "showlegend": True,
-    }  # fmt: skip
-    return Figure(
-        "agreement-figure",
-        "Agreement with the prediction",
-        {"data": data, "layout": layout},
+        places_across = np.arange(len(places)) + 0.18 * (offset - 1)
+        look: dict[str, Any] = {"text": labels, "hovertemplate": "%{text}: %{y:.4f}<extra></extra>"}
+        bars = whiskers(error, shade=_SHADES[cause])
+        data.append(points(CAUSE_NAMES[cause], places_across, ratio, _SHADES[cause], error_y=bars, **look))
+    return chart(
+        "agreement-figure", "Agreement with the prediction", data,
         "Standard deviation in the simulation divided by the predicted one; bars are three standard errors. They cover "
         "one where the prediction holds.",
         "Points with error bars per axis and target; the table of standard deviations holds the same numbers.",
-        filename="agreement",
-    )
+        x={"tickvals": np.arange(len(places)), "ticktext": labels, "showgrid": False},
+        y={"title": {"text": "simulated / predicted σ"}, "zeroline": False}, levels=[level(1.0, "muted", dash="solid")],
+        filename="agreement", showlegend=True,
+    )  # fmt: skip
 
 
 def _densities(result: Repeated, target: int, axis: int) -> pd.DataFrame:

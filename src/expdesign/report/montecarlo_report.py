@@ -5,18 +5,17 @@ import shlex
 import numpy as np
 import pandas as pd
 
-from expdesign.files.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
     DataTable,
     Definitions,
-    Download,
     KeyFigure,
     KeyFigures,
     Section,
     Sentences,
     Steps,
+    table_of,
 )
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.page import Page
@@ -25,8 +24,8 @@ from expdesign.validation.repeated import Repeated
 CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
 
 
-def montecarlo_report(result: Repeated) -> Page:
-    """The report of a repeated plan."""
+def montecarlo_report(result: Repeated, plan: str = "plan.csv") -> Page:
+    """The report of a repeated plan, whose path is `plan`."""
     robot = result.problem.loaded.robot
     targets = range(len(result.problem.targets.configurations))
     densities: list[Block] = [density_figure(result, target) for target in targets]
@@ -36,7 +35,7 @@ def montecarlo_report(result: Repeated) -> Page:
         Section("densities", "Densities", densities),
         Section("run", "How it was done", [Definitions(_settings(result))]),
         Section("words", "Words", [Definitions(_WORDS)]),
-        Section("next", "Next steps", [_next_steps(result.problem.source)]),
+        Section("next", "Next steps", [_next_steps(result.problem.source, plan)]),
     )
     return Page(
         title=f"Monte-Carlo of a calibration plan for {robot.name}",
@@ -105,13 +104,8 @@ def _criteria_table(result: Repeated) -> DataTable:
         simulated = words.with_error(*numbers[:2])
         cells.append([CRITERIA[cause], simulated, words.number(predicted, 4), _score(score)])
     frame = pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
-    return DataTable(
-        "criteria",
-        "RMS error at the targets in tolerances: simulated, and as the criteria predict it.",
-        ["Criterion", "Simulated", "Predicted", "z"],
-        cells,
-        Download("criteria.csv", csv_text(frame)),
-    )
+    caption = "RMS error at the targets in tolerances: simulated, and as the criteria predict it."
+    return table_of("criteria", caption, ["Criterion", "Simulated", "Predicted", "z"], cells, frame)
 
 
 def _deviation_table(result: Repeated) -> DataTable:
@@ -142,17 +136,10 @@ def _deviation_table(result: Repeated) -> DataTable:
                     "yes" if importance[target, axis] > 0.0 else "no",
                 ]
             )
-    frame = pd.DataFrame(
-        rows, columns=["target", "axis", "cause", "std", "standard_error", "predicted", "z"]
-    )  # fmt: skip
-    return DataTable(
-        "deviations",
-        "Standard deviation of the attained pose (µm, µrad): simulated with its standard error, and predicted.",
-        ["Target, axis", "Unit", "Cause", "Simulated σ", "Predicted σ", "z", "Mean error", "Matters"],
-        cells,
-        Download("deviations.csv", csv_text(frame)),
-        tall=True,
-    )
+    frame = pd.DataFrame(rows, columns=["target", "axis", "cause", "std", "standard_error", "predicted", "z"])
+    caption = "Standard deviation of the attained pose (µm, µrad): simulated with its standard error, and predicted."
+    heads = ["Target, axis", "Unit", "Cause", "Simulated σ", "Predicted σ", "z", "Mean error", "Matters"]
+    return table_of("deviations", caption, heads, cells, frame, tall=True)
 
 
 def _settings(result: Repeated) -> list[tuple[str, str]]:
@@ -173,13 +160,13 @@ def _score(value: float) -> str:
     return words.UNDETERMINED if np.isnan(value) else f"{value:+.2f}".replace("-", "−")
 
 
-def _next_steps(source: str) -> Steps:
+def _next_steps(source: str, plan: str) -> Steps:
     config = shlex.quote(source)
-    look = f"expdesign montecarlo {config} plan.csv --plant equilibrium --out repeated"
+    look = f"expdesign montecarlo {config} {shlex.quote(plan)} --plant equilibrium --out repeated"
     return Steps(
         [
             ("Look for a better plan.", f"expdesign run {config} --out results/mine"),
-            ("Look at the neglected geometry under load (plan.csv is the plan that was judged here).", look),
+            ("Look at the neglected geometry under load.", look),
         ]
     )
 

@@ -45,6 +45,10 @@ _TILE_MAPS = (
 )
 
 
+_NO_STYLE = re.compile(r"[^\w .,-]")
+"""Characters of a footer that do not go into the style of printed pages, where they could end the text."""
+
+
 @dataclass(frozen=True)
 class Page:
     """What a report page says.
@@ -55,7 +59,7 @@ class Page:
         sections: in order; the navigation lists them.
         data: what the page's own script works on, as JSON; the script reads `report.data`.
         scripts: names of JavaScript files beside this one that run after `page.js`, in order.
-        footer: one line at the end.
+        footer: one line at the end, and at the foot of every printed page.
     """
 
     title: str
@@ -85,6 +89,7 @@ def render(page: Page) -> str:
     return environment.get_template("page.html").render(
         page=page,
         style=Markup(_text("page.css")),
+        printed_footer=Markup(_NO_STYLE.sub("", page.footer)),
         plotly=_packed_plotly() if figures else None,
         content=packed(embedded_json({"figures": figures, "csv": csv, "data": page.data})),
         scripts=[Markup(_text(name)) for name in ("page.js", *page.scripts)],

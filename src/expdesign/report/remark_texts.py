@@ -14,15 +14,17 @@ from expdesign.diagnosis.remarks import (
     TooFewForLaws,
     WithoutMoment,
 )
+from expdesign.identification.noise_remarks import GenerousNoise, NoiseBeyondStated
+from expdesign.identification.redundancy import BlindPoses
 from expdesign.identification.remarks import (
     AliasedGeometry,
     IdleActuators,
+    Implausible,
     LargeGeometricErrors,
     NegativeCompliance,
-    TurnedSign,
-    UnlikelyCompliance,
 )
 from expdesign.recordings.remark import Remark
+from expdesign.report import words
 
 _MOST_NAMES = 6
 _NOT_SOUGHT = {
@@ -45,8 +47,9 @@ def sentence(remark: Remark) -> str:
 
 
 @sentence.register
-def _turned_sign(remark: TurnedSign) -> str:
-    return f"With the sign of {remark.column} turned the recordings would fit far better: has it the wrong sign?"
+def _implausible(remark: Implausible) -> str:
+    what = remark.what if not remark.where else f"{remark.where}: {remark.what}"
+    return f"{what[:1].upper()}{what[1:]}. {remark.likely}"
 
 
 @sentence.register
@@ -58,19 +61,10 @@ def _negative(remark: NegativeCompliance) -> str:
 
 
 @sentence.register
-def _unlikely(remark: UnlikelyCompliance) -> str:
-    stiffer = "stiffer" if remark.ratio < 1.0 else "softer"
-    return (
-        f"The robot comes out {max(remark.ratio, 1.0 / remark.ratio):.3g} times {stiffer} than its file says: is a "
-        "unit of the deflections, of the loads or of `actuator_stiffness` wrong?"
-    )
-
-
-@sentence.register
 def _idle(remark: IdleActuators) -> str:
     whose = "its stiffness stays" if len(remark.actuators) == 1 else "their stiffnesses stay"
     return (
-        f"No fitted row shows how {_listed(remark.actuators)} yields, as weights do not for a joint about the "
+        f"No fitted row shows how {words.listed(remark.actuators)} yields, as weights do not for a joint about the "
         f"vertical, nor positions of a tip on the joint's axis: {whose} what the robot file says, taken as known to "
         f"{remark.deviation:.0%} (other loads or axes would tell)."
     )
@@ -101,6 +95,34 @@ def _held_marker(remark: HeldMarker) -> str:
         "is confounded with that of the instrument, and is taken to be the tip's origin. Rows in which the tip is "
         "turned otherwise cannot be predicted, and are not judged; give the marker's place in the robot file, or "
         "record more orientations."
+    )
+
+
+@sentence.register
+def _blind(remark: BlindPoses) -> str:
+    listed = words.listed(remark.names[:_MOST_NAMES]) + (" and others" if len(remark.names) > _MOST_NAMES else "")
+    return (
+        f"The fitted poses do not show {listed}, which poses with all joints moving would: what they leave blind stays "
+        "as drawn."
+    )
+
+
+@sentence.register
+def _beyond(remark: NoiseBeyondStated) -> str:
+    unit, factor = ("mm", 1e3) if remark.name == "translations" else ("mrad", 1e3)
+    return (
+        f"Residuals of the {remark.name} are {remark.needed / remark.stated:.3g} times the stated standard deviation "
+        f"of {factor * remark.stated:.3g} {unit}: it would have to be {factor * remark.needed:.3g} {unit}. A second "
+        f"component of {factor * remark.extra:.3g} {unit} (repeatability, or physics left out) is in all intervals."
+    )
+
+
+@sentence.register
+def _generous(remark: GenerousNoise) -> str:
+    unit, factor = ("mm", 1e3) if remark.name == "translations" else ("mrad", 1e3)
+    return (
+        f"The stated standard deviation of the {remark.name}, {factor * remark.stated:.3g} {unit}, is far too large: "
+        f"the residuals show {factor * remark.needed:.3g} {unit}, which was used."
     )
 
 
@@ -146,7 +168,7 @@ def _confounded_time(remark: ConfoundedTime) -> str:
     )
     if not remark.imitations:
         return text + f"The drift that is named shows among rows that are alike in {remark.name} as well."
-    listed = _listed(tuple(f"`{key}`" for key in remark.imitations))
+    listed = words.listed(tuple(f"`{key}`" for key in remark.imitations))
     return text + (
         f"{listed} would describe the rows, but not those that are alike in {remark.name}, and is not named; rows in "
         f"random order of {remark.name}, or a second visit, would show a drift."
@@ -161,7 +183,3 @@ def _too_few(remark: TooFewForLaws) -> str:
 @sentence.register
 def _not_sought(remark: NotSought) -> str:
     return _NOT_SOUGHT[remark.law]
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + f" and {names[-1]}"

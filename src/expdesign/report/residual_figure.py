@@ -6,14 +6,17 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.files.csv_writer import csv_text
 from expdesign.identification.identify import Identification
 from expdesign.recordings.recordings import Recordings
 from expdesign.report import words
-from expdesign.report.blocks import Block, Download, Figure, Option, Selector
+from expdesign.report.blocks import Block, Option, Selector
+from expdesign.report.figures import chart, points
 
 SCRIPT = "residual_figure.js"
 MOST_POINTS = 3000
+"""Points of the figure; of more rows every second, third ... is drawn."""
+_FAST = 500
+"""Rows from which points are drawn by the graphics card."""
 _SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
 _DECIMALS = 6
 
@@ -45,32 +48,21 @@ def residual_blocks(result: Identification, train: Recordings) -> list[Block]:
     choices = _choices(result, train)
     first = choices[0]
     names = result.recordings.components(result.robot.coordinates)
-    data = [
-        {
-            "type": "scattergl" if len(train) > 500 else "scatter",
-            "mode": "markers",
-            "name": words.axis(names[axis]),
-            "x": first["values"],
-            "y": np.round(result.fit.residuals[::step, column], 4),
-            "marker": {"size": 8, "color": f"var(--series-{column + 1})", "symbol": _SYMBOLS[column]},
-        }
+    kind = "scattergl" if len(train) > _FAST else "scatter"
+    traces = [
+        points(
+            words.axis(names[axis]), first["values"], np.round(result.fit.residuals[::step, column], 4),
+            f"series-{column + 1}", symbol=_SYMBOLS[column], type=kind,
+        )
         for column, axis in enumerate(train.axes)
-    ]
-    layout = {
-        "xaxis": {"title": {"text": first["title"]}},
-        "yaxis": {"title": {"text": "residual, standard deviations"}},
-        "showlegend": True,
-    }
-    figure = Figure(
-        "residuals",
-        "Residuals against what varied",
-        {"data": data, "layout": layout},
+    ]  # fmt: skip
+    figure = chart(
+        "residuals", "Residuals against what varied", traces,
         "Measured minus fitted, divided by the standard deviation. Noise alone scatters about zero, mostly within ±2, "
         "without a pattern, whatever it is drawn against.",
         "Scatter of whitened residuals against the chosen coordinate, one series of points per measured axis.",
-        Download("residuals.csv", csv_text(_frame(result, train))),
-        filename="residuals",
-    )
+        x=first["title"], y="residual, standard deviations", frame=_frame(result, train), showlegend=True,
+    )  # fmt: skip
     options = [Option(str(index), str(one["title"]), index == 0) for index, one in enumerate(choices)]
     return [Selector("residuals-over", "Against", options, step=True), figure]
 

@@ -16,19 +16,41 @@ function robotView(id, view) {
     return [c * at[0] + s * at[1], 0.9 * at[2] + 0.4 * (c * at[1] - s * at[0])];
   }
 
-  /** Least and largest coordinates of all states in the plane of projection, with room around. */
-  const frame = (() => {
-    if (!projected) return null;
-    const limits = [[Infinity, -Infinity], [Infinity, -Infinity]];
-    view.states.forEach((coordinates, state) => {
-      for (let index = 0; index < coordinates.length / view.dimension; index++) {
-        point(state, index).forEach((value, axis) => {
-          limits[axis] = [Math.min(limits[axis][0], value), Math.max(limits[axis][1], value)];
-        });
-      }
+  /** Least and largest coordinates of what is shown, with room around: the whole state and the platforms of others. */
+  function bounds(state, others, moving) {
+    const limits = Array.from({ length: projected ? 2 : view.dimension }, () => [Infinity, -Infinity]);
+    const include = (at) => at.forEach((value, axis) => {
+      limits[axis] = [Math.min(limits[axis][0], value), Math.max(limits[axis][1], value)];
     });
-    return limits.map(([low, high]) => [low - 0.05 * view.size, high + 0.05 * view.size]);
-  })();
+    for (let index = 0; index < view.states[state].length / view.dimension; index++) include(point(state, index));
+    for (const other of others) for (const index of moving.flat()) include(point(other, index));
+    return limits.map(([low, high]) => [low - 0.04 * view.size, high + 0.04 * view.size]);
+  }
+
+  /**
+   * Scale (per m) at which a state fills the picture from the camera at `eye`. A point at p from the middle of the scene
+   * appears at (up·p, right·p) / (|eye| - n·p), n towards the camera, in a view of 45 degrees.
+   */
+  function filling(state, frame, { x, y, z }) {
+    const { clientWidth, clientHeight } = document.getElementById(id);
+    const distance = Math.hypot(x, y, z);
+    const n = [x, y, z].map((value) => value / distance);
+    const level = Math.hypot(n[0], n[1]);
+    const right = [-n[1] / level, n[0] / level, 0];
+    const up = [-n[2] * right[1], n[2] * right[0], n[0] * right[1] - n[1] * right[0]];
+    const high = 0.75 * Math.tan(Math.PI / 8);
+    const wide = high * Math.min(1.5, clientWidth / Math.max(1, clientHeight - 68));
+    const dot = (a, b) => a.reduce((sum, value, axis) => sum + value * b[axis], 0);
+    let scale = 4 / Math.max(...frame.map(([low, top]) => top - low));
+    for (let index = 0; index < view.states[state].length / 3; index++) {
+      const p = point(state, index).map((value, axis) => value - (frame[axis][0] + frame[axis][1]) / 2);
+      for (const [direction, share] of [[up, high], [right, wide]]) {
+        const needed = Math.abs(dot(direction, p)) + share * dot(n, p);
+        if (needed > 0) scale = Math.min(scale, (share * distance) / needed);
+      }
+    }
+    return scale;
+  }
 
   /** Coordinates of paths of point indices, with gaps between the paths. */
   function lines(state, paths) {
@@ -47,55 +69,101 @@ function robotView(id, view) {
     platform: { mode: "lines+markers", line: { color: "var(--platform)", width: 5 }, marker: { color: "var(--platform)", size: inSpace ? 4 : 9 } },
   };
 
-  /** Show one state; `others` are states whose platform is drawn faintly. */
-  function show(state, others) {
-    const platform = view.parts.filter((part) => part.role === "platform").flatMap((part) => part.paths);
-    const ghosts = others.filter((other) => other !== state);
+  /** Names at points of a state. */
+  function names(state, texts, first, look) {
+    const shown = lines(state, texts.map((_, index) => [first + index]));
+    return {
+      ...shown, text: texts.flatMap((text) => [text, ""]), showlegend: false, hoverinfo: "skip",
+      textfont: { color: "var(--ink)", size: 13 }, ...look,
+    };
+  }
+
+  /** Joints' axes, numbers, markers, and the components that are concerned. */
+  function annotations(state) {
+    const first = view.tip + 1;
     const traces = [];
-    ghosts.forEach((other, number) => traces.push({
-      ...lines(other, platform), mode: inSpace ? "lines" : "lines+markers", name: "platform in the other measurements",
-      line: { color: "var(--ghost)", width: 2 }, marker: { color: "var(--ghost)", size: 6 },
-      legendgroup: "ghost", showlegend: number === 0, hoverinfo: "skip",
-    }));
-    for (const part of view.parts) {
-      traces.push({ ...lines(state, part.paths), ...style[part.role], name: part.name, hovertemplate: hover(part.name) });
+    if (view.concerned.length) {
+      traces.push({
+        ...lines(state, view.concerned), mode: "lines+markers", name: "concerned", hoverinfo: "skip",
+        line: { color: "var(--concerned)", width: inSpace && !projected ? 12 : 8 },
+        marker: { color: "var(--concerned)", size: inSpace && !projected ? 6 : 11 },
+      });
     }
-    traces.push({
+    if (view.axes.length) {
+      traces.push({
+        ...lines(state, view.axes), mode: "lines", name: "axes of the joints, by number", hoverinfo: "skip",
+        line: { color: "var(--muted)", width: 2, dash: "dash" },
+      });
+    }
+    const texts = view.axes.length ? view.labels.map((name) => name.replace("joint ", "")) : view.labels;
+    traces.push(names(state, texts, first, { mode: "text", textposition: "middle center" }));
+    if (view.markers.length) {
+      traces.push(names(state, view.markers, first + view.labels.length, {
+        mode: "markers+text", textposition: "top center",
+        marker: { color: "var(--marker)", size: inSpace && !projected ? 4 : 9, symbol: "diamond" },
+      }));
+    }
+    return traces;
+  }
+
+  /** The force of the load, and where it acts. */
+  function load(state) {
+    const [at, head] = [view.contact, view.tip].map((index) => point(state, index));
+    if (!view.loaded || at.every((value, axis) => value === head[axis])) return [];
+    const traces = [{
       ...lines(state, [[view.origin, view.contact]]), mode: "lines+markers", name: "where the load acts",
       line: { color: "var(--mass)", width: 2, dash: "dot" },
       marker: { color: "var(--mass)", size: inSpace ? [0, 6, 0] : [0, 11, 0], line: { width: 0 } },
       hovertemplate: hover("where the load acts"),
-    });
+    }];
     const arrow = lines(state, [[view.contact, view.tip]]);
     if (arrow.type === "scatter3d") {
       traces.push({ ...arrow, mode: "lines", name: "force", line: { color: "var(--force)", width: 7 }, hoverinfo: "skip" });
-      const [from, to] = [point(state, view.contact), point(state, view.tip)];
-      const [u, v, w] = to.map((value, axis) => value - from[axis]);
-      if (Math.hypot(u, v, w) > 0) {
-        traces.push({
-          type: "cone", x: [to[0]], y: [to[1]], z: [to[2]], u: [u], v: [v], w: [w], anchor: "tip", sizemode: "absolute",
-          sizeref: 0.06 * view.size, colorscale: [[0, "var(--force)"], [1, "var(--force)"]], showscale: false, hoverinfo: "skip",
-        });
-      }
+      const [[x, y, z], [u, v, w]] = [head, head.map((value, axis) => value - at[axis])];
+      traces.push({
+        type: "cone", x: [x], y: [y], z: [z], u: [u], v: [v], w: [w], anchor: "tip", sizemode: "absolute",
+        sizeref: 0.06 * view.size, colorscale: [[0, "var(--force)"], [1, "var(--force)"]], showscale: false, hoverinfo: "skip",
+      });
     } else {
       traces.push({
         ...arrow, mode: "lines+markers", name: "force", line: { color: "var(--force)", width: 3 }, hoverinfo: "skip",
         marker: { color: "var(--force)", size: [0, 14, 0], symbol: "arrow", angleref: "previous", line: { width: 0 } },
       });
     }
+    return traces;
+  }
+
+  /** Show one state; `others` are states whose platform is drawn faintly. */
+  function show(state, others) {
+    const platform = view.parts.filter((part) => part.role === "platform").flatMap((part) => part.paths);
+    const ghosts = view.ghosts ? others.filter((other) => other !== state) : [];
+    const traces = [];
+    ghosts.forEach((other, number) => traces.push({
+      ...lines(other, platform), mode: inSpace ? "lines" : "lines+markers", name: `${view.moving} in the other measurements`,
+      line: { color: "var(--ghost)", width: 2 }, marker: { color: "var(--ghost)", size: 6 },
+      legendgroup: "ghost", showlegend: number === 0, hoverinfo: "skip",
+    }));
+    for (const part of view.parts) {
+      traces.push({ ...lines(state, part.paths), ...style[part.role], name: part.name, hovertemplate: hover(part.name) });
+    }
+    traces.push(...annotations(state), ...load(state));
+    const frame = bounds(state, ghosts, platform);
     csvRows.length = 0;
     for (const part of view.parts) {
       part.paths.forEach((path, number) => path.forEach((index) => csvRows.push([part.name, number + 1, index])));
     }
-    csvRows.push(["platform origin", 1, view.origin], ["where the load acts", 1, view.contact]);
+    csvRows.push([`origin of the ${view.moving}`, 1, view.origin]);
+    if (view.loaded) csvRows.push(["where the load acts", 1, view.contact]);
+    view.axes.forEach(([from, to]) => csvRows.push(["axes of the joints", 1, from], ["axes of the joints", 1, to]));
+    view.markers.forEach((name, index) => csvRows.push([`marker ${name}`, 1, view.tip + 1 + view.labels.length + index]));
     report.update(id, (figure) => {
       figure.data = traces;
       if (inSpace && !projected) {
-        ["xaxis", "yaxis", "zaxis"].forEach((axis, number) => { figure.layout.scene[axis].range = view.bounds[number]; });
-        const [x, y, z] = view.aspect;
+        ["xaxis", "yaxis", "zaxis"].forEach((axis, number) => { figure.layout.scene[axis].range = frame[number]; });
+        const scale = filling(state, frame, figure.layout.scene.camera.eye);
+        const [x, y, z] = frame.map(([low, high]) => scale * (high - low));
         figure.layout.scene.aspectratio = { x, y, z };
       } else if (projected) {
-        // The same frame for every state, wide enough for markers, arrows and the buttons above the figure.
         delete figure.layout.scene;
         const [across, up] = frame;
         Object.assign(figure.layout, {
@@ -104,8 +172,8 @@ function robotView(id, view) {
           margin: { l: 8, r: 8, t: 44, b: 70 },
         });
       } else {
-        figure.layout.xaxis.range = view.bounds[0];
-        figure.layout.yaxis.range = view.bounds[1];
+        figure.layout.xaxis.range = frame[0];
+        figure.layout.yaxis.range = frame[1];
       }
     });
     report.csv[id] = () => ({ filename: "robot.csv", text: csvText(state) });

@@ -3,19 +3,29 @@
 The geometry comes from `Robot.drawing`; nothing here depends on the kind of robot.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.loads.load import Load
 from expdesign.report.blocks import Figure
+from expdesign.report.figures import Trace, chart, colour, curve, points
+from expdesign.report.page import plot_text
 from expdesign.robots.drawing import Drawing
 from expdesign.robots.robot import Robot
 
 _ARROW_SHARE = 0.3
 """Length of the largest force's arrow as a share of the robot's size."""
+_AXIS_SHARE, _LABEL_SHARE = 0.1, 0.07
+"""Length of a joint's axis, and distance of a leg's number from its base joint, as shares of the robot's size."""
+_FLAT: dict[str, dict[str, Any]] = {
+    "xaxis": {"title": {"text": "x (m)"}, "scaleanchor": "y", "constrain": "domain"},
+    "yaxis": {"title": {"text": "y (m)"}},
+}
 
 
 @dataclass(frozen=True)
@@ -26,11 +36,13 @@ class RobotStates:
         drawing: the robot, batch shape (s,).
         contact: where the force acts, in O (m), shape (s, d).
         force: in O (N), shape (s, d).
+        rotation: R, axes of the platform or tip in O, shape (s, d, d).
     """
 
     drawing: Drawing
     contact: FloatArray
     force: FloatArray
+    rotation: FloatArray
 
 
 def robot_states(
@@ -49,7 +61,7 @@ def robot_states(
         return None
     rotation = robot.jacobians(configurations).rotation
     contact = drawing.origin + (rotation @ lever[..., None])[..., 0]
-    return RobotStates(drawing, contact, wrenches[:, : robot.coordinates.translations])
+    return RobotStates(drawing, contact, wrenches[:, : robot.coordinates.translations], rotation)
 
 
 def levers(load: Load, parameters: FloatArray) -> FloatArray:
@@ -61,41 +73,92 @@ def levers(load: Load, parameters: FloatArray) -> FloatArray:
     return parameters[..., [load.columns.index(name) for name in names]]
 
 
-def view_data(states: RobotStates) -> dict[str, Any]:
+def at_rest(robot: Robot, configuration: FloatArray | None = None) -> RobotStates | None:
+    """A robot without load, at its reference configuration if none is given; None for a kind that is not drawn."""
+    if configuration is None:
+        configuration = robot.reference_configuration()
+    return robot_states(
+        robot,
+        configuration[None],
+        np.zeros((1, robot.coordinates.n)),
+        np.zeros((1, robot.coordinates.translations)),
+    )
+
+
+def labels(robot: Robot, drawing: Drawing) -> dict[str, FloatArray]:
+    """Where the names of actuators stand in O (m), shapes (s, d): outside base joints, or at ends of joints' axes."""
+    size = _size(drawing)
+    named = [name for name in robot.actuators if name in drawing.components]
+    starts = {name: drawing.points[..., drawing.components[name][0], :] for name in named}
+    places = {}
+    for name, start in starts.items():
+        if name in drawing.directions:
+            places[name] = start + _AXIS_SHARE * size * drawing.directions[name]
+            continue
+        outward = start - np.mean(list(starts.values()), axis=0)
+        length = np.linalg.norm(outward, axis=-1, keepdims=True)
+        places[name] = start + _LABEL_SHARE * size * outward / np.where(length > 0.0, length, 1.0)
+    return places
+
+
+def marker_places(robot: Robot, drawing: Drawing, rotation: FloatArray) -> dict[str, FloatArray]:
+    """Known markers in O (m), shapes (s, d)."""
+    return {name: drawing.origin + (rotation @ place) for name, place in robot.markers.items()}
+
+
+def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) -> dict[str, Any]:
     """The states as data for `robot_view.js`: points as flat lists, and the paths between them.
 
-    After the drawing's own points come the origin of P, the point where the force acts, and the tip of its arrow.
+    After the drawing's own points come the origin of P, the point where the force acts, the tip of its arrow, the
+    places of the names, and the markers.
+
+    Args:
+        robot: the robot.
+        states: its states.
+        concerned: components of a diagnosis, which are drawn in another colour.
     """
-    drawn, origin = states.drawing.points, states.drawing.origin
-    count, dimension = drawn.shape[-2:]
-    low, high = drawn.min(axis=(0, 1)), drawn.max(axis=(0, 1))
-    size = float(np.linalg.norm(high - low)) or 1.0
-    largest = float(np.linalg.norm(states.force, axis=-1).max()) or 1.0
-    tip = states.contact + states.force * (_ARROW_SHARE * size / largest)
-    points = np.concatenate([drawn, np.stack([origin, states.contact, tip], axis=-2)], axis=-2)
-    low, high = points.min(axis=(0, 1)) - 0.03 * size, points.max(axis=(0, 1)) + 0.03 * size
-    decimals = 4 - int(np.floor(np.log10(size)))
+    drawing = states.drawing
+    count, dimension = drawing.points.shape[-2:]
+    size = _size(drawing)
+    largest = float(np.linalg.norm(states.force, axis=-1).max())
+    tip = states.contact + states.force * (_ARROW_SHARE * size / (largest or 1.0))
+    named, markers = labels(robot, drawing), marker_places(robot, drawing, states.rotation)
+    further = [drawing.origin, states.contact, tip, *named.values(), *markers.values()]
+    whole = np.concatenate([drawing.points, np.stack(further, axis=-2)], axis=-2)
     return {
         "dimension": dimension,
         "size": size,
-        "bounds": np.stack([low, high], axis=-1),
-        # Of the same length whatever the proportions, so that a tall robot is not cut off.
-        "aspect": 1.75 * (high - low) / np.linalg.norm(high - low),
-        "parts": [{"name": part.name, "role": part.role, "paths": part.paths} for part in states.drawing.parts],
+        "moving": moving_part(robot),
+        # Tips of an arm are so far apart that the arm would be small beside them.
+        "ghosts": robot.links is None,
+        "parts": [{"name": part.name, "role": part.role, "paths": part.paths} for part in drawing.parts],
+        "loaded": largest > 0.0,
         "origin": count,
         "contact": count + 1,
         "tip": count + 2,
-        "states": np.round(points, decimals).reshape(len(points), -1),
-    }
+        "labels": list(named),
+        "axes": [[drawing.components[name][0], count + 3 + k] for k, name in enumerate(named)
+                 if name in drawing.directions],
+        "markers": [plot_text(name) for name in markers],
+        "concerned": [path for name in concerned for path in drawing.paths(name)],
+        "states": np.round(whole, 4 - int(np.floor(np.log10(size)))).reshape(len(whole), -1),
+    }  # fmt: skip
+
+
+def _size(drawing: Drawing) -> float:
+    """Largest extent of the drawing in any of its states (m)."""
+    return float(np.linalg.norm(np.ptp(drawing.points, axis=-2), axis=-1).max()) or 1.0
+
+
+def moving_part(robot: Robot) -> str:
+    """What moves under the load: the `tip` of a robot with links, else the `platform`."""
+    return "platform" if robot.links is None else "tip"
 
 
 def view_figure(id: str, dimension: int, title: str, caption: str, height: int) -> Figure:
     """An empty figure that `robot_view.js` fills."""
     if dimension == 2:
-        layout: dict[str, Any] = {
-            "xaxis": {"title": {"text": "x (m)"}, "scaleanchor": "y", "constrain": "domain"},
-            "yaxis": {"title": {"text": "y (m)"}},
-        }
+        layout: dict[str, Any] = dict(_FLAT)
     else:
         layout = {
             "scene": {
@@ -103,11 +166,61 @@ def view_figure(id: str, dimension: int, title: str, caption: str, height: int) 
                 "xaxis": {"title": {"text": "x (m)"}},
                 "yaxis": {"title": {"text": "y (m)"}},
                 "zaxis": {"title": {"text": "z (m)"}},
-                "camera": {"eye": {"x": 1.38, "y": -1.78, "z": 0.69}, "center": {"x": 0, "y": 0, "z": -0.12}},
+                "camera": {"eye": {"x": 1.2, "y": -1.55, "z": 0.8}},
             },
             "margin": {"l": 0, "r": 0, "t": 8, "b": 60},
             "dragmode": "orbit",
         }
     layout["uirevision"] = "keep"
-    description = f"{title}. The numbers are in the table of the plan."
+    description = f"{title}. The numbers of legs or joints stand beside them."
     return Figure(id, title, {"data": [], "layout": layout}, caption, description, height=height, filename="robot")
+
+
+def plan_view(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) -> Figure:
+    """The first of the states as seen from above, x and y of O, with numbers and markers."""
+    drawing = states.drawing
+    flat = drawing.points[0, :, :2]
+    lines: list[tuple[str, str, tuple[tuple[int, ...], ...], int]] = [
+        (part.name, part.role, part.paths, 3) for part in drawing.parts
+    ]
+    lines += [("concerned", "concerned", drawing.paths(name), 6) for name in concerned if drawing.paths(name)]
+    traces: list[Trace] = []
+    for name, shade, paths, width in lines:
+        x, y = np.concatenate([np.vstack([flat[list(path)], [[np.nan, np.nan]]]) for path in paths]).T
+        first = name not in [trace["name"] for trace in traces]
+        traces.append(curve(name, x, y, shade, width=width, mode="lines+markers", showlegend=first))
+    places = {name: place[0, :2] for name, place in labels(robot, drawing).items()}
+    traces.append(_text(list(places), _apart(list(places.values()), _size(drawing))))
+    markers = {name: place[0, :2] for name, place in marker_places(robot, drawing, states.rotation).items()}
+    if markers:
+        above = {"mode": "markers+text", "textposition": "top center"}
+        traces.append(_text([plot_text(name) for name in markers], np.array(list(markers.values())), **above))
+    named = [(part.name, *flat[index]) for part in drawing.parts for path in part.paths for index in path]
+    named += [(f"marker {name}", *place) for name, place in markers.items()]
+    return chart(
+        "robot-above", "Seen from above", traces,
+        "The same, seen from above: x to the right and y upwards, so that angles grow counter-clockwise from x.",
+        "Plan of the robot seen from above, with the numbers of its legs or joints.",
+        x=_FLAT["xaxis"], y=_FLAT["yaxis"], frame=pd.DataFrame(named, columns=["part", "x_m", "y_m"]), height=460,
+    )  # fmt: skip
+
+
+def _apart(places: list[FloatArray], size: float) -> FloatArray:
+    """Places of names (n, 2), moved down where one would cover another that comes before it."""
+    free: list[FloatArray] = []
+    width, height = 0.1 * size, 0.06 * size
+    for place in places:
+        at = place.copy()
+        while any(abs(at[0] - x) < width and abs(at[1] - y) < 0.99 * height for x, y in free):
+            at[1] -= height
+        free.append(at)
+    return np.array(free).reshape(-1, 2)
+
+
+def _text(texts: list[str], places: FloatArray, **look: str) -> Trace:
+    x, y = places.T
+    font = {"color": colour("ink"), "size": 13}
+    return points("", x, y, "marker", symbol="diamond") | {
+        "mode": "text", "text": texts, "textposition": "middle center", "textfont": font, "showlegend": False,
+        "hoverinfo": "skip", "cliponaxis": False, **look,
+    }  # fmt: skip

@@ -8,6 +8,7 @@ made again is the same byte for byte as long as the look is the same.
 import dataclasses
 import json
 import math
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,10 @@ from jinja2 import TemplateError
 
 from expdesign.errors import InputError
 from expdesign.files.output import write_file
+from expdesign.files.written import Purpose, note_written, require_free, unchanged
 from expdesign.files.yaml_reader import read_text
 from expdesign.report import blocks
+from expdesign.report.blocks import HERE
 from expdesign.report.page import Page, known_scripts, render
 
 CONTENT, PAGE = "report.json", "report.html"
@@ -30,15 +33,19 @@ _PARTS: dict[str, type[Any]] = {"Page": Page} | {
 }
 
 
-def write_report(folder: Path, page: Page) -> None:
-    """Write `report.json` and `report.html` into a folder."""
+def write_report(folder: Path, page: Page, place: Path | None = None) -> None:
+    """Write `report.json` and `report.html` into a folder, whose final place (for commands in the page) is `place`."""
     text = page_text(page)
     write_file(folder / CONTENT, text)
-    write_file(folder / PAGE, render(page_from_text(text, str(folder / CONTENT))))
+    write_file(folder / PAGE, render(page_from_text(_in(place or folder, text), str(folder / CONTENT))))
 
 
-def remake_report(folder: Path) -> Path:
+def remake_report(folder: Path, *, force: bool = False) -> Path:
     """Make `report.html` of a folder of results again from its `report.json`.
+
+    Args:
+        folder: of results.
+        force: whether a page that somebody changed, or that has no record, is replaced as well.
 
     Returns:
         the path of the page.
@@ -54,13 +61,24 @@ def remake_report(folder: Path) -> Path:
         what = f"nothing that a report can be made of lies here (`{CONTENT}` is missing)"
         remedy = "Name the folder that `run`, `identify`, `diagnose`, `compare`, `montecarlo` or a sweep's run wrote."
         raise InputError(what, where=str(folder), remedy=remedy)
-    page = page_from_text(read_text(content), str(content))
+    page = page_from_text(_in(folder, read_text(content)), str(content))
     try:
         html = render(page)
     except (TemplateError, AttributeError, TypeError, ValueError) as error:  # parts of a wrong kind
         raise InputError(f"this is not a stored report ({error})", where=str(content), remedy=_DAMAGED) from None
+    purpose = None
+    if not unchanged(folder / PAGE):
+        purpose = Purpose("report", (str(content),))
+        require_free(folder / PAGE, purpose, force=force)
     write_file(folder / PAGE, html)
+    note_written(folder, [PAGE], purpose)
     return folder / PAGE
+
+
+def _in(folder: Path, text: str) -> str:
+    """The text of a page whose commands name files of the folder as they are seen from the current one."""
+    seen = "" if folder == Path() else f"{shlex.quote(str(folder))}/"
+    return text.replace(HERE, json.dumps(seen, ensure_ascii=False)[1:-1])
 
 
 def page_text(page: Page) -> str:

@@ -1,36 +1,35 @@
 """The certificate of `expdesign verify`: what was attained, against prediction and tolerance, and who signs for it."""
 
-from collections.abc import Mapping, Sequence
-
-import pandas as pd
+from collections.abc import Mapping
+from importlib.metadata import version
 
 from expdesign.acceptance.about import About
 from expdesign.acceptance.check_measurement import CheckMeasurement
 from expdesign.acceptance.record import RULE
 from expdesign.acceptance.verification import AxisResult, Verification
-from expdesign.files.csv_writer import csv_text
 from expdesign.models.model_file import Model
+from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import (
     DataTable,
     Definitions,
-    Download,
     KeyFigure,
     KeyFigures,
     Paragraph,
     Section,
     Sentences,
+    table_of,
 )
 from expdesign.report.page import Page
 
 _BLANK = "_" * 40
-_VERDICTS = {"pass": "pass", "fail": "fail", "no tolerance": "no decision"}
+_VERDICTS = {"no tolerance": "no decision"}
 
 
 def verification_report(
-    result: Verification, model: Model, check: CheckMeasurement, about: About, files: Mapping[str, str]
+    result: Verification, model: Model, check: CheckMeasurement, about: About, files: Mapping[str, str], number: str
 ) -> Page:
-    """The certificate, one page to be printed and signed.
+    """The certificate, to be printed and signed.
 
     Args:
         result: what was found.
@@ -38,11 +37,12 @@ def verification_report(
         check: what was measured.
         about: who measured what, with what, where and when.
         files: SHA-256 of every file, by its name.
+        number: of the certificate.
     """
     robot = model.chain.robot
     sections = (
         Section("statement", "Statement", (_figures(result), Sentences(statement(result)))),
-        Section("subject", "Subject", (Definitions(_subject(model, check, about)),)),
+        Section("subject", "Subject", (Definitions([("Certificate", number), *_subject(model, check, about)]),)),
         Section("results", "Results", (_table(result, model), Paragraph(_rule(result)))),
         Section("files", "Files", (_files(files),)),
         Section("signature", "Signature", (Definitions((("Date", _BLANK), ("Name and signature", _BLANK))),)),
@@ -51,7 +51,7 @@ def verification_report(
         title=f"Certificate of verification: {about.robot or robot.name}",
         subtitle=f"Accuracy under load after compensation, {words.count(len(check), 'check measurement')}",
         sections=sections,
-        footer="Made by expdesign.",
+        footer=f"Certificate {number}, made by expdesign {version('expdesign')}",
     )
 
 
@@ -59,52 +59,73 @@ def statement(result: Verification) -> list[str]:
     """What is certified, in words."""
     axes = [axis for target in result.targets for axis in target.axes if axis.tolerance is not None]
     proven = sum(axis.conformity == "conforms" for axis in axes)
-    texts = []
-    if result.verdict == "pass":
-        texts.append(f"The robot passes: all {len(axes)} axes with a tolerance conform at every target.")
-    elif result.verdict == "fail":
-        beyond = sum(axis.conformity == "does not conform" for axis in axes)
-        texts.append(
-            f"The robot fails: of {len(axes)} axes with a tolerance {proven} conform, {beyond} do not conform, and for "
-            f"{len(axes) - proven - beyond} conformity is not proven."
-        )
-    else:
-        texts.append("No tolerance was stated, so that nothing is decided.")
-    needed = [target.measurements_needed for target in result.targets if not target.passes]
-    if result.verdict == "fail" and needed and None not in needed:
-        most = max(count for count in needed if count is not None)
-        texts.append(
-            f"If the mean errors stay as they are, {most} independent readings of every target would prove conformity."
-        )
+    beyond = sum(axis.conformity == "does not conform" for axis in axes)
+    counts = f"of {len(axes)} axes with a tolerance {proven} conform, {beyond} do not conform, and for "
+    counts += f"{len(axes) - proven - beyond} conformity is not proven"
+    texts = [
+        {
+            "pass": f"The robot passes: all {len(axes)} axes with a tolerance conform at every target.",
+            "fail": f"The robot fails: {counts}.",
+            "not proven": f"Not proven: {counts}. No axis is proven to be beyond its tolerance.",
+            "no tolerance": "No tolerance was stated, so that nothing is decided.",
+        }[result.verdict]
+    ]
+    texts += _readings_needed(result)
     missed = sum(len(target.rows) == 0 for target in result.targets)
-    if missed:
+    if result.off_target:
         texts.append(
-            f"{words.count(missed, 'target')} of the configuration {'was' if missed == 1 else 'were'} not measured."
+            "No check reading is at a target of the configuration: measure at commands for its targets (their poses "
+            "and loads)."
         )
-    comparison = result.comparison
-    probability = words.number(comparison.p_value, 2)
-    tested = f"(χ² = {words.number(comparison.chi2)} for {comparison.residuals.size}, p = {probability})"
-    if result.consistent:
-        texts.append(f"What was attained is what the model predicts, to within the uncertainty of both {tested}.")
-    else:
+    elif missed:
         texts.append(
-            f"What was attained is not what the model predicts {tested}: nothing follows for poses and loads that were "
-            "not measured."
+            f"{words.sentence(words.count(missed, 'target'))} of the configuration "
+            f"{'was' if missed == 1 else 'were'} not measured."
         )
+    attained = "The attained poses are those that the model predicts, to within the uncertainty of both"
+    if result.statement.refuted:
+        attained = "The attained poses are not those that the model predicts"
+    elif result.statement.verdict == "too good":
+        attained += f"; the stated standard deviations are about {result.statement.overstated:.3g} times too large"
+    texts.append(f"{attained} ({result.statement.tested}).")
+    if result.statement.refuted and result.statement.worst is not None:
+        texts.append(result.statement.worst.sentence)
+    if result.statement.refuted or result.model_refuted:
+        why = "The model's own recordings refute it: nothing" if result.model_refuted else "Nothing"
+        texts.append(f"{why} follows for poses and loads that were not measured.")
     return texts
 
 
+def _readings_needed(result: Verification) -> list[str]:
+    """How many readings prove conformity."""
+    if not result.decided:
+        return []
+    count = result.readings_needed
+    if result.verdict == "pass":
+        return [f"{words.sentence(words.count(count or 0, 'independent reading'))} of every target proved it."]
+    if count is None:
+        return ["No number of readings would prove conformity with the mean errors as they are."]
+    readings = words.count(count, "independent reading")
+    return [f"If the mean errors stay as they are, {readings} of every target would prove conformity."]
+
+
 def _figures(result: Verification) -> KeyFigures:
-    return KeyFigures(
-        (
-            KeyFigure("Verdict", _VERDICTS[result.verdict]),
-            KeyFigure(
-                "Coverage factor", words.number(result.coverage.factor), "", f"{100 * result.coverage.level:.4g} %"
-            ),
-            KeyFigure("Risk", words.number(100.0 * result.risk, 2), "%", "of passing beyond a tolerance, at most"),
-            KeyFigure("Model test", words.number(result.comparison.p_value, 2), "", "probability of larger deviations"),
+    k, level = words.number(result.coverage.factor), f"{100 * result.coverage.level:.4g} %"
+    items = [
+        KeyFigure("Verdict", _VERDICTS.get(result.verdict, result.verdict)),
+        KeyFigure("Coverage factor", k, "", level),
+    ]
+    if result.verdict == "pass":
+        percent = words.number(100.0 * result.risk, 2)
+        items.append(KeyFigure("Risk", percent, "%", "of passing beyond a tolerance, at most"))
+    elif result.readings_needed is not None:
+        items.append(
+            KeyFigure("Readings needed", str(result.readings_needed), "", "of every target, to prove conformity")
         )
-    )
+    p_value = result.statement.p_value
+    tested = "none" if p_value is None else probability_text(p_value, 2)
+    items.append(KeyFigure("Model test", tested, "", "probability of larger deviations"))
+    return KeyFigures(items)
 
 
 def _subject(model: Model, check: CheckMeasurement, about: About) -> list[tuple[str, str]]:
@@ -136,11 +157,12 @@ def _table(result: Verification, model: Model) -> DataTable:
     rows = []
     for number, target in enumerate(result.targets, start=1):
         rows += [_row(number, axis) for axis in target.axes]
-    names = model.chain.robot.configuration
+    columns_of_pose = [words.plan_column(name) for name in model.chain.robot.configuration]
     places = "; ".join(
         f"target {number}: "
         + ", ".join(
-            f"{name} {words.given(float(value))}" for name, value in zip(names, target.configuration, strict=True)
+            f"{column.title} {words.given(float(value) * column.factor)} {column.unit}"
+            for column, value in zip(columns_of_pose, target.configuration, strict=True)
         )
         for number, target in enumerate(result.targets, start=1)
     )
@@ -149,7 +171,7 @@ def _table(result: Verification, model: Model) -> DataTable:
         if len(result.targets) <= 6
         else ("Errors of the attained pose (attained minus wanted).")
     )
-    return DataTable("results-table", caption, columns, rows, _shown("results.csv", columns, rows))
+    return table_of("results-table", caption, columns, rows)
 
 
 def _row(number: int, axis: AxisResult) -> list[str]:
@@ -181,11 +203,4 @@ def _rule(result: Verification) -> str:
 
 def _files(files: Mapping[str, str]) -> DataTable:
     rows = [[name, digest] for name, digest in files.items()] or [["none", "–"]]
-    columns = ["File", "SHA-256"]
-    csv = _shown("files.csv", columns, rows)
-    return DataTable("files-table", "The files that this certificate rests on.", columns, rows, csv)
-
-
-def _shown(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Download:
-    """A table as it is shown; `verification.json` has the figures unrounded."""
-    return Download(name, csv_text(pd.DataFrame(list(rows), columns=list(columns))))
+    return table_of("files-table", "The files that this certificate rests on.", ["File", "SHA-256"], rows)

@@ -65,6 +65,12 @@ class Watched:
         with self._lock:
             self._state |= {"stage": title, "done": done, "total": total, "note": note}
 
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody wants it to end."""
+        with self._lock:
+            return self._wanted
+
     def end_it(self) -> None:
         """Somebody wants the search to end with what is there."""
         with self._lock:

@@ -1,0 +1,126 @@
+"""Motion of the whole machine against the instrument from one series to the next, as noise that a series shares.
+
+It predicts nothing, but without it whatever moves whole series would be laid to effects that happen to differ between
+them. With J_k the derivatives of the readings of series k by the pose of the instrument, its motions are random with
+the deviations D, and are left out of the parameters by their marginal covariance
+
+    V_k = I + φ·J_k·D²·J_kᵀ,   V_k^(−1/2) = I + U·diag((1 + φ·s²)^(−1/2) − 1)·Uᵀ,   J_k·D = U·diag(s)·Wᵀ,
+
+so that many series cost no more than one. Evidence sets φ. A series at one pose says nothing of it: its motion is not
+told from an error of the machine at that pose.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.chain import Chain
+from expdesign.diagnosis.sample import Sample
+from expdesign.ports.everything import Linear, Priors, Sizes, log_evidence, sized
+
+SERIES = 5
+"""Series from which the machine may have settled between them, and from which they are left out as wholes."""
+_SAME_POSE = 0.01
+"""Share of the range of a coordinate in all rows within which rows of a series are at one pose."""
+_RATIOS = tuple(float(ratio) for ratio in np.geomspace(1e-4, 10.0, 11))
+"""φ that are compared, deviations being such that each motion alone would show as much as the base model misses."""
+_SINGULAR = 1e-9
+"""Directions of a series' motion that move its readings by a smaller share than the largest are none."""
+
+
+@dataclass(frozen=True)
+class Settling:
+    """Noise that the readings of a series share.
+
+    Attributes:
+        series: readings of every series that may have moved.
+        turned: U of each, shape (n_k, r_k).
+        squares: s² of each, shape (r_k,).
+        ratio: φ; 0 where nothing moved.
+    """
+
+    series: tuple[IntArray, ...] = ()
+    turned: tuple[FloatArray, ...] = ()
+    squares: tuple[FloatArray, ...] = ()
+    ratio: float = 0.0
+
+    def whitened(self, readings: FloatArray) -> FloatArray:
+        """V^(−1/2) times readings (M,) or derivatives of them (M, p)."""
+        return self._scaled(readings, -0.5)
+
+    def unwhitened(self, readings: FloatArray) -> FloatArray:
+        """V^(1/2) times readings (M,)."""
+        return self._scaled(readings, 0.5)
+
+    def _scaled(self, readings: FloatArray, power: float) -> FloatArray:
+        if self.ratio == 0.0:
+            return readings
+        scaled = readings.copy()
+        for rows, turned, squares in zip(self.series, self.turned, self.squares, strict=True):
+            change = (1.0 + self.ratio * squares) ** power - 1.0
+            scaled[rows] += (turned * change) @ (turned.T @ readings[rows])
+        return scaled
+
+
+def settling(chain: Chain, sample: Sample, kept: BoolArray, residuals: FloatArray, slopes: FloatArray) -> Settling:
+    """What may have moved, for `ratio` to be set.
+
+    Args:
+        chain: with the pose of the instrument among the parameters of its reading.
+        sample: rows that count.
+        kept: readings that count among all readings.
+        residuals: whitened, of the base model, shape (M,).
+        slopes: whitened derivatives of the prediction, shape (M, p).
+    """
+    names = [parameter.name for parameter in chain.parameters[: chain.base]]
+    pose = [i for i, name in enumerate(names) if name.startswith("instrument ")]
+    axes = len(sample.recordings.axes)
+    moving = [np.flatnonzero(np.repeat(rows, axes)[kept]) for rows in _moving(sample)]
+    if len(moving) < SERIES or not pose:
+        return Settling()
+    directions = slopes[:, pose]
+    shows = np.sqrt((directions**2).mean(axis=0))
+    misfit = float(np.sqrt((residuals**2).mean()))
+    directions = directions * (misfit / np.maximum(shows, 1e-9 * max(float(shows.max()), 1e-300)))
+    turned, squares = [], []
+    for rows in moving:
+        left, singular, _ = np.linalg.svd(directions[rows], full_matrices=False)
+        there = singular > _SINGULAR * singular.max(initial=1e-300)
+        turned.append(left[:, there])
+        squares.append(singular[there] ** 2)
+    return Settling(tuple(moving), tuple(turned), tuple(squares))
+
+
+def _moving(sample: Sample) -> list[BoolArray]:
+    """Rows of every series that was read at several poses, shape (N,) each."""
+    poses = sample.recordings.configurations
+    ranges = _SAME_POSE * np.ptp(poses[sample.counts], axis=0)
+    found = []
+    for number in np.unique(sample.rows.series[sample.counts]):
+        rows: BoolArray = (sample.rows.series == number) & sample.counts
+        if (np.ptp(poses[rows], axis=0) > ranges).any():
+            found.append(rows)
+    return found
+
+
+def most_evident(settled: Settling, readings: FloatArray, slopes: FloatArray, priors: Priors) -> Settling:
+    """The same with the φ of largest evidence, all effects being there; none moved where that is not worth its prior.
+
+    Args:
+        settled: what may have moved.
+        readings: with all parameters at their means, whitened, shape (M,).
+        slopes: whitened derivatives of the prediction, shape (M, p).
+        priors: of all effects.
+    """
+    if not settled.series:
+        return settled
+    start = Sizes(np.full(int(priors.group.max()) + 1, 0.3), 3.0)
+    best = (-np.inf, settled)
+    for ratio in (0.0, *_RATIOS):
+        one = Settling(settled.series, settled.turned, settled.squares, ratio)
+        problem = Linear(one.whitened(readings), one.whitened(slopes))
+        volume = sum(float(np.log1p(ratio * squares).sum()) for squares in settled.squares)
+        evidence = log_evidence(problem, priors, sized(problem, priors, start)) - 0.5 * volume
+        best = max(best, (evidence, one), key=lambda item: item[0])
+    return best[1]

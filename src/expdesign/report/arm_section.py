@@ -1,0 +1,178 @@
+"""A calibrated arm on the page of `expdesign identify`, on the console and in `identification.json`."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.files.csv_writer import csv_text
+from expdesign.identification.accuracy import Errors
+from expdesign.identification.arm import ArmCalibration
+from expdesign.identification.arm_outcome import Corrected, attached_frames, corrections, origins
+from expdesign.identification.identify import Identification
+from expdesign.report import words
+from expdesign.report.blocks import DataTable, Download, Section, Sentences
+
+_NAMES = ("mean", "rms", "most", "percentile")
+_HEADINGS = ("mean", "RMS", "maximum", "95 %")
+
+
+def arm_sections(result: Identification) -> list[Section]:
+    """Accuracy before and after, corrected parameters, origins of the joints and frames."""
+    found = result.arm
+    assert found is not None
+    sections = [Section("accuracy", "Accuracy before and after", [_accuracy_table(found)])]
+    listed = corrections(found, result.geometry)
+    if listed:
+        blocks = [Sentences(_geometry_texts(listed)), _geometry_table(listed), _origin_table(found)]
+        sections.append(Section("geometry", "Geometry", blocks))
+    frames = _frame_table(result, found)
+    return [*sections, *([] if frames is None else [Section("frames", "Tool and base frames", [frames])])]
+
+
+def accuracy_lines(found: ArmCalibration) -> list[str]:
+    """A line for every kind of row and of reading."""
+    lines = []
+    for (rows, kind), pair in found.accuracy.entries.items():
+        unit, factor = _unit(kind)
+        parts = [
+            f"{heading} {words.number(factor * getattr(pair.before, name))} → "
+            f"{words.number(factor * getattr(pair.after, name))}"
+            for name, heading in zip(_NAMES, _HEADINGS, strict=True)
+        ]
+        lines.append(f"{kind} of {pair.after.rows} rows ({rows}), before → after: {', '.join(parts)} {unit}")
+    return lines
+
+
+def geometry_line(result: Identification) -> str | None:
+    """How many parameters of the geometry are told apart; None without geometry."""
+    found = result.arm
+    listed = corrections(found, result.geometry) if found is not None else []
+    if not listed:
+        return None
+    told = sum(each.status == "told apart" for each in listed)
+    others = sum(each.status == "stands in others" for each in listed)
+    return (
+        f"{told} of {len(listed)} parameters of the geometry told apart; {others} cannot be told from others, which "
+        f"stand for them, {len(listed) - told - others} hardly show and stay near the drawing"
+    )
+
+
+def arm_record(result: Identification) -> dict[str, Any] | None:
+    """The key `arm` of `identification.json`."""
+    found = result.arm
+    if found is None:
+        return None
+    train = result.recordings.rows(result.fitted)
+    return {
+        "stated_noise": None
+        if found.stated is None
+        else {"chi2": found.stated[0], "dof": found.stated[1], "p_value": found.stated[2]},
+        "accuracy": [
+            {"rows": rows, "of": kind, "before": _figures(pair.before), "after": _figures(pair.after)}
+            for (rows, kind), pair in found.accuracy.entries.items()
+        ],
+        "parameters": [
+            {
+                "name": each.name, "of": each.label, "unit": each.unit,
+                "correction": [each.value, each.low, each.high], "status": each.status, "note": each.note,
+            }
+            for each in corrections(found, result.geometry)
+        ],
+        "origins": {
+            name: {"nominal": nominal.tolist(), "corrected": corrected.tolist()}
+            for name, (nominal, corrected) in origins(found).items()
+        }
+        if result.geometry is not None
+        else {},
+        "frames": {
+            frame.name: {"link": frame.link, "pose": frame.pose.tolist()} for frame in attached_frames(found, train)
+        },
+    }  # fmt: skip
+
+
+def _figures(errors: Errors) -> dict[str, float | int]:
+    return {
+        "rows": errors.rows, "mean": errors.mean, "rms": errors.rms, "max": errors.most, "p95": errors.percentile
+    }  # fmt: skip
+
+
+def _unit(kind: str) -> tuple[str, float]:
+    return ("mm", 1e3) if kind == "position" else ("°", 180.0 / np.pi)
+
+
+def _accuracy_table(found: ArmCalibration) -> DataTable:
+    rows, frame = [], []
+    for (which, kind), pair in found.accuracy.entries.items():
+        unit, factor = _unit(kind)
+        for when, errors in (("before", pair.before), ("after", pair.after)):
+            figures = [factor * float(getattr(errors, name)) for name in _NAMES]
+            rows.append([f"{kind}, {unit}", f"{which} ({errors.rows})", when, *(words.number(x) for x in figures)])
+            frame.append({"of": kind, "rows": which, "when": when, **_figures(errors)})
+    caption = (
+        "Distance between measured and predicted position, and angle between measured and predicted orientation (ISO "
+        "9283 calls it accuracy, for one command). Before: the robot as its file has it, with instrument and markers "
+        "fitted to it. Left-out folds are predicted by a fit to the others, linearised. The CSV is in m and rad."
+    )
+    csv = csv_text(pd.DataFrame(frame))
+    return DataTable("accuracy-table", caption, ["Of", "Rows", "", "Mean", "RMS", "Maximum", "95 %"], rows,
+                     Download("accuracy.csv", csv))  # fmt: skip
+
+
+def _geometry_texts(listed: list[Corrected]) -> list[str]:
+    told = [each for each in listed if each.status == "told apart"]
+    return [
+        f"{len(told)} of {len(listed)} parameters are told apart. Corrections are true minus nominal: a joint's frame "
+        "moves along x, y, z and turns about x, y, z of its own axes (those of its origin in the URDF, at coordinate "
+        "zero); a zero adds to the commanded coordinate.",
+        "`robot.urdf` has the corrected origins, and links `identified_…` where instrument and markers are; the model "
+        "file carries the same with its covariance.",
+    ]
+
+
+def _geometry_table(listed: list[Corrected]) -> DataTable:
+    rows = [
+        [each.label, *(words.number(1e3 * x, 4) for x in (each.value, each.low, each.high)),
+         "mm" if each.unit == "m" else "mrad", each.note or each.status]
+        for each in listed
+    ]  # fmt: skip
+    frame = pd.DataFrame([vars(each) for each in listed])
+    return DataTable(
+        "geometry-table",
+        "Corrections with 95 % intervals. The CSV is in SI units.",
+        ["Parameter", "Correction", "Low", "High", "Unit", "Told apart"],
+        rows,
+        Download("geometry.csv", csv_text(frame)),
+        tall=len(rows) > 40,
+    )
+
+
+def _origin_table(found: ArmCalibration) -> DataTable:
+    rows = []
+    for name, (nominal, corrected) in origins(found).items():
+        for which, pose in (("nominal", nominal), ("corrected", corrected)):
+            rows.append(
+                [name, which, *(f"{1e3 * x:.3f}" for x in pose[:3]), *(f"{np.degrees(x):.4f}" for x in pose[3:])]
+            )
+    columns = ["Joint", "", "x, mm", "y, mm", "z, mm", "roll, °", "pitch, °", "yaw, °"]
+    return DataTable("origins-table", "Origins of the joints as in the URDF.", columns, rows)
+
+
+def _frame_table(result: Identification, found: ArmCalibration) -> DataTable | None:
+    chain = found.fit.chain
+    parameters = chain.parameters[chain.compliances : chain.base]
+    if not parameters:
+        return None
+    deviation = np.sqrt(np.diag(found.fit.covariance))[chain.compliances : chain.base]
+    values = found.fit.values[chain.compliances : chain.base]
+    rows = []
+    for label, parameter, value, spread in zip(
+        found.labels[chain.compliances : chain.base], parameters, values, deviation, strict=True
+    ):
+        factor, unit = (180.0 / np.pi, "°") if parameter.name.endswith("_rad") else (1e3, "mm")
+        rows.append([label, f"{factor * value:.4f}", words.number(1.96 * factor * spread, 2), unit])
+    caption = (
+        "The instrument's pose in the base frame, and the markers on the tip. What the geometry cannot be told from is "
+        "in them: the base frame is that of joint 1 as it is."
+    )
+    return DataTable("frames-table", caption, ["Of", "Estimate", "± 95 %", "Unit"], rows)

@@ -1,0 +1,107 @@
+"""What a diagnosis says in words: the same on its page and in the terminal."""
+
+import re
+
+import numpy as np
+
+from expdesign.acceptance.decision import Decision
+from expdesign.acceptance.decision import sentences as decided
+from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.findings import Finding
+from expdesign.probabilities import probability_text
+from expdesign.report import words
+from expdesign.report.diagnosis_record import located
+from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
+from expdesign.report.remark_texts import sentences
+from expdesign.report.stiffness import added_physics, stiffness_lines
+
+VERDICTS = {
+    "consistent": "Nothing is missing that these recordings show.",
+    "explained": "The base model does not explain these recordings; with the physics named below it does.",
+    "modelled": "The base model does not explain these recordings, and no named physics does; laws drawn from the "
+    "recordings, at the places named below, do.",
+    "unexplained": "Something is missing that no physics in the library accounts for. It is located below, not named.",
+}
+MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
+_COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad)\b")
+"""A column of a pose or a deflection, which prose names without its unit."""
+
+
+def terminal_lines(result: Diagnosis, hidden: str | None, accepted: Decision | None = None) -> list[str]:
+    """What `expdesign diagnose` prints.
+
+    Args:
+        result: what was found.
+        hidden: what may still be hidden at the targets.
+        accepted: of the targets, with the model that was found.
+    """
+    lines = [f"Verdict: {result.verdict}."]
+    if result.verdict == "unexplained":
+        lines += [mismatch(result), next_recording(result)]
+    lines += [
+        f"{one.sentence} (probability {probability_text(one.probability, 2)}){_instead(one)}" for one in result.findings
+    ]
+    if added_physics(result):
+        lines += ["With this physics in the model:", *stiffness_lines(result)]
+    lines += diagnosed_fit_sentences(result)
+    lines += [coverage_sentence(result.errors.coverage)] if np.isfinite(result.errors.coverage) else []
+    lines += [] if accepted is None else decided(accepted)
+    lines += [] if hidden is None else [hidden]
+    return lines + ([MEASURE_NEXT] if result.rival is not None else [])
+
+
+def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
+    """What the page says first: what may be hidden where nothing is missing, the verdict, and the findings."""
+    texts = [] if hidden is None else [hidden]
+    texts.append(VERDICTS[result.verdict])
+    texts += [_finding(one) for one in result.findings]
+    if result.verdict != "consistent":
+        texts.append(mismatch(result))
+    texts += diagnosed_fit_sentences(result)
+    errors = result.errors
+    if result.findings:
+        texts.append(
+            f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
+            f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
+        )
+    if result.stability is not None and all(one.share is None for one in result.findings):
+        stable = result.stability
+        texts.append(f"{100.0 * stable.same:.0f} % of {stable.refits} refits on nine tenths of the rows name the same.")
+    if np.isfinite(errors.coverage):
+        texts.append(coverage_sentence(errors.coverage))
+    texts += sentences(result.caveats)
+    if not result.noise.known:
+        texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
+    return texts
+
+
+def _finding(finding: Finding) -> str:
+    text = f"{finding.sentence} Probability {probability_text(finding.probability, 2)}{_instead(finding)}."
+    if finding.share is not None:
+        text += f" {100.0 * finding.share:.0f} % of the refits on nine tenths of the rows name it."
+    return text
+
+
+def _instead(finding: Finding) -> str:
+    others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
+    return f"; in these recordings indistinguishable from {others}" if others else ""
+
+
+def mismatch(result: Diagnosis) -> str:
+    """On which axes the mismatch shows, where it most likely comes from, and with what it varies."""
+    axes = (
+        words.listed([words.axis(name) for name in result.location.axes]) if result.location.axes else "no axis alone"
+    )
+    region = result.location.region
+    region = in_prose(region if region.startswith("varies") else f"is {region}")
+    return f"The mismatch shows in {axes} and points to {words.listed(located(result))}; it {region}."
+
+
+def next_recording(result: Diagnosis) -> str:
+    """What to do about a mismatch that nothing explains."""
+    return f"Look at {words.listed(located(result))}, and record again with more loads and poses there."
+
+
+def in_prose(text: str) -> str:
+    """A text with `ry` for `ry_rad`."""
+    return _COLUMN.sub(r"\1", text)

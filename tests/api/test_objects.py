@@ -1,0 +1,118 @@
+"""Results go into functions as they are, wrong things are answered by the project's own errors, and `dir` is short."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from tests.commands.calls import CONFIG, ROBOT, plan_file
+
+import expdesign as xd
+from expdesign.api.result import Result
+from expdesign.errors import InputError
+
+POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> xd.Simulated:
+    return xd.simulate(CONFIG, plan_file(tmp_path_factory.mktemp("plan")), seed=3)
+
+
+@pytest.fixture(scope="module")
+def identified(simulated: xd.Simulated) -> xd.Identified:
+    return xd.identify(ROBOT, simulated)
+
+
+def test_recordings_are_what_was_simulated(simulated: xd.Simulated, identified: xd.Identified, tmp_path: Path) -> None:
+    simulated.save(tmp_path / "rows.csv")
+    pd.testing.assert_frame_equal(identified.stiffness, xd.identify(ROBOT, tmp_path / "rows.csv").stiffness)
+
+
+def test_a_result_stands_for_its_model(identified: xd.Identified, tmp_path: Path) -> None:
+    plan = plan_file(tmp_path)
+    identified.save(tmp_path / "identified")
+    file = tmp_path / "identified" / "model.yaml"
+    for one, other in (
+        (xd.compensate(identified, plan).frame, xd.compensate(file, plan).frame),
+        (xd.predict(identified, plan).frame, xd.predict(file, plan).frame),
+        (xd.simulate(CONFIG, plan, model=identified).frame, xd.simulate(CONFIG, plan, model=file).frame),
+    ):
+        np.testing.assert_allclose(one[POSE].to_numpy(), other[POSE].to_numpy(), rtol=1e-12)
+
+
+def test_a_robot_stands_for_what_deflects(tmp_path: Path) -> None:
+    plan = plan_file(tmp_path)
+    here = xd.simulate(CONFIG, plan, model=ROBOT).frame
+    loaded = xd.load(ROBOT)
+    assert isinstance(loaded, xd.RobotFile)
+    pd.testing.assert_frame_equal(xd.simulate(CONFIG, plan, model=loaded).frame, here)
+    content = yaml.safe_load(ROBOT.read_text(encoding="utf-8"))
+    pd.testing.assert_frame_equal(xd.simulate(CONFIG, plan, model=content).frame, here)
+    assert len(xd.predict(loaded, plan).frame) == 4
+
+
+def test_a_mapping_as_other_readers_of_yaml_give_it() -> None:
+    """YAML 1.1 takes `1e7` for a text."""
+    content = yaml.safe_load(ROBOT.read_text(encoding="utf-8")) | {"name": "1e7", "actuator_stiffness": ["1e7"] * 6}
+    checked = xd.physics(content)
+    assert checked.robot == "1e7"
+    with pytest.raises(InputError, match="a number is needed"):
+        xd.physics(content | {"actuator_stiffness": ["ten"] * 6})
+
+
+def test_a_plan_is_what_was_computed(tmp_path: Path) -> None:
+    content = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))
+    content["robot"] = str(CONFIG.parent / "robots" / "bipod.yaml")
+    content["optimiser"] = {"population": 8, "generations": 1, "polish": False}
+    run = xd.run(content)
+    assert run.record["config"]
+    total = xd.evaluate(content, run).record["total"]
+    assert total == pytest.approx(run.front.criteria["total"][run.front.recommended], rel=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [5, None, {"a": 1}, ("a", 1)])
+def test_other_things_are_answered(wrong: object, tmp_path: Path, identified: xd.Identified) -> None:
+    plan = plan_file(tmp_path)
+    for call in (
+        lambda: xd.evaluate(CONFIG, wrong),  # type: ignore[arg-type]
+        lambda: xd.compensate(wrong, plan),  # type: ignore[arg-type]
+        lambda: xd.compensate(identified, wrong),  # type: ignore[arg-type]
+        lambda: xd.identify(ROBOT, wrong),  # type: ignore[arg-type]
+        lambda: xd.identify(wrong, plan),  # type: ignore[arg-type]
+        lambda: xd.run(wrong),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(xd.ExpdesignError):
+            call()
+
+
+def test_options_that_cannot_be(simulated: xd.Simulated) -> None:
+    with pytest.raises(InputError, match="no physics is called `creap`"):
+        xd.diagnose(ROBOT, simulated, without=["creap"])
+    with pytest.raises(InputError, match=r"Write \['creep'\]"):
+        xd.diagnose(ROBOT, simulated, without="creep")
+
+
+def test_a_look_at_a_result_is_short(simulated: xd.Simulated, identified: xd.Identified, tmp_path: Path) -> None:
+    results: list[Result] = [
+        simulated, identified, xd.evaluate(CONFIG, simulated), xd.sheet(CONFIG, simulated), xd.physics(ROBOT),
+        xd.predict(identified, simulated), xd.compensate(identified, simulated),
+    ]  # fmt: skip
+    for result in results:
+        text = repr(result)
+        assert text.startswith(f"<{type(result).__name__}: ")
+        assert len(text) < 250, text
+        assert "\n" not in text
+    assert "4 rows" in repr(simulated)
+    assert replace(simulated, text=simulated.text.iloc[:1]).summary == "1 row simulated"
+
+
+def test_the_package_shows_what_it_has() -> None:
+    names = set(dir(xd))
+    assert {"run", "identify", "physics", "Run", "Effect", "Criterion", "Robot", "InputError"} <= names
+    assert {"ConvergenceError", "InfeasibleError", "NotIdentifiableError", "SingularConfigurationError"} <= names
+    assert not {"Any", "TYPE_CHECKING", "importlib", "pkgutil"} & names
+    assert all(hasattr(xd, name) for name in names)
+    assert issubclass(xd.InfeasibleError, xd.ExpdesignError)

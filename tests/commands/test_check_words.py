@@ -1,0 +1,55 @@
+"""What `expdesign check` says is said once, of what there is."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from tests.commands.calls import call
+from tests.plausibility.sound import CONFIGS, content_of, recordings_of
+
+Printed = pytest.CaptureFixture[str]
+
+
+def test_a_mistake_is_said_once_with_one_word_and_a_remedy(tmp_path: Path, capsys: Printed) -> None:
+    frame = recordings_of(content_of("hexapod-h1"), 5)
+    frame[["dx_m", "dy_m", "dz_m"]] *= 1e3
+    frame[["sx_m", "sy_m", "sz_m"]] *= 1e3
+    frame.to_csv(tmp_path / "mm.csv", index=False)
+    call("check", tmp_path / "mm.csv", "--robot", CONFIGS / "robots" / "hexapod-h1.yaml")
+    said = capsys.readouterr()
+    assert (said.err + said.out).count("in mm?") == 1
+    assert "as in `dx_mm`" in said.err
+    assert "suspicion" not in said.err
+
+
+def test_a_joint_without_a_load_is_said_in_place_of_its_deviation(tmp_path: Path, capsys: Printed) -> None:
+    """Weights load no joint about the vertical."""
+    frame = recordings_of(content_of("ur5"), 5, rows=10)
+    frame.to_csv(tmp_path / "arm.csv", index=False)
+    assert call("check", tmp_path / "arm.csv", "--robot", CONFIGS / "robots" / "ur5.yaml") == 0
+    said = capsys.readouterr().out
+    assert "They identify 5 of 6 stiffnesses, the worst (joint " in said
+    assert "; no load acts on joint 1." in said
+
+
+def test_under_a_budget_the_numbers_of_measurements_that_fit_are_said(tmp_path: Path, capsys: Printed) -> None:
+    content = content_of("hexapod-h1")
+    del content["experiment"]["measurements"]
+    content["experiment"] |= {"budget": {"minutes": 60}, "costs": {"pose_change": 5, "mass_change": 3, "reading": 1}}
+    (tmp_path / "budget.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    assert call("check", tmp_path / "budget.yaml") == 0
+    assert "measurements, as many as 60 minutes allow, with " in capsys.readouterr().out
+
+
+def test_a_question_has_no_further_stop(tmp_path: Path, capsys: Printed) -> None:
+    frame = recordings_of(content_of("hexapod-h1"), 5)
+    names = [name for name in frame.columns if name.startswith("d")]
+    frame[names] = -np.asarray(frame[names])
+    frame.to_csv(tmp_path / "turned.csv", index=False)
+    assert (
+        call("identify", CONFIGS / "robots" / "hexapod-h1.yaml", tmp_path / "turned.csv", "--out", tmp_path / "o") == 2
+    )
+    said = capsys.readouterr().err
+    assert "wrong sign? " in said
+    assert "?." not in said

@@ -1,0 +1,202 @@
+"""No command replaces what was written for another purpose, by somebody, or is one of its inputs."""
+
+import json
+import os
+import shutil
+import stat
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from openpyxl import load_workbook
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
+
+import expdesign as xd
+from expdesign.errors import InputError
+from expdesign.files.written import RECORD
+
+BIPOD = CONFIG.parent / "bipod.yaml"
+OTHERS = "this was measured for a week\n"
+
+# What every command with `--out` gets, and a file that it would write there ('' where --out is the file).
+WRITERS: dict[str, tuple[list[object], str]] = {
+    "run": ([BIPOD], "plan.csv"),
+    "compare": ([BIPOD], "comparison.csv"),
+    "montecarlo": ([CONFIG, "plan.csv"], "montecarlo.json"),
+    "sheet": ([CONFIG, "plan.csv"], "sheet.csv"),
+    "simulate": ([CONFIG, "plan.csv"], ""),
+    "identify": ([ROBOT, "recordings.csv"], "model.yaml"),
+    "diagnose": ([ROBOT, "recordings.csv"], "model.yaml"),
+    "predict": (["model.yaml", "plan.csv"], ""),
+    "compensate": (["model.yaml", "plan.csv"], ""),
+    "verify": (["model.yaml", "plan.csv"], "verification.json"),
+    "table": (["model.yaml", "--over", "x_mm=-1:1"], "correction.c"),
+    "next": ([CONFIG, "recordings.csv"], ""),
+    "register": ([ROBOT, "plan.csv", "points.txt"], ""),
+    "correct": ([ROBOT, "poses.csv"], ""),
+    "sweep": ([BIPOD.parent / "sweep-bipod.yaml"], "sweep.csv"),
+    "check": ([ROBOT], "report.html"),
+    "new": (["bipod"], "robot.yaml"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_others_wrote_stays(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is said before the work: the inputs need not even be there."""
+    monkeypatch.chdir(tmp_path)
+    arguments, inner = WRITERS[name]
+    out = tmp_path / "out"
+    file = out / inner if inner else out
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(OTHERS)
+    assert call(name, *arguments, "--out", out) == 2
+    said = capsys.readouterr().err
+    assert f"{file}: this file is there already. Nothing was written." in said
+    assert "--force" in said
+    assert file.read_text() == OTHERS
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out"]
+
+
+def test_the_same_command_replaces_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan, out = plan_file(tmp_path), tmp_path / "rows.csv"
+    assert call("simulate", CONFIG, plan, "--out", out) == 0
+    first = out.read_text()
+    assert call("simulate", CONFIG, plan, "--out", out, "--seed", 2) == 0
+    assert out.read_text() != first
+    plan.write_text("\n".join(plan.read_text().splitlines()[:-1]))  # the inputs may change, their paths not
+    assert call("simulate", CONFIG, plan, "--out", out) == 0
+    assert len(pd.read_csv(out)) == 3
+    other = tmp_path / "other.csv"
+    other.write_text(plan.read_text())
+    capsys.readouterr()
+    assert call("simulate", CONFIG, other, "--out", out) == 2
+    assert "already, written by `expdesign simulate` from" in capsys.readouterr().err
+    assert len(pd.read_csv(out)) == 3
+    assert call("simulate", CONFIG, other, "--out", out, "--force") == 0
+
+
+def test_what_moved_is_known_again(tmp_path: Path) -> None:
+    first = tmp_path / "first"
+    first.mkdir()
+    plan = plan_file(first)
+    assert call("simulate", CONFIG, plan, "--out", first / "out" / "rows.csv") == 0
+    shutil.copytree(first / "out", tmp_path / "elsewhere")  # the results alone
+    assert call("simulate", CONFIG, plan, "--out", tmp_path / "elsewhere" / "rows.csv") == 0
+    first.rename(tmp_path / "second")  # with their plan
+    assert call("simulate", CONFIG, tmp_path / "second" / "plan.csv", "--out", tmp_path / "second/out/rows.csv") == 0
+
+
+def test_a_file_into_which_somebody_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan, out = plan_file(tmp_path), tmp_path / "rows.csv"
+    assert call("simulate", CONFIG, plan, "--out", out) == 0
+    out.write_text(out.read_text().replace("first", "read again by hand"))
+    capsys.readouterr()
+    assert call("simulate", CONFIG, plan, "--out", out) == 2
+    assert "changed since `expdesign simulate` wrote it. Nothing was written." in capsys.readouterr().err
+    assert "read again by hand" in out.read_text()
+
+
+def test_a_folder_of_another_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings = recordings_file(tmp_path)
+    out = tmp_path / "out"
+    assert call("identify", ROBOT, recordings, "--out", out) == 0
+    model = (out / "model.yaml").read_bytes()
+    assert call("identify", ROBOT, recordings, "--out", out) == 0  # again
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(ROBOT.read_text())
+    capsys.readouterr()
+    assert call("identify", robot, recordings, "--out", out) == 2
+    assert "this file is there already" in capsys.readouterr().err
+    assert call("diagnose", ROBOT, recordings, "--out", out) == 2
+    assert (out / "model.yaml").read_bytes() == model
+    assert call("report", out) == 0  # the page of these very results
+    assert call("identify", ROBOT, recordings, "--out", out) == 0
+    (out / "report.html").write_text("notes of mine")
+    assert call("report", out) == 2
+    assert (out / "report.html").read_text() == "notes of mine"
+
+
+@pytest.mark.parametrize("form", ["sheet.xlsx", "sheet.csv"])
+def test_a_filled_sheet_is_never_replaced(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan, out = plan_file(tmp_path), tmp_path / "sheet"
+    assert call("sheet", CONFIG, plan, "--out", out) == 0
+    assert call("sheet", CONFIG, plan, "--out", out) == 0  # nothing was read yet
+    path = out / form
+    if form.endswith("xlsx"):
+        book = load_workbook(path)
+        sheet = book.worksheets[0]
+        column = [str(cell.value).startswith("reading_") for cell in sheet[1]].index(True) + 1
+        sheet.cell(row=2, column=column, value=0.08859)
+        book.save(path)
+    else:
+        frame = pd.read_csv(path, dtype=str, keep_default_na=False)
+        frame.loc[0, "reading_z_m"] = "0.08859"
+        frame.to_csv(path, index=False)
+    filled = path.read_bytes()
+    (out / RECORD).unlink()  # as after a copy of the file
+    for command in (("sheet", CONFIG, plan, "--out", out), ("simulate", CONFIG, plan, "--out", path)):
+        for options in ((), ("--force",)):
+            capsys.readouterr()
+            assert call(*command, *options) == 2
+            said = capsys.readouterr().err
+            assert "laboratory sheet with readings in it, which is never replaced" in said or not options
+    assert path.read_bytes() == filled
+
+
+def test_an_input_is_never_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, targets = model_file(tmp_path), plan_file(tmp_path)
+    (tmp_path / "link.csv").symlink_to(targets)
+    before = targets.read_bytes()
+    for out in (targets, tmp_path / "link.csv"):
+        capsys.readouterr()
+        assert call("compensate", model, targets, "--out", out, "--force") == 2
+        assert "this is an input of `compensate`. Nothing was written." in capsys.readouterr().err
+    assert targets.read_bytes() == before
+
+
+def test_a_device_and_a_pipe_are_written_to(tmp_path: Path) -> None:
+    plan = plan_file(tmp_path)
+    assert call("simulate", CONFIG, plan, "--out", "/dev/null") == 0
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+    (tmp_path / "nowhere").symlink_to("/dev/null")
+    assert call("simulate", CONFIG, plan, "--out", tmp_path / "nowhere") == 0
+    assert (tmp_path / "nowhere").is_symlink()
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        assert call("simulate", CONFIG, plan, "--out", pipe) == 0
+        assert os.read(reader, 20).startswith(b"sequence,series")
+    finally:
+        os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert not (tmp_path / RECORD).exists()
+
+
+def test_what_a_link_points_to_is_replaced(tmp_path: Path) -> None:
+    plan, real = plan_file(tmp_path), tmp_path / "real.csv"
+    (tmp_path / "link.csv").symlink_to(real)
+    for _ in range(2):
+        assert call("simulate", CONFIG, plan, "--out", tmp_path / "link.csv") == 0
+    assert (tmp_path / "link.csv").is_symlink()
+    assert len(pd.read_csv(real)) == 4
+
+
+def test_in_python(tmp_path: Path) -> None:
+    simulated = xd.simulate(CONFIG, plan_file(tmp_path))
+    out = tmp_path / "rows.csv"
+    out.write_text(OTHERS)
+    with pytest.raises(InputError, match=r"this file is there already.*force=True"):
+        simulated.save(out)
+    simulated.save(out, force=True)
+    assert call("simulate", CONFIG, tmp_path / "plan.csv", "--out", out) == 0  # the same purpose
+    assert json.loads((tmp_path / RECORD).read_text())["rows.csv"]["command"] == "simulate"
+    frame = simulated.frame
+    found = xd.identify(ROBOT, frame)
+    found.save(tmp_path / "identified")
+    found.save(tmp_path / "identified")
+    with pytest.raises(InputError, match="written by `expdesign identify`"):
+        xd.identify(ROBOT, frame[frame["sequence"] != 4]).save(tmp_path / "identified")

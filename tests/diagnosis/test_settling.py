@@ -1,0 +1,85 @@
+"""Motion of the machine between series is noise that a series shares: as cheap as one series, and there where it is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.oracle import Array
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.settling import Settling, most_evident, settling
+from expdesign.identification.fit import Data, Fit, fit
+from expdesign.identification.whitening import Whitening
+from expdesign.ports.everything import Priors
+from expdesign.robots.serial import SerialRobot
+
+_ROWS = 60
+
+
+def _case(tmp_path: Path, series: Array, moved: float = 0.0) -> tuple[Sample, Fit]:
+    """Positions by an arm as modelled whose base shifts by `moved` (m) from series to series, and the base fit."""
+    here: SerialRobot = read_arm(tmp_path)
+    generator = np.random.default_rng(2)
+    blank = replace(recordings_of(here, configurations(_ROWS, 1), np.zeros((_ROWS, 3))), series=series)
+    placed = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
+    exact = Chain(here, reading=placed).predict(row_data(blank, here), Chain(here, reading=placed).start())
+    exact = exact + generator.normal(0.0, DEVIATION, exact.shape)
+    shifts = moved * generator.standard_normal((int(series.max()) + 1, 3))
+    recordings = replace(blank, deflections=exact + shifts[series])
+    whitening = Whitening(np.full((_ROWS, 3), DEVIATION))
+    reading = reading_of(here, recordings)
+    chain = Chain(here, reading=reading)
+    data = Data(recordings, row_data(recordings, here), whitening, reading=reading)
+    sample = Sample.of(data, np.ones(_ROWS, dtype=bool))
+    return sample, fit(chain, sample)
+
+
+def _settled(sample: Sample, base: Fit) -> Settling:
+    slopes = base.sensitivities.reshape(-1, len(base.values))
+    kept = np.ones(len(slopes), dtype=bool)
+    found = settling(base.chain, sample, kept, base.residuals.ravel(), slopes)
+    count = len(base.values)
+    free = np.full(count, np.inf)
+    priors = Priors(base.values, free, np.full(count, -1), -free, free)
+    # One group that shows nothing, so that factors exist.
+    priors = replace(priors, deviation=np.where(np.arange(count) == 0, 1.0, np.inf), group=priors.group.copy())
+    priors.group[0] = 0
+    return most_evident(found, base.residuals.ravel(), slopes, priors)
+
+
+def test_series_at_one_pose_have_none(tmp_path: Path) -> None:
+    """One series per pose, or per row with joints as they were logged, costs what one series for all does."""
+    sample, base = _case(tmp_path, np.arange(_ROWS))
+    assert _settled(sample, base) == Settling()
+    logged = sample.recordings.configurations.copy()
+    logged[1::2] = logged[::2] + 1e-6
+    pairs = np.arange(_ROWS) // 2
+    recordings = replace(sample.recordings, configurations=logged, series=pairs)
+    rows = replace(sample.rows, series=pairs)
+    assert not settling(base.chain, replace(sample, recordings=recordings, rows=rows), np.ones(3 * _ROWS, dtype=bool),
+                        base.residuals.ravel(), base.sensitivities.reshape(-1, len(base.values))).series  # fmt: skip
+
+
+@pytest.mark.parametrize(("moved", "there"), [(0.0, False), (10.0 * DEVIATION, True)])
+def test_evidence_says_whether_the_machine_moved(moved: float, there: bool, tmp_path: Path) -> None:
+    found = _settled(*_case(tmp_path, np.arange(_ROWS) // 6, moved))
+    assert len(found.series) == 10
+    assert (found.ratio > 1e-3) == there
+
+
+def test_whitening_is_the_inverse_root_of_the_covariance(tmp_path: Path) -> None:
+    sample, base = _case(tmp_path, np.arange(_ROWS) // 6, 10.0 * DEVIATION)
+    found = _settled(sample, base)
+    covariance = np.eye(3 * _ROWS)
+    for rows, turned, squares in zip(found.series, found.turned, found.squares, strict=True):
+        covariance[np.ix_(rows, rows)] += found.ratio * (turned * squares) @ turned.T
+    root = found.whitened(np.eye(3 * _ROWS))
+    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(3 * _ROWS), atol=1e-9)
+    readings = base.residuals.ravel()
+    np.testing.assert_allclose(found.unwhitened(found.whitened(readings)), readings, rtol=1e-9, atol=1e-9)
