@@ -9,7 +9,8 @@ The package reads like the command line (`docs/api.ipynb`):
     run.save("results/mine")                    # the files of `expdesign run`
 
 A function lies in the file of its name in `expdesign.api`, and is imported when it is first used. It has the name of
-its command, except `plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`.
+its command, except `plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`. Robots and
+configurations can be made as objects (`xd.Hexapod`, `xd.Configuration`; `expdesign.api.objects`).
 """
 
 import functools as _functools
@@ -41,6 +42,34 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.api.load import load as load
     from expdesign.api.montecarlo import MonteCarlo as MonteCarlo
     from expdesign.api.montecarlo import montecarlo as montecarlo
+    from expdesign.api.objects import Acceptance as Acceptance
+    from expdesign.api.objects import Arm as Arm
+    from expdesign.api.objects import Bipod as Bipod
+    from expdesign.api.objects import Body as Body
+    from expdesign.api.objects import Budget as Budget
+    from expdesign.api.objects import Collisions as Collisions
+    from expdesign.api.objects import Configuration as Configuration
+    from expdesign.api.objects import Constraints as Constraints
+    from expdesign.api.objects import Costs as Costs
+    from expdesign.api.objects import DeflectionNoise as DeflectionNoise
+    from expdesign.api.objects import Experiment as Experiment
+    from expdesign.api.objects import Hexapod as Hexapod
+    from expdesign.api.objects import KeepOut as KeepOut
+    from expdesign.api.objects import LoadError as LoadError
+    from expdesign.api.objects import MeasuredPoints as MeasuredPoints
+    from expdesign.api.objects import ModelErrors as ModelErrors
+    from expdesign.api.objects import Optimiser as Optimiser
+    from expdesign.api.objects import Payload as Payload
+    from expdesign.api.objects import Poses as Poses
+    from expdesign.api.objects import Primitive as Primitive
+    from expdesign.api.objects import ReferencePose as ReferencePose
+    from expdesign.api.objects import Target as Target
+    from expdesign.api.objects import TargetPayload as TargetPayload
+    from expdesign.api.objects import Tilt as Tilt
+    from expdesign.api.objects import Wrench as Wrench
+    from expdesign.api.objects import load_configuration as load_configuration
+    from expdesign.api.open_result import SavedResult as SavedResult
+    from expdesign.api.open_result import open_result as open_result
     from expdesign.api.physics import Physics as Physics
     from expdesign.api.physics import physics as physics
     from expdesign.api.plan_next import PlannedNext as PlannedNext
@@ -65,6 +94,7 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.chain.effect import Effect as Effect
     from expdesign.criteria.criterion import Criterion as Criterion
     from expdesign.design.problem import DesignProblem as DesignProblem
+    from expdesign.errors import ArgumentError as ArgumentError
     from expdesign.errors import ConvergenceError as ConvergenceError
     from expdesign.errors import ExpdesignError as ExpdesignError
     from expdesign.errors import InfeasibleError as InfeasibleError
@@ -79,43 +109,71 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
 __version__ = "0.1.0"
 
 _TYPES = {
+    "Acceptance": "api.objects",
+    "ArgumentError": "errors",
+    "Arm": "api.objects",
+    "Bipod": "api.objects",
+    "Body": "api.objects",
+    "Budget": "api.objects",
     "Checked": "api.check",
     "CheckedModel": "api.check",
     "CheckedProblem": "api.check",
     "CheckedRecordings": "api.check",
     "CheckedRobot": "api.check",
     "CheckedSweep": "api.check",
+    "Collisions": "api.objects",
     "Commands": "api.compensate",
     "Comparison": "api.compare",
+    "Configuration": "api.objects",
+    "Constraints": "api.objects",
     "ConvergenceError": "errors",
     "Corrected": "api.correct",
     "Corrections": "api.table",
+    "Costs": "api.objects",
     "Criterion": "criteria.criterion",
+    "DeflectionNoise": "api.objects",
     "DesignProblem": "design.problem",
     "Diagnosed": "api.diagnose",
     "Effect": "chain.effect",
     "Evaluation": "api.evaluate",
     "ExpdesignError": "errors",
+    "Experiment": "api.objects",
+    "Hexapod": "api.objects",
     "Identified": "api.identify",
     "InfeasibleError": "errors",
     "InputError": "errors",
+    "KeepOut": "api.objects",
     "LaboratorySheet": "api.sheet",
+    "LoadError": "api.objects",
+    "MeasuredPoints": "api.objects",
     "Model": "models.model_file",
+    "ModelErrors": "api.objects",
     "MonteCarlo": "api.montecarlo",
     "NotIdentifiableError": "errors",
+    "Optimiser": "api.objects",
+    "Payload": "api.objects",
     "Physics": "api.physics",
     "PlannedNext": "api.plan_next",
+    "Poses": "api.objects",
     "Predicted": "api.predict",
+    "Primitive": "api.objects",
     "Recordings": "recordings.recordings",
+    "ReferencePose": "api.objects",
     "Registered": "api.register",
     "Robot": "robots.robot",
     "RobotFile": "api.inputs",
     "Run": "api.run",
+    "SavedResult": "api.open_result",
     "Simulated": "api.simulate",
     "SingularConfigurationError": "errors",
     "Sweep": "api.sweep",
+    "Target": "api.objects",
+    "TargetPayload": "api.objects",
+    "Tilt": "api.objects",
     "Verified": "api.verify",
     "WorkersError": "sweeps.engine",
+    "Wrench": "api.objects",
+    "load_configuration": "api.objects",
 }
 
 

@@ -32,6 +32,26 @@ class InputError(ExpdesignError):
     """A file or an argument does not say what it must say."""
 
 
+class ArgumentError(InputError):
+    """An argument of a function cannot be what was given; on the command line it is an option.
+
+    Args:
+        what: what is wrong.
+        argument: its name.
+        remedy: what the caller can do about it.
+    """
+
+    def __init__(self, what: str, *, argument: str, remedy: str = "") -> None:
+        self.argument = argument
+        super().__init__(what, where=f"argument `{argument}`", remedy=remedy)
+
+    @property
+    def option(self) -> str:
+        """The message as a command says it."""
+        where = f"--{self.argument.replace('_', '-')}"
+        return ExpdesignError(self.what, where=where, remedy=self.remedy).message
+
+
 class SingularConfigurationError(ExpdesignError):
     """The mechanism is singular, or nearly so, at a pose that a result would have to rely on."""
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -31,6 +32,9 @@ class BatchFunction:
         self._shapes = [output.shape for output in dense]
         self._adjoints: dict[tuple[int, ...], BatchFunction] = {}
         self._mapped: dict[int, tuple[ca.FunctionBuffer, Callable[[], None]]] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_mapped": {}}  # buffers are made again where they are needed
 
     def _map(self, count: int) -> tuple[ca.FunctionBuffer, Callable[[], None]]:
         """The buffers of `count` samples at once, and what evaluates them."""

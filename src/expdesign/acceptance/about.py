@@ -4,7 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from expdesign.errors import InputError
-from expdesign.files.schema import Section, nearest, validate
+from expdesign.files.nearest import nearest
+from expdesign.files.schema import Section, validate
 from expdesign.files.yaml_reader import read_yaml
 
 

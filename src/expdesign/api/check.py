@@ -8,6 +8,7 @@ import pandas as pd
 
 from expdesign.api.inputs import PathLike, RobotInput, checked_problem, robot_of
 from expdesign.api.referenced import referenced
+from expdesign.copying import Copied
 from expdesign.design.feasibility import Feasibility, feasibility, random_designs
 from expdesign.design.optimality.gradient_check import gradient_table
 from expdesign.design.problem import DesignProblem
@@ -39,7 +40,7 @@ from expdesign.sweeps.runs import SweepRun, sweep_runs
 
 
 @dataclass(frozen=True)
-class CheckedRobot:
+class CheckedRobot(Copied):
     """A robot that can be used.
 
     Attributes:
@@ -78,7 +79,7 @@ class CheckedRobot:
 
 
 @dataclass(frozen=True)
-class CheckedModel:
+class CheckedModel(Copied):
     """An identified model that can be used.
 
     Attributes:
@@ -110,7 +111,7 @@ class CheckedModel:
 
 
 @dataclass(frozen=True)
-class CheckedProblem:
+class CheckedProblem(Copied):
     """A run configuration that can be solved.
 
     Attributes:
@@ -156,7 +157,7 @@ class CheckedProblem:
 
 
 @dataclass(frozen=True)
-class CheckedSweep:
+class CheckedSweep(Copied):
     """A sweep whose every run is a configuration.
 
     Attributes:
@@ -179,7 +180,7 @@ class CheckedSweep:
 
 
 @dataclass(frozen=True)
-class CheckedRecordings:
+class CheckedRecordings(Copied):
     """Recordings that can be read.
 
     Attributes:

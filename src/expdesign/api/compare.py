@@ -20,7 +20,7 @@ from expdesign.design.optimality.refinement import LowerBound
 from expdesign.design.parts import one_after_another
 from expdesign.design.plan import plan_frame, read_plan, without_validation
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_folder, write_file
 from expdesign.model_error.meir import Meir
@@ -212,11 +212,11 @@ def _require_settings(
         least["generations"] = (generations, 1)
     for name, (value, smallest) in least.items():
         if value < smallest:
-            raise InputError(f"{value} is too small", where=f"--{name}", remedy=f"Use at least {smallest}.")
+            raise ArgumentError(f"{value} is too small", argument=name, remedy=f"Use at least {smallest}.")
     for name in plans:
         if name in (*known_criteria(), Meir.name) or not name.strip():
             what = f"`{name}` is the name of a criterion" if name.strip() else "the plan has no name"
-            raise InputError(what, where="--plan", remedy="Give the plan another name.")
+            raise ArgumentError(what, argument="plan", remedy="Give the plan another name.")
 
 
 def _names(problems: list[DesignProblem]) -> list[str]:

@@ -30,7 +30,7 @@ from expdesign.compensation.corrections import Corrections, corrections_of
 from expdesign.compensation.prediction import in_file_order, require_history
 from expdesign.coordinates import SPATIAL
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError
 from expdesign.files.table import Table
 from expdesign.models.model_file import Model
 from expdesign.plausibility.finding import say
@@ -117,7 +117,7 @@ def compensate(
     table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
     require_history(identified, table)
     if frame not in get_args(Frame):
-        raise InputError(f"`{frame}` is no frame", where="--frame", remedy="Choose base or instrument.")
+        raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
     if robot.links is not None:
         return _of_arm(identified, table, frame, problem)
     points = points_from_table(table, robot)

@@ -34,6 +34,10 @@ from expdesign.robots.same_robot import require_same_robot
 NEXT_PLAN = "plan-next.csv"
 
 
+def silent(text: str) -> None:
+    """No progress report."""
+
+
 @dataclass(frozen=True, repr=False)
 class Diagnosed(Result):
     """A diagnosis.
@@ -141,7 +145,7 @@ def diagnose(
     targets: Config | None = None,
     without: Collection[str] = (),
     other_robot: bool = False,
-    report: Callable[[str], None] = lambda text: None,
+    report: Callable[[str], None] = silent,
 ) -> Diagnosed:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 

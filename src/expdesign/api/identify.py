@@ -16,7 +16,7 @@ from expdesign.api.referenced import referenced
 from expdesign.api.result import Result
 from expdesign.counted import counted
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.identification.arm_options import ArmOptions, Loss
 from expdesign.identification.arm_outcome import calibrated_urdf
@@ -158,7 +158,7 @@ def with_doubts(result: Identification) -> Identification:
 def require_prior(prior: float | None) -> None:
     """Raise an `InputError` where `prior` is no standard deviation in percent."""
     if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
-        raise InputError(f"{prior:g} % is not a standard deviation", where="--prior", remedy="Give e.g. 30.")
+        raise ArgumentError(f"{prior:g} % is not a standard deviation", argument="prior", remedy="Give e.g. 30.")
 
 
 def identify(
@@ -203,9 +203,9 @@ def identify(
     measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
     relative = None if prior is None else prior / 100.0
     if frames not in ("known", "unknown"):
-        raise InputError(f"`{frames}` says nothing of frames", where="--frames", remedy="Choose known or unknown.")
+        raise ArgumentError(f"`{frames}` says nothing of frames", argument="frames", remedy="Choose known or unknown.")
     if loss not in get_args(Loss):
-        raise InputError(f"`{loss}` is no loss", where="--loss", remedy=f"Choose {', '.join(get_args(Loss))}.")
+        raise ArgumentError(f"`{loss}` is no loss", argument="loss", remedy=f"Choose {', '.join(get_args(Loss))}.")
     result = identify_recordings(
         machine.robot,
         measured,

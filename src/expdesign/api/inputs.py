@@ -13,8 +13,10 @@ import pandas as pd
 from expdesign.api.result import Result
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
+from expdesign.design.schema import RunSection
 from expdesign.errors import ExpdesignError, InputError
 from expdesign.files.csv_writer import csv_text
+from expdesign.files.schema import Section
 from expdesign.files.table import Table, parse_table, read_table
 from expdesign.files.written import Purpose
 from expdesign.files.yaml_reader import YamlDocument, document_from_mapping, read_yaml
@@ -23,7 +25,7 @@ from expdesign.plausibility.finding import Finding, say
 from expdesign.plausibility.problem import pose_findings, problem_findings
 from expdesign.plausibility.robot import robot_findings
 from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.robots.robot import Robot, RobotSection
 from expdesign.robots.robot_file import robot_from_document
 
 PathLike = str | Path
@@ -42,10 +44,10 @@ class RobotFile:
     document: YamlDocument
 
 
-Config = PathLike | Mapping[str, Any] | DesignProblem
-RobotInput = PathLike | Mapping[str, Any] | RobotFile
+Config = PathLike | Mapping[str, Any] | RunSection | DesignProblem
+RobotInput = PathLike | Mapping[str, Any] | RobotSection | RobotFile
 ModelInput = PathLike | Model | Result
-TruthInput = ModelInput | RobotFile | Mapping[str, Any]
+TruthInput = ModelInput | RobotFile | RobotSection | Mapping[str, Any]
 TableInput = PathLike | pd.DataFrame | Result
 
 
@@ -69,6 +71,8 @@ def _names(given: object) -> list[str]:
         return [f"{given.purpose.command} {_digest('' if rows is None else csv_text(rows))}", *given.purpose.inputs]
     if isinstance(given, pd.DataFrame):
         return [f"frame {_digest(csv_text(given))}"]
+    if isinstance(given, Section):
+        given = given.as_mapping()
     if isinstance(given, Mapping):
         return [f"mapping {_digest(json.dumps(given, sort_keys=True, default=str))}"]
     if isinstance(given, Recordings):
@@ -82,11 +86,13 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8")).hexdigest()[:12]
 
 
-def document_of(content: PathLike | Mapping[str, Any], name: str) -> YamlDocument:
-    """A YAML file, or a mapping with its content (whose relative paths are then those of the working folder)."""
+def document_of(content: PathLike | Mapping[str, Any] | Section, name: str) -> YamlDocument:
+    """A YAML file, or a mapping or object with its content (relative paths are then those of the working folder)."""
+    if isinstance(content, Section):
+        return document_from_mapping(content.as_mapping(), name)
     if isinstance(content, Mapping):
         return document_from_mapping(content, name)
-    return read_yaml(_path(content, name, "a path or a mapping"))
+    return read_yaml(_path(content, name, f"a path, a mapping or an object that describes a {name}"))
 
 
 def _path(given: object, name: str, known: str) -> Path:

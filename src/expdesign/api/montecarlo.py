@@ -15,7 +15,7 @@ from expdesign.counted import counted
 from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.files.yaml_reader import parse_yaml
 from expdesign.instrument.drawn_errors import Distribution
@@ -129,16 +129,16 @@ def montecarlo(
         WorkersError: the workers are gone.
     """
     if plant not in PLANTS:
-        raise InputError(f"there is no plant `{plant}`", where="--plant", remedy=f"Known: {', '.join(PLANTS)}.")
+        raise ArgumentError(f"there is no plant `{plant}`", argument="plant", remedy=f"Known: {', '.join(PLANTS)}.")
     chosen = next((known for known in DISTRIBUTIONS if known == distribution), None)
     if chosen is None:
         remedy = f"Known: {', '.join(DISTRIBUTIONS)}."
-        raise InputError(f"there is no distribution `{distribution}`", where="--distribution", remedy=remedy)
+        raise ArgumentError(f"there is no distribution `{distribution}`", argument="distribution", remedy=remedy)
     if not 100 <= samples <= MOST_SAMPLES:
         what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
-        raise InputError(what, where="--samples", remedy="Use e.g. 100000.")
+        raise ArgumentError(what, argument="samples", remedy="Use e.g. 100000.")
     if seed < 0:
-        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
+        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
     judged = evaluate(config, plan)
     model = None if truth is None else truth_of(truth)
     real = None if model is None else _truth(judged.problem, model, plant)
@@ -192,7 +192,7 @@ def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:
     robot, own = model.chain.robot, problem.loaded.robot
     if plant != "explicit":
         remedy = "Use `--plant explicit`, or a configuration of the true robot."
-        raise InputError("another robot as the truth needs the explicit plant", where="--truth", remedy=remedy)
+        raise ArgumentError("another robot as the truth needs the explicit plant", argument="truth", remedy=remedy)
     if model.chain.effects:
         remedy = "Simulate single experiments of it with `expdesign simulate --truth`."
         raise InputError("the truth has effects beyond the base model", where=model.source, remedy=remedy)

@@ -17,7 +17,7 @@ from expdesign.counted import counted
 from expdesign.design.plan import Plan, plan_frame, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.design.sequential import next_measurements
-from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import output_file
 from expdesign.files.table import Table
@@ -142,16 +142,18 @@ def _objective(objective: Objective | str) -> Objective:
     except ValueError:
         what = f"`{objective}` is nothing that further measurements can lower"
         remedy = f"Choose {', '.join(each.value for each in Objective)}."
-        raise InputError(what, where="--objective", remedy=remedy) from None
+        raise ArgumentError(what, argument="objective", remedy=remedy) from None
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
     if count is not None and count < 1:
-        raise InputError(f"{count} is not a number of measurements", where="--count", remedy="Use at least 1.")
+        raise ArgumentError(f"{count} is not a number of measurements", argument="count", remedy="Use at least 1.")
     if seed < 0:
-        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
+        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
     if accuracy is not None and not 0.0 < accuracy < float("inf"):
-        raise InputError(f"{accuracy:g} is not an accuracy", where="--accuracy", remedy="Give tolerances, e.g. 0.8.")
+        raise ArgumentError(
+            f"{accuracy:g} is not an accuracy", argument="accuracy", remedy="Give tolerances, e.g. 0.8."
+        )
 
 
 def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -> FloatArray | None:

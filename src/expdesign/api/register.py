@@ -14,7 +14,7 @@ from expdesign.api.outputs import save_table
 from expdesign.api.result import Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.counted import counted
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.files.output import json_text, output_file
 from expdesign.files.table import Table
 from expdesign.files.units import Unit, unit_of
@@ -184,7 +184,7 @@ def _read(points: PathLike | Sequence[PathLike], unit: str | None) -> list[Point
     if unit is not None:
         given = unit_of(unit)
         if given is None or given.dimension != "length":
-            raise InputError(f"`{unit}` is not a unit of length", where="--unit", remedy="Write e.g. mm.")
+            raise ArgumentError(f"`{unit}` is not a unit of length", argument="unit", remedy="Write e.g. mm.")
     files = [points] if isinstance(points, str | Path) else list(points)
     return [item for file in files for item in read_point_sets(Path(file), given)]
 

@@ -1,16 +1,18 @@
 """What the functions of the package return: one short line to look at, and what other functions take of it."""
 
+import html
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import pandas as pd
 
+from expdesign.copying import Copied
 from expdesign.files.written import Purpose
 from expdesign.models.model_file import Model
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(Copied):
     """A result.
 
     Attributes:
@@ -28,6 +30,11 @@ class Result:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.summary.splitlines()[0]}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the summary, one line below the other."""
+        lines = "<br>".join(html.escape(line) for line in self.summary.splitlines())
+        return f"<div><b>{type(self).__name__}</b><br>{lines}</div>"
 
     def as_table(self) -> pd.DataFrame | None:
         """The rows that a function reads where it is given this result in the place of a table."""

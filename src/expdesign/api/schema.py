@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from expdesign.design.schema import RunSection
 from expdesign.errors import InputError
-from expdesign.files.schema import nearest
+from expdesign.files.nearest import nearest
 from expdesign.files.units import QUANTITY
 from expdesign.plugins import implementations
 from expdesign.robots.robot import Robot, RobotSection

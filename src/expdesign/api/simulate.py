@@ -25,7 +25,7 @@ from expdesign.counted import counted
 from expdesign.design.plan import Plan, completed, read_plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError
 from expdesign.files.yaml_document import YamlDocument
 from expdesign.identification.synthetic import simulated_deflections
 from expdesign.identification.synthetic_poses import simulated_poses
@@ -94,7 +94,7 @@ def simulate(
         InputError: a file is missing or wrong, or the seed is negative.
     """
     if seed < 0:
-        raise InputError(f"{seed} is not a seed", where="--seed", remedy="Use a whole number of at least 0.")
+        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
     table = table_of(plan, "plan")

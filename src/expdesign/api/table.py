@@ -18,8 +18,8 @@ from expdesign.compensation.correction_table import CorrectionTable, correction_
 from expdesign.compensation.prediction import require_history
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.files.csv_writer import csv_text
+from expdesign.files.nearest import nearest
 from expdesign.files.output import json_text, output_folder, write_file
-from expdesign.files.schema import nearest
 from expdesign.files.table import Table
 from expdesign.files.units import measured_column
 from expdesign.models.model_file import Model

@@ -21,7 +21,7 @@ from expdesign.arrays import FloatArray
 from expdesign.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.design.coverage import STANDARD, Coverage
 from expdesign.design.problem import DesignProblem
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.models.model_file import Model
 from expdesign.report.page import Page
@@ -108,7 +108,7 @@ def verify(
         NotIdentifiableError: the model did not determine what a prediction needs.
     """
     if coverage is not None and not 0.0 < coverage < 1.0:
-        raise InputError(f"{coverage:g} is not a coverage", where="--coverage", remedy="Give e.g. 0.95.")
+        raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")
     identified = model_of(model)
     robot = identified.chain.robot
     table = table_of(recordings, "recordings")

@@ -20,7 +20,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import expdesign
-from expdesign.errors import ExpdesignError
+from expdesign.errors import ArgumentError, ExpdesignError
 
 GROUPS = {
     "way": "The way, from a plan to a certificate",
@@ -156,7 +156,8 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         app(args=arguments, standalone_mode=True)
     except ExpdesignError as error:
-        print(f"expdesign: {error.message}", file=sys.stderr)
+        message = error.option if isinstance(error, ArgumentError) else error.message
+        print(f"expdesign: {message}", file=sys.stderr)
         sys.exit(2)
     except MemoryError:
         print(

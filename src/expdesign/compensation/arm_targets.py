@@ -13,7 +13,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.tip import Frame
 from expdesign.coordinates import SPATIAL
-from expdesign.errors import ConvergenceError, InputError
+from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.files.table import Table
 from expdesign.models.model_file import Model
 from expdesign.recordings.joint_columns import with_joint_columns
@@ -93,7 +93,7 @@ def instrument_of(model: Model) -> tuple[FloatArray, FloatArray]:
     reading = model.chain.reading
     if not isinstance(reading, MarkerPosition):
         remedy = "Identify the robot from positions or poses, or give targets in the base frame."
-        raise InputError("the model knows no instrument, in whose frame targets could be", where="--frame",
+        raise ArgumentError("the model knows no instrument, in whose frame targets could be", argument="frame",
                          remedy=remedy)  # fmt: skip
     chain = model.chain
     frame = model.values[chain.compliances : chain.base][:6] if reading.instrument is None else reading.instrument

@@ -5,9 +5,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.design.body_axes import body_axes
-from expdesign.design.schema import ExperimentSection, NoiseSection, PointsSection, TargetSection
+from expdesign.design.schema import DeflectionNoiseSection, ExperimentSection, MeasuredPointsSection, TargetSection
 from expdesign.errors import InputError
-from expdesign.files.schema import LARGEST, nearest
+from expdesign.files.nearest import nearest
+from expdesign.files.schema import LARGEST
 from expdesign.files.yaml_reader import KeyPath, YamlDocument
 from expdesign.instrument.deflection_noise import DeflectionNoise
 from expdesign.instrument.reference_pose import ReferencedNoise
@@ -17,7 +18,7 @@ from expdesign.robots.robot import Robot
 _EXPERIMENT: KeyPath = ("experiment",)
 
 
-def read_noise(section: NoiseSection, robot: Robot, document: YamlDocument) -> DeflectionNoise:
+def read_noise(section: DeflectionNoiseSection, robot: Robot, document: YamlDocument) -> DeflectionNoise:
     """The noise of `experiment.deflection_noise`.
 
     Raises:
@@ -62,7 +63,7 @@ def axis_of(name: str, coordinates: Coordinates, document: YamlDocument, where: 
 
 
 def _noise_of_points(
-    section: PointsSection, robot: Robot, document: YamlDocument, *, shared_reference: bool
+    section: MeasuredPointsSection, robot: Robot, document: YamlDocument, *, shared_reference: bool
 ) -> DeflectionNoise:
     """Noise of deflections whose poses are registered from points (theory.md 9.A): twice the covariance of one pose.
 

@@ -29,7 +29,8 @@ from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.kinds import require_kind
-from expdesign.files.schema import nearest, validate
+from expdesign.files.nearest import nearest
+from expdesign.files.schema import validate
 from expdesign.files.table import read_table
 from expdesign.files.yaml_reader import KeyPath, YamlDocument, read_yaml
 from expdesign.loads.errors.source import LoadErrorSource

@@ -184,7 +184,7 @@ class LoadSection(Section):
     )
 
 
-class PointsSection(Section):
+class MeasuredPointsSection(Section):
     """`experiment.deflection_noise.points`: poses come from the measured points of an artefact."""
 
     positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]] = Field(
@@ -196,7 +196,7 @@ class PointsSection(Section):
     )
 
 
-class NoiseSection(Section):
+class DeflectionNoiseSection(Section):
     """`experiment.deflection_noise`."""
 
     std: dict[str, Positive] | None = Field(
@@ -207,7 +207,7 @@ class NoiseSection(Section):
     covariance: list[list[Number]] | None = Field(
         default=None, description="Covariance matrix of a deflection, all components (m², m·rad, rad²)."
     )
-    points: PointsSection | None = Field(
+    points: MeasuredPointsSection | None = Field(
         default=None, description="Poses are registered from measured points, whose covariance follows from theirs."
     )
     shared_reference: Annotated[bool, Field(strict=True)] = Field(
@@ -272,7 +272,7 @@ class ValidationSection(Section):
     measurements: Count = Field(description="Number of rows with `split: test`, at poses and loads of their own.")
 
 
-class BoxSection(Section):
+class KeepOutSection(Section):
     """One entry of `experiment.constraints.keep_out`: a box in the base frame (m)."""
 
     low_m: list[Number] = Field(description="Least corner, `[x, y, z]` (m).")
@@ -325,7 +325,7 @@ class ConstraintsSection(Section):
     masses_kg: list[NonNegative] = Field(
         default_factory=list, description="Masses (kg) that have to occur. Default: none."
     )
-    keep_out: list[BoxSection] = Field(
+    keep_out: list[KeepOutSection] = Field(
         default_factory=list, description="Boxes that no part of the robot may enter. Default: none."
     )
     collisions: CollisionsSection | None = Field(
@@ -347,7 +347,7 @@ class ExperimentSection(Section):
     load: LoadSection | None = Field(
         default=None, description="Loads that can be applied; required except for `calibration: geometric`."
     )
-    deflection_noise: NoiseSection = Field(
+    deflection_noise: DeflectionNoiseSection = Field(
         description="Measurement noise of a deflection (of a pose, for `calibration: geometric`): exactly one of "
         "`std`, `covariance` and `points`."
     )
@@ -431,7 +431,7 @@ class TargetSection(Section):
         return self
 
 
-class ModelErrorSection(Section):
+class ModelErrorsSection(Section):
     """`model_error`: what MEIR assumes of the physics that the model leaves out."""
 
     physics: list[str] | None = Field(
@@ -526,7 +526,7 @@ class RunSection(Section):
         default_factory=lambda: ["duir", "feir"],
         description="Criteria that span the Pareto front, or one alone. Default: `[duir, feir]`.",
     )
-    model_error: ModelErrorSection | None = Field(
+    model_error: ModelErrorsSection | None = Field(
         default=None,
         description="What MEIR assumes; with this section (`{}` for its defaults), or with `meir` as an objective, "
         "MEIR is evaluated with the other criteria.",

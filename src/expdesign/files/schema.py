@@ -1,15 +1,18 @@
 """Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
 
-import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
+from expdesign.files.nearest import nearest
 from expdesign.files.yaml_document import KeyPath, YamlDocument, dotted
+from expdesign.files.yaml_reader import document_from_mapping
 
 LARGEST = 1e20
 """No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
@@ -36,9 +39,38 @@ Count = Annotated[int, Field(strict=True, ge=1, le=LARGEST_COUNT)]
 
 
 class Section(BaseModel):
-    """A mapping in a YAML file: its keys are fixed, and an unknown one is answered with the nearest known one."""
+    """A mapping in a YAML file: its keys are fixed, and an unknown one is answered with the nearest known one.
+
+    In Python it is an object with the keys as arguments, checked as in a file: numbers, texts with units, arrays,
+    paths and other sections are taken.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def __init__(self, /, **content: Any) -> None:
+        """Check the content of the mapping.
+
+        Raises:
+            InputError: a key is missing, unknown or wrong.
+        """
+        document = document_from_mapping(_plain(content), self.__repr_name__())
+        try:
+            self.__pydantic_validator__.validate_python(document.content, self_instance=self)
+        except ValidationError as error:
+            raise _as_input_error(error, document) from None
+
+    # Where a mapping is read, pydantic checks its parts itself: only what is made in Python comes through here.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __repr_name__(self) -> str:
+        return type(self).__name__.removesuffix("Section")
+
+    def __repr_args__(self) -> Iterable[tuple[str | None, Any]]:
+        return [(name, value) for name, value in super().__repr_args__() if name in self.model_fields_set]
+
+    def as_mapping(self) -> dict[str, Any]:
+        """The content as it stands in YAML, SI units."""
+        return self.model_dump(mode="json", exclude_none=True)
 
     @model_validator(mode="before")
     @classmethod
@@ -52,18 +84,24 @@ class Section(BaseModel):
         return data
 
 
+def _plain(content: Any) -> Any:
+    """Sections, arrays and paths as what a YAML file holds."""
+    if isinstance(content, Section):
+        return content.as_mapping()
+    if isinstance(content, Mapping):
+        return {key: _plain(value) for key, value in content.items()}
+    if isinstance(content, np.ndarray | np.generic):
+        return content.tolist()
+    if isinstance(content, list | tuple):
+        return [_plain(value) for value in content]
+    return str(content) if isinstance(content, Path) else content
+
+
 def unknown_key(key: str, known: list[str]) -> PydanticCustomError:
     """The error for `key`, which names the nearest of `known` (or all of them, where none is near)."""
     halved = key.isdigit()  # of `{std: 0,01}` YAML makes `std: 0` and the key `01`
     remedy = "Is there a decimal comma before it? Write a point." if halved else nearest(key, known)
     return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": remedy})
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """The remedy for an unknown name: the nearest known one, or all of them where none is near."""
-    names = list(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return f"Did you mean `{near[0]}`?" if near else "Known here: " + ", ".join(f"`{k}`" for k in names) + "."
 
 
 S = TypeVar("S", bound=BaseModel)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
-from expdesign.errors import InputError
-from expdesign.files.schema import nearest
+from expdesign.errors import ArgumentError, InputError
+from expdesign.files.nearest import nearest
 
 Dimension = Literal[
     "length", "angle", "force", "moment", "mass", "time", "temperature", "acceleration", "stiffness",
@@ -207,10 +207,10 @@ def wanted_units(text: str) -> dict[Dimension, Unit]:
     for part in text.split(","):
         unit = unit_of(part)
         if unit is None:
-            raise InputError(f"unknown unit `{part.strip()}`", where="--units", remedy=nearest(part.strip(), UNITS))
+            raise ArgumentError(f"unknown unit `{part.strip()}`", argument="units", remedy=nearest(part.strip(), UNITS))
         if unit.dimension in wanted:
             what = f"{wanted[unit.dimension].name} and {unit.name} both measure {_article(unit.dimension)}"
-            raise InputError(what, where="--units", remedy="Keep one of them.")
+            raise ArgumentError(what, argument="units", remedy="Keep one of them.")
         wanted[unit.dimension] = unit
     return wanted
 

@@ -88,7 +88,7 @@ def require_free(path: Path, purpose: Purpose, *, force: bool = False) -> None:
         what = f"this is an input of `{purpose.command}`"
         raise InputError(what, where=str(path), remedy="Nothing was written. Name another file.")
     place = path.resolve()
-    entry = _entries(place.parent).get(place.name)
+    entry = entries(place.parent).get(place.name)
     changed = entry is None or entry.get("sha256") not in (None, _digest(place))
     if entry is not None and not changed and _same_purpose(entry, purpose, place.parent):
         return
@@ -116,7 +116,7 @@ def require_free_names(folder: Path, names: Iterable[str], purpose: Purpose, *, 
 def unchanged(path: Path) -> bool:
     """Whether a file is as this program wrote it, for whatever purpose, or was removed since."""
     place = path.resolve()
-    entry = _entries(place.parent).get(place.name)
+    entry = entries(place.parent).get(place.name)
     return entry is not None and (not place.exists() or entry.get("sha256") in (None, _digest(place)))
 
 
@@ -130,18 +130,18 @@ def note_written(folder: Path, names: Iterable[str], purpose: Purpose | None, *,
         seen_from: where the folder will lie, if it is a scratch folder.
     """
     with _alone(folder):
-        entries = {name: entry for name, entry in _entries(folder).items() if (folder / name).exists()}
+        noted = {name: entry for name, entry in entries(folder).items() if (folder / name).exists()}
         for name in names:
-            about = purpose.seen_from(seen_from or folder) if purpose is not None else entries.get(name)
+            about = purpose.seen_from(seen_from or folder) if purpose is not None else noted.get(name)
             if about is not None:
-                entries[name] = about | {"sha256": _digest(folder / name)}
-        _write(folder, entries)
+                noted[name] = about | {"sha256": _digest(folder / name)}
+        _write(folder, noted)
 
 
 def claim(folder: Path, names: Iterable[str], purpose: Purpose) -> None:
     """Enter files that will be written again and again while a command works, and belong to it whatever they hold."""
     with _alone(folder):
-        _write(folder, _entries(folder) | {name: purpose.seen_from(folder) for name in names})
+        _write(folder, entries(folder) | {name: purpose.seen_from(folder) for name in names})
 
 
 def _write(folder: Path, entries: dict[str, Any]) -> None:
@@ -176,8 +176,8 @@ def _locked(folder: Path) -> int | None:
     return handle
 
 
-def _entries(folder: Path) -> dict[str, Any]:
-    """The record of a folder; empty where there is none, or none that can be read."""
+def entries(folder: Path) -> dict[str, Any]:
+    """The record of a folder, an entry for each of its files; empty where there is none, or none that can be read."""
     try:
         content = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     except (OSError, ValueError):

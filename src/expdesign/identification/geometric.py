@@ -15,7 +15,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
 from expdesign.chain.effects.legs.geometry import LegGeometry
 from expdesign.chain.row import row_data
-from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.errors import ArgumentError, InputError, NotIdentifiableError
 from expdesign.identification.fit import Data, Fit
 from expdesign.identification.remarks import AliasedGeometry, LargeGeometricErrors
 from expdesign.recordings.measurand import DEFLECTIONS
@@ -60,15 +60,15 @@ def calibration_of(robot: Robot, recordings: Recordings, asked: Calibration | No
         return "geometric" if on_legs and not loaded else "elastostatic"
     if asked not in CALIBRATIONS:
         remedy = f"Choose {', '.join(CALIBRATIONS)}."
-        raise InputError(f"`{asked}` is no calibration", where="--calibration", remedy=remedy)
+        raise ArgumentError(f"`{asked}` is no calibration", argument="calibration", remedy=remedy)
     if asked != "geometric" and not yields:
         what = f"`{robot.name}` has no `actuator_stiffness`, about which stiffness could be identified"
-        raise InputError(what, where="--calibration", remedy="Add its order of magnitude, or use `geometric`.")
+        raise ArgumentError(what, argument="calibration", remedy="Add its order of magnitude, or use `geometric`.")
     if asked == "elastostatic":
         return asked
     if robot.inverse_kinematics is None and robot.links is None:
         what = f"{asked} calibration needs a robot with legs or joints, and `{robot.name}` is a {robot.kind}"
-        raise InputError(what, where="--calibration", remedy="Leave the option out.")
+        raise ArgumentError(what, argument="calibration", remedy="Leave the option out.")
     if not recordings.measurand.absolute:
         what = "deflections are differences, in which the geometry cancels"
         remedy = "Give measured poses (measured_x_m ...) or positions of markers, or use `elastostatic`."

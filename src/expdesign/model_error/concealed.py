@@ -18,7 +18,7 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError
-from expdesign.files.schema import nearest
+from expdesign.files.nearest import nearest
 from expdesign.files.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
 from expdesign.model_error.offered import effects_of
 from expdesign.model_error.prior import usual_size

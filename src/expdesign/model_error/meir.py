@@ -9,7 +9,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.design.asked_criterion import AskedCriterion
 from expdesign.design.problem import DesignProblem
-from expdesign.design.schema import ModelErrorSection, RunSection
+from expdesign.design.schema import ModelErrorsSection, RunSection
 from expdesign.differentiation import is_recorded
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
@@ -39,7 +39,7 @@ class Meir(AskedCriterion):
     def asked(cls, problem: DesignProblem, section: RunSection, document: YamlDocument) -> Self:
         """Raises `InputError`: no physics is left, a name is unknown, a size not positive, or there is no such test."""
         problem.require_elastostatic("MEIR is defined")
-        given = section.model_error or ModelErrorSection()
+        given = section.model_error or ModelErrorsSection()
         try:
             return cls(ModelErrorImpact(problem, _assumptions(given)), given.form)
         except InputError as error:
@@ -71,7 +71,7 @@ class Meir(AskedCriterion):
         return self.impact if self.entries is None else self.impact.restricted(self.entries)
 
 
-def _assumptions(section: ModelErrorSection) -> Assumptions:
+def _assumptions(section: ModelErrorsSection) -> Assumptions:
     """What the section says, with the table of sizes for what it does not."""
     physics = None if section.physics is None else frozenset(section.physics)
     given = Assumptions(section.level, section.power, physics, frozenset(section.without))

@@ -6,7 +6,7 @@ from math import isfinite
 
 from expdesign.chain.effect import Effect
 from expdesign.errors import InputError
-from expdesign.files.schema import nearest
+from expdesign.files.nearest import nearest
 from expdesign.model_error.noticeable import LEVEL, POWER, noncentrality
 from expdesign.model_error.prior_sizes import SIZES, Size
 from expdesign.plugins import implementations

@@ -21,6 +21,7 @@ from expdesign.chain.readings.deflection import DEFLECTION
 from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
+from expdesign.copying import Copied
 from expdesign.errors import InputError
 from expdesign.files.kinds import CURRENT_VERSIONS, require_kind
 from expdesign.files.schema import Number, Positive, Section, validate
@@ -51,7 +52,7 @@ class Fitted(Protocol):
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(Copied):
     """A robot as it was identified.
 
     Attributes:

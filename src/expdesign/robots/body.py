@@ -5,6 +5,7 @@ It has no actuators, so that the base model does not deflect at all; whatever it
 may yield differently there.
 """
 
+from functools import partial
 from typing import Annotated, Self
 
 import casadi as ca
@@ -98,7 +99,7 @@ class Body(Robot):
     def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
         batch = kinematics[0].shape[:-2]
         nothing = np.zeros((*batch, 6, 0))
-        return Jacobians(nothing, nothing, kinematics[0], lambda: np.ones(batch))
+        return Jacobians(nothing, nothing, kinematics[0], partial(np.ones, batch))
 
     def pose_rates(self, configurations: FloatArray) -> FloatArray:
         return self._kinematics(configurations)[1]

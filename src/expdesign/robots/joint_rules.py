@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pydantic import Field
 
 from expdesign.errors import InputError
-from expdesign.files.schema import Number, Section, nearest
+from expdesign.files.nearest import nearest
+from expdesign.files.schema import Number, Section
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.urdf import Mimic, Urdf, UrdfJoint
 

@@ -5,7 +5,7 @@ CasADi's; the inverses of these small matrices are taken numerically, for whole 
 """
 
 from abc import abstractmethod
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -113,7 +113,7 @@ class ParallelRobot(Robot):
             forward,
             pose_rates @ forward,
             rotation,
-            lambda: self._condition(plain(inverse_forward), plain(forward), plain(rotation)),
+            partial(self._condition, plain(inverse_forward), plain(forward), plain(rotation)),
         )
 
     def _condition(self, inverse: FloatArray, forward: FloatArray, rotation: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ torque about every joint by the links' masses, which decides on which side of it
 characteristic a non-linear joint works, and which makes the sag that absolute positions show.
 """
 
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -23,7 +23,8 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import SPATIAL
 from expdesign.differentiation import plain
 from expdesign.errors import InputError
-from expdesign.files.schema import Number, Positive, invalid, nearest, validate
+from expdesign.files.nearest import nearest
+from expdesign.files.schema import Number, Positive, invalid, validate
 from expdesign.files.yaml_reader import YamlDocument
 from expdesign.robots.drawing import Drawing, Part
 from expdesign.robots.joint_rules import CouplingSection, coupled, leading, require_joint
@@ -270,9 +271,7 @@ class SerialRobot(Robot):
         forward, rotation = kinematics
         # The column of a single joint comes back as a vector.
         forward = forward.reshape(*rotation.shape[:-2], 6, len(self.stiffness))
-        return Jacobians(
-            forward, forward, rotation, lambda: np.where(np.isfinite(plain(forward)).all(axis=(-2, -1)), 1.0, np.inf)
-        )
+        return Jacobians(forward, forward, rotation, partial(_condition, plain(forward)))
 
     def position(self, configurations: FloatArray) -> FloatArray:
         position: FloatArray = self._place(configurations)[0]
@@ -360,3 +359,8 @@ def _tree(section: SerialSection, path: Path, document: YamlDocument) -> Kinemat
             what = f"joint `{name}` is " + ("on the chain from base to tip" if name in chain else "named twice")
             raise InputError(what, where=document.where(("branch_joints", index)), remedy="Take it out.")
     return tree
+
+
+def _condition(forward: FloatArray) -> FloatArray:
+    """1 where the kinematics are numbers: an arm has no pose at which its chain fails."""
+    return np.where(np.isfinite(forward).all(axis=(-2, -1)), 1.0, np.inf)

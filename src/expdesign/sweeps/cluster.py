@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError
 from expdesign.sweeps.computed_by import computed_by
 from expdesign.sweeps.engine import Engine, Work, WorkersError
 
@@ -30,12 +30,14 @@ class Cluster(Engine):
             from distributed import Client  # noqa: PLC0415 (an extra)
         except ImportError:
             remedy = "Install it: pip install 'expdesign[cluster]'."
-            raise InputError("Dask is not installed", where="--cluster", remedy=remedy) from None
+            raise ArgumentError("Dask is not installed", argument="cluster", remedy=remedy) from None
         try:
             self._client = Client(address, timeout=10, set_as_default=False)
         except (OSError, ValueError) as error:
             remedy = "Start a scheduler (`dask scheduler`) and workers (`dask worker ADDRESS --nthreads 1`)."
-            raise InputError(f"no scheduler answers at {address} ({error})", where="--cluster", remedy=remedy) from None
+            raise ArgumentError(
+                f"no scheduler answers at {address} ({error})", argument="cluster", remedy=remedy
+            ) from None
         own = computed_by()
         for worker, theirs in self._client.run(computed_by).items():
             differing = [name for name in own if theirs.get(name) != own[name]]
@@ -45,7 +47,7 @@ class Cluster(Engine):
                     f"{name} {theirs.get(name, 'not known')} instead of {own[name]}" for name in differing
                 )
                 remedy = "Install the same expdesign and the same versions of its libraries everywhere."
-                raise InputError(f"worker {worker} computes with {named}", where="--cluster", remedy=remedy)
+                raise ArgumentError(f"worker {worker} computes with {named}", argument="cluster", remedy=remedy)
 
     def close(self) -> None:
         self._client.close(timeout=5)

@@ -9,7 +9,7 @@ from scipy.linalg import block_diag
 from expdesign.arrays import FloatArray
 from expdesign.design.plan import Plan
 from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError
 from expdesign.loads.wrench import Wrench
 from expdesign.validation.compensation import Attained
 from expdesign.validation.equilibrium import Equilibrium
@@ -71,10 +71,10 @@ class EquilibriumPlant(Plant):
         closed_form = loaded.robot.inverse_kinematics
         if closed_form is None:
             what = f"the full equilibrium is for robots on legs, not for a {loaded.robot.kind}"
-            raise InputError(what, where="--plant", remedy="Use `--plant explicit`.")
+            raise ArgumentError(what, argument="plant", remedy="Use `--plant explicit`.")
         if loaded.under_load is not None:
             what = "the full equilibrium is of legs that stretch alone, and this robot is a model with effects"
-            raise InputError(what, where="--plant", remedy="Use `--plant explicit`, which has them.")
+            raise ArgumentError(what, argument="plant", remedy="Use `--plant explicit`, which has them.")
         self._robot = closed_form
         self._measured = Equilibrium(closed_form, loaded.load, self.true)
         self._used = Equilibrium(closed_form, Wrench(closed_form.coordinates), self.true)

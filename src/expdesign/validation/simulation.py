@@ -10,7 +10,7 @@ from expdesign.design.plan import Plan
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError
 from expdesign.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.validation.compensation import ExactCompensation
 from expdesign.validation.geometry import GeometricPlant
@@ -182,10 +182,12 @@ def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
     """Raise where a plant or a truth is asked for that geometric calibrations are not repeated with."""
     if plant is not ExplicitPlant:
         what = f"a geometric calibration is repeated with non-linear kinematics, not with the plant `{plant.name}`"
-        raise InputError(what, where="--plant", remedy="Leave it out.")
+        raise ArgumentError(what, argument="plant", remedy="Leave it out.")
     if truth is not None:
         what = "a geometric calibration is repeated with the robot of the configuration"
-        raise InputError(what, where="--truth", remedy="Use `simulate --truth` and `identify` for single experiments.")
+        raise ArgumentError(
+            what, argument="truth", remedy="Use `simulate --truth` and `identify` for single experiments."
+        )
 
 
 def _of_geometry(

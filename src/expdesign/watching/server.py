@@ -20,7 +20,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from expdesign.errors import ExpdesignError, InputError
+from expdesign.errors import ArgumentError, ExpdesignError
 from expdesign.watching.watched import Watched
 
 HOST = "127.0.0.1"
@@ -56,7 +56,7 @@ class Watch:
             self._server = ThreadingHTTPServer((HOST, port), _handler(self))
         except (OSError, OverflowError) as error:
             what = f"port {port} cannot be opened on this machine ({error})"
-            raise InputError(what, where="--port", remedy="Name another, or leave it out.") from None
+            raise ArgumentError(what, argument="port", remedy="Name another, or leave it out.") from None
         self.hosts = {f"{name}:{self._server.server_port}" for name in (HOST, "localhost")}
         self.address = f"http://{HOST}:{self._server.server_port}/"
 
