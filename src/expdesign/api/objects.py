@@ -83,7 +83,7 @@ class Bipod(BipodSection):
 
 
 class Arm(SerialSection):
-    """A serial robot whose kinematics and masses are those of a URDF (file-formats.md, Serial robot)."""
+    """A serial robot whose kinematics and masses are those of a URDF (file-formats.md, Robot files)."""
 
     kind: Literal["serial"] = "serial"
 
