@@ -8,9 +8,9 @@ The package reads like the command line (`docs/api.ipynb`):
     run.plan                                    # what to measure
     run.save("results/mine")                    # the files of `expdesign run`
 
-A function lies in the file of its name in `expdesign.api`, and is imported when it is first used. It has the name of
-its command, except `plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`. Robots and
-configurations can be made as objects (`xd.Hexapod`, `xd.Configuration`; `expdesign.api.objects`).
+A function is imported from the file of its name when it is first used. It has the name of its command, except
+`plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`. Robots and configurations can be
+made as objects (`xd.Hexapod`, `xd.Configuration`; `expdesign.api.objects`).
 """
 
 import functools as _functools

@@ -51,7 +51,8 @@ class _Nameless(LegBacklash):
 def test_physics_without_a_size_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
     others = [kind for kind in KINDS if kind.physics in ("leg_coupling", "leg_backlash")]
     for module in ("left_out", "settings"):
-        monkeypatch.setattr(f"expdesign.model_error.{module}.implementations", lambda *_: [*others, _Nameless])
+        place = f"expdesign.model_error.{module}.implementations"
+        monkeypatch.setattr(place, lambda *_: [*others, _Nameless])
     found = ModelErrorImpact(problem("bipod"), Assumptions())
     assert found.unsized == ("wear",)
     assert {entry.effect.physics for entry in found.physics} == {"leg_coupling", "leg_backlash"}
