@@ -9,8 +9,8 @@ The package reads like the command line (`docs/api.ipynb`):
     run.save("results/mine")                    # the files of `expdesign run`
 
 A function is imported from the file of its name when it is first used. It has the name of its command, except
-`plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`. Robots and configurations can be
-made as objects (`xd.Hexapod`, `xd.Configuration`; `expdesign.api.objects`).
+`plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`. Robots and configurations can
+be made as objects, `xd.Hexapod`, `xd.Configuration` (`expdesign.api.objects`).
 """
 
 import functools as _functools
@@ -40,6 +40,9 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.api.identify import identify as identify
     from expdesign.api.inputs import RobotFile as RobotFile
     from expdesign.api.load import load as load
+    from expdesign.api.load import load_model as load_model
+    from expdesign.api.load import load_robot as load_robot
+    from expdesign.api.load import read_recordings as read_recordings
     from expdesign.api.montecarlo import MonteCarlo as MonteCarlo
     from expdesign.api.montecarlo import montecarlo as montecarlo
     from expdesign.api.objects import Acceptance as Acceptance
@@ -174,6 +177,9 @@ _TYPES = {
     "WorkersError": "sweeps.engine",
     "Wrench": "api.objects",
     "load_configuration": "api.objects",
+    "load_model": "api.load",
+    "load_robot": "api.load",
+    "read_recordings": "api.load",
 }
 
 

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from expdesign.api.inputs import PathLike, RobotFile, RobotInput, numeric, robot_of
+from expdesign.api.identify import RecordingsInput, recordings_of
+from expdesign.api.inputs import ModelInput, PathLike, RobotFile, RobotInput, model_of, numeric, robot_of
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import problem_from_document
 from expdesign.errors import InputError
 from expdesign.files.table import is_table_name, read_table
 from expdesign.files.yaml_reader import read_yaml
 from expdesign.models.model_file import Model, model_from_document
-from expdesign.recordings.reader import read_recordings
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot_file import robot_from_document
 
@@ -33,7 +33,7 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
     """
     path = Path(file)
     if is_table_name(path):
-        return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot_of(robot).robot)
+        return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot)
     document = read_yaml(path)
     content = document.content if isinstance(document.content, dict) else {}
     if content.get("kind") == "model":
@@ -44,3 +44,30 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
         return RobotFile(robot_from_document(document), document)
     remedy = "A robot and a model have the key `kind`, a run configuration `experiment`."
     raise InputError("neither a robot, a run configuration nor a model", where=str(path), remedy=remedy)
+
+
+def load_robot(file: RobotInput) -> RobotFile:
+    """The robot of a YAML file.
+
+    Raises:
+        InputError: the file is missing or wrong.
+    """
+    return robot_of(file)
+
+
+def load_model(file: ModelInput) -> Model:
+    """The model of a `model.yaml`, as `identify` and `diagnose` write it.
+
+    Raises:
+        InputError: the file is missing or wrong.
+    """
+    return model_of(file)
+
+
+def read_recordings(recordings: RecordingsInput, robot: RobotInput) -> Recordings:
+    """Recordings of a robot, from one or more files or from a frame.
+
+    Raises:
+        InputError: a file is missing or wrong.
+    """
+    return recordings_of(recordings, robot_of(robot))

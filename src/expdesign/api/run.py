@@ -22,7 +22,7 @@ from expdesign.design.protocol import protocol_frame
 from expdesign.design.record import run_record
 from expdesign.design.result import design_minutes, pareto_frame, plan_of, planned, plans_frame
 from expdesign.design.search import Follow, Progress, joined, search
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
 from expdesign.model_error.record import recommended_accuracy
@@ -78,7 +78,7 @@ class Run(Result):
     @property
     def plan(self) -> pd.DataFrame:
         """The recommended design's plan (`plan.csv`)."""
-        return self.plan_of(self.front.recommended + 1)
+        return self.plan_of(self.front.recommended)
 
     @property
     def protocol(self) -> pd.DataFrame | None:
@@ -86,10 +86,11 @@ class Run(Result):
         return protocol_frame(self.problem, planned(self.problem, self.front.decisions[self.front.recommended]))
 
     def plan_of(self, design: int) -> pd.DataFrame:
-        """The plan of a design by its number in `pareto`, from 1."""
-        if not 1 <= design <= len(self.front):
-            raise InputError(f"there is no design {design}", remedy=f"Designs are 1 to {len(self.front)}.")
-        return plan_of(self.problem, self.front, design - 1)
+        """The plan of a design by its row in `pareto`, from 0; the files number designs from 1."""
+        if not 0 <= design < len(self.front):
+            what = f"there is no design {design}"
+            raise ArgumentError(what, argument="design", remedy=f"Designs are 0 to {len(self.front) - 1}.")
+        return plan_of(self.problem, self.front, design)
 
     def page(self) -> Page:
         """The report."""
