@@ -81,10 +81,7 @@ def _at_targets(problem: DesignProblem, fit: Fit) -> FloatArray:
 def target_points(problem: DesignProblem, index: int) -> LoadedPoints:
     """A target as a point of its own series, relaxed and at the temperature of its reference."""
     loaded, parameters = problem.target_loads[index]
-    gravity, one = loaded.robot.gravity, np.ones(1, dtype=np.int64)
-    payload = None
-    if loaded.load.kind == "payload":
-        payload, gravity = np.split(parameters, [len(parameters) - len(gravity)])
+    one, load = np.ones(1, dtype=np.int64), parameters[None]
     wrench = problem.target_wrenches[index][None]
     return LoadedPoints(
         source=problem.source,
@@ -95,8 +92,8 @@ def target_points(problem: DesignProblem, index: int) -> LoadedPoints:
         configurations=problem.targets.configurations[index][None],
         wrenches=wrench,
         absolute=wrench,
-        payload=None if payload is None else payload[None],
-        gravity=gravity[None],
+        payload=loaded.load.payloads(load),
+        gravity=loaded.load.gravities(load, loaded.robot.gravity),
         temperature=None,
         leg_temperature=None,
         extra=pd.DataFrame(index=[0]),
@@ -131,7 +128,7 @@ def _moved(fit: Fit, recorded: Recordings, change: FloatArray) -> FloatArray:
 
 def recorded_loads(problem: DesignProblem, recorded: Recordings) -> FloatArray:
     """Parameters of the recorded loads, of the kind that the load errors of a configuration are of, shape (N, k)."""
-    if problem.loaded.load.kind != "payload":
+    if not problem.loaded.load.has_mass:
         return recorded.wrenches
     if recorded.payload is None:
         what = "the load errors of the configuration are those of a payload, and the recordings have wrenches"

@@ -140,7 +140,7 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     count, rows = len(steps.rows), steps.rows
     columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": plan.series[rows]}
     columns |= {name: plan.configurations[rows, i] for i, name in enumerate(robot.configuration)}
-    own = robot.coordinates.gravity if load.kind == "payload" else ()
+    own = load.gravity_columns
     taken_off = ("mass_kg", *robot.coordinates.wrench)
     for i, name in enumerate(load.columns):
         values = plan.loads[rows, i]

@@ -18,7 +18,7 @@ def targets_table(problem: DesignProblem) -> Table:
     robot, count = problem.loaded.robot, len(problem.targets.configurations)
     columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": np.arange(1, count + 1)}
     columns |= {name: problem.targets.configurations[:, i] for i, name in enumerate(robot.configuration)}
-    if all(loaded.load.kind == "payload" for loaded, _ in problem.target_loads):
+    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
         names = problem.target_loads[0][0].load.columns
         values = np.array([parameters for _, parameters in problem.target_loads])
     else:

@@ -120,12 +120,11 @@ def row_at_rest(
     """The row of a measurement from rest; the wrench that acts is the assumed one and what is added to it."""
     *_, rotation = robot.jacobian_expressions(configuration)
     dimension = len(robot.gravity)
-    is_payload = load.kind == "payload"
-    gravity = loads[-dimension:] if is_payload else ca.SX(robot.gravity)
+    gravity = loads[-dimension:] if load.has_mass else ca.SX(robot.gravity)
     state = robot.commanded_state(configuration, gravity)
     wrench = load.wrench(loads, rotation) + added
     lever = ca.SX.zeros(dimension)
-    if is_payload and robot.coordinates.centre_of_mass:
+    if load.has_mass and robot.coordinates.centre_of_mass:
         lever = rotation @ loads[1 : 1 + dimension]
     # What is not named here is zero: own weight that only positions show, warming, and time.
     zeros = {name: ca.SX.zeros(symbol.shape) for name, symbol in vars(row_symbols(robot)).items()}
@@ -138,7 +137,7 @@ def row_at_rest(
         gravity=gravity,
         position=state.position,
         lever=lever,
-        payload=ca.SX(float(is_payload)),
+        payload=ca.SX(float(load.has_mass)),
         rotation=rotation,
         rates=state.rates,
         forward=forward,

@@ -31,7 +31,7 @@ def read_constraints(
         if getattr(section, name) > most:
             what = f"{getattr(section, name)} are more than the {most} measurements"
             raise InputError(what, where=document.where((*_WHERE, name)), remedy="Take fewer, or measure more.")
-    if (section.distinct_masses > 1 or section.masses_kg) and load.kind != "payload":
+    if (section.distinct_masses > 1 or section.masses_kg) and not load.has_mass:
         remedy = "Take it out, or use `load: {kind: payload}`."
         raise InputError("a wrench has no mass", where=document.where((*_WHERE, "masses_kg")), remedy=remedy)
     dimension = len(robot.gravity)

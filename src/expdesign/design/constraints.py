@@ -62,9 +62,7 @@ class Constraints:
         """Constraints (≤ 0) of b designs: boxes, effort, collisions, missing poses, masses; (b, 5)."""
         each = self.measurements(loaded, configurations, loads).max(axis=1)
         poses = _distinct(configurations)
-        masses = (
-            _distinct(loads[..., :1]) if loaded.load.kind == "payload" else np.full(len(loads), self.distinct_masses)
-        )
+        masses = _distinct(loads[..., :1]) if loaded.load.has_mass else np.full(len(loads), self.distinct_masses)
         missing = np.stack([self.distinct_poses - poses, self.distinct_masses - masses], axis=1).astype(float)
         return np.concatenate([each, missing], axis=1)
 
@@ -84,9 +82,7 @@ class Constraints:
         robot = loaded.robot
         jacobians = robot.jacobians(configurations)
         wrenches = loaded.wrenches(jacobians.rotation, loads)[0]
-        gravity = np.broadcast_to(robot.gravity, (*configurations.shape[:-1], len(robot.gravity)))
-        if loaded.load.kind == "payload":
-            gravity = loads[..., -len(robot.gravity) :]
+        gravity = loaded.load.gravities(loads, robot.gravity)
         forces = actuator_forces(jacobians, wrenches) + robot.own_weight(configurations, gravity)
         overload: FloatArray = (np.abs(forces) / effort).max(axis=-1) - 1.0
         return overload
@@ -103,10 +99,10 @@ def _points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) 
                 for start, end in pairwise(path):
                     here, there = drawing.points[..., start, None, :], drawing.points[..., end, None, :]
                     points.append(here + _ALONG[:, None] * (there - here))
-    names = robot.coordinates.centre_of_mass
-    if loaded.load.kind == "payload" and names:
+    centres = loaded.load.centres(loads)
+    if centres.shape[-1]:
         rotation = robot.jacobians(configurations).rotation
-        lever = (rotation @ loads[..., 1 : 1 + len(names), None])[..., 0]
+        lever = (rotation @ centres[..., None])[..., 0]
         points.append((points[0][..., 0, :] + lever)[..., None, :])
     return np.concatenate(points, axis=-2)
 

@@ -57,7 +57,7 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     for i, name in enumerate(load.columns):
         given = table.has(name) or np.isnan(defaults[i])
         loads[:, i] = table.numbers((name,))[:, 0] if given else defaults[i]
-    if load.kind == "payload" and np.any(loads[:, 0] < 0.0):
+    if load.has_mass and np.any(loads[:, 0] < 0.0):
         where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
         raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
     if not loaded.regressor.needs_load and np.any(loads):

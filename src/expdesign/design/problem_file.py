@@ -180,13 +180,13 @@ def _gravity_matches(section: RunSection, robot: Robot, document: YamlDocument) 
 def _load(section: LoadSection, robot: Robot, document: YamlDocument) -> Load:
     where: KeyPath = ("experiment", "load")
     coordinates = robot.coordinates
-    load: Load = Payload(coordinates) if section.kind == "payload" else Wrench(coordinates)
-    own = {"mass_kg", *coordinates.centre_of_mass, "gravity"} if section.kind == "payload" else set(coordinates.wrench)
+    load: Load = {kind.kind: kind for kind in (Payload, Wrench)}[section.kind](coordinates)
+    own = set(load.keys)
     for name in section.model_fields_set - own - {"kind"}:
         what = f"`{name}` has no meaning for a {section.kind} on a {robot.kind}"
         remedy = nearest(name, sorted(own))
         raise InputError(what, where=document.where((*where, name)), remedy=remedy)
-    if section.kind == "payload":
+    if load.has_mass:
         if section.mass_kg is None:
             raise InputError("the key is missing", where=document.where((*where, "mass_kg")), remedy="Add it (kg).")
         mass = section.mass_kg
@@ -302,15 +302,12 @@ def _space(
     budget: Budget | None,
 ) -> DesignSpace:
     section = load_section(experiment)
-    names = [name for name in load.columns if name not in robot.coordinates.gravity or load.kind == "wrench"]
+    names, given = load.own, section.gravity
     quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
-    tilt: tuple[Quantity, ...] = ()
-    if load.kind == "payload":
-        given = section.gravity
-        tilt = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in robot.coordinates.tilt)
-    gravity = robot.gravity if load.kind == "payload" else None
+    tilt: tuple[Quantity, ...] = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in load.tilt)
+    gravity = robot.gravity if load.has_mass else None
     every = (*(poses.quantities or (fixed(0.0),) * len(robot.configuration)), *quantities, *tilt)
-    known = (*robot.configuration, *names, *(robot.coordinates.tilt if tilt else ()))
+    known = (*robot.configuration, *names, *load.tilt)
     stated = experiment.resolution or {}
     for name in stated:
         if name not in known:

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from typing import ClassVar
 
 import casadi as ca
+import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
@@ -13,11 +14,17 @@ class Load(ABC):
     """One kind of load, acting on the platform of a robot with the given coordinates.
 
     Attributes:
+        kind: the word in configurations.
+        has_mass: whether it is a mass under gravity, whose first parameter is the mass.
         columns: names of the parameters of one load, in order; they are columns of plans and recordings.
+        tilt: names of the tilts of gravity (rad) that can be chosen with it.
+        keys: of `experiment.load` in a configuration.
     """
 
     kind: ClassVar[str]
+    has_mass: ClassVar[bool] = False
     columns: tuple[str, ...]
+    tilt: tuple[str, ...] = ()
 
     def __init__(self, coordinates: Coordinates) -> None:
         self.coordinates = coordinates
@@ -30,6 +37,36 @@ class Load(ABC):
             parameters: values of `columns`, shape (k,).
             rotation: R of the platform, shape (d, d).
         """
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        return self.columns
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Names of the parameters that are chosen as they are, and do not follow from a tilt."""
+        return self.columns
+
+    @property
+    def gravity_columns(self) -> tuple[str, ...]:
+        """Names of the parameters that are the gravity that acts on it."""
+        return ()
+
+    def payloads(self, loads: FloatArray) -> FloatArray | None:
+        """Mass and centre of mass (kg, m) of loads (..., k), shape (..., 1 + d); None where it has no mass."""
+        return None
+
+    def centres(self, loads: FloatArray) -> FloatArray:
+        """Centre of mass in the platform frame (m) of loads (..., k), shape (..., d), or (..., 0) without one."""
+        return loads[..., :0]
+
+    def gravities(self, loads: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Gravity (m/s²) under loads (..., k) where it is `gravity` (d,) otherwise, shape (..., d)."""
+        return np.broadcast_to(gravity, (*loads.shape[:-1], len(gravity)))
+
+    @abstractmethod
+    def turned(self, parameters: ca.SX, rotation: ca.SX, angles: ca.SX) -> ca.SX:
+        """The wrench with the load turned by small angles about x and y of O, about the normal in the plane (rad)."""
 
     @abstractmethod
     def defaults(self, gravity: FloatArray) -> FloatArray:

@@ -127,10 +127,8 @@ def _known(problem: DesignProblem) -> set[tuple[Hashable, ...]]:
 def plan_points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> LoadedPoints:
     """Points at configurations (m, n_q) under loads (m, k), each a series of its own."""
     robot, count = loaded.robot, len(configurations)
-    dimension = len(robot.gravity)
     wrenches = loaded.wrenches(robot.jacobians(configurations).rotation, loads)[0]
-    payload = loads[:, :-dimension] if loaded.load.kind == "payload" else None
-    gravity = loads[:, -dimension:] if loaded.load.kind == "payload" else np.tile(robot.gravity, (count, 1))
+    payload, gravity = loaded.load.payloads(loads), loaded.load.gravities(loads, robot.gravity)
     numbers = np.arange(1, count + 1)
     return LoadedPoints(
         source="plan", lines=numbers + 1, sequence=numbers, series=numbers, time=None, configurations=configurations,

@@ -113,16 +113,13 @@ def _tolerances(problem: DesignProblem) -> list[Finding]:
 
 def _centres(problem: DesignProblem) -> list[Finding]:
     robot = problem.loaded.robot
-    size, names = extent(robot), robot.coordinates.centre_of_mass
-    if size is None or not names:
+    size = extent(robot)
+    if size is None or not robot.coordinates.centre_of_mass:
         return []
-    centres = []
-    if problem.loaded.load.kind == "payload":
-        loads = problem.space.decode(np.stack([problem.space.lower, problem.space.upper]))[1]
-        centres.append((largest(loads[:, 1 : 1 + len(names)]), "experiment.load"))
+    loads = problem.space.decode(np.stack([problem.space.lower, problem.space.upper]))[1]
+    centres = [(problem.loaded.load.centres(loads), "experiment.load")]
     for index, (loaded, parameters) in enumerate(problem.target_loads):
-        if loaded.load.kind == "payload":
-            centres.append((largest(parameters[1 : 1 + len(names)]), f"targets.{index}.payload.com_m"))
+        centres.append((loaded.load.centres(parameters), f"targets.{index}.payload.com_m"))
     return [
         Finding(
             f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m",
@@ -130,7 +127,7 @@ def _centres(problem: DesignProblem) -> list[Finding]:
             where,
             far > 10.0 * FAR * size,
         )
-        for far, where in centres
+        for far, where in ((largest(places), where) for places, where in centres if places.size)
         if far > FAR * size
     ][:1]
 
@@ -214,7 +211,7 @@ def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Finding]:
 def _load_errors(problem: DesignProblem) -> list[Finding]:
     size, load = extent(problem.loaded.robot), problem.loaded.load
     _, loads = _decoded(problem)
-    heaviest = largest(loads[:, 0]) if load.kind == "payload" else 0.0
+    heaviest = largest(loads[:, 0]) if load.has_mass else 0.0
     split = problem.loaded.robot.coordinates.translations
     forces = largest(problem.target_wrenches[:, :split])
     found = []

@@ -131,8 +131,7 @@ def variable_names(problem: DesignProblem) -> list[str]:
     """Names with units of the variables of one measurement, as they stand in a plan."""
     loaded, space = problem.loaded, problem.space
     load = loaded.load.columns[: space.n_load]
-    tilt = loaded.robot.coordinates.tilt if loaded.load.kind == "payload" else ()
-    names = (*loaded.robot.configuration, *load, *tilt, "setting")
+    names = (*loaded.robot.configuration, *load, *loaded.load.tilt, "setting")
     return [names[variable.columns[0]] if len(variable.columns) == 1 else "candidate" for variable in space.variables]
 
 

@@ -14,7 +14,7 @@ class CentreOfMassError(LoadErrorSource):
 
     @classmethod
     def dimension(cls, load: Load) -> int:
-        return len(load.coordinates.centre_of_mass) if load.kind == "payload" else 0
+        return len(load.coordinates.centre_of_mass) if load.has_mass else 0
 
     def disturbed(self, load: Load, parameters: ca.SX, rotation: ca.SX, delta: ca.SX) -> ca.SX:
         offset = ca.vertcat(0.0, delta, ca.SX.zeros(parameters.shape[0] - 1 - delta.shape[0]))

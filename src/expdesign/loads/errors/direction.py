@@ -3,7 +3,7 @@
 import casadi as ca
 
 from expdesign.loads.errors.source import LoadErrorSource
-from expdesign.loads.load import Load, small_rotation
+from expdesign.loads.load import Load
 
 
 class DirectionError(LoadErrorSource):
@@ -17,14 +17,4 @@ class DirectionError(LoadErrorSource):
         return len(load.coordinates.tilt)
 
     def disturbed(self, load: Load, parameters: ca.SX, rotation: ca.SX, delta: ca.SX) -> ca.SX:
-        if load.kind == "payload":
-            dimension = len(load.coordinates.gravity)
-            turned = small_rotation(parameters[-dimension:], delta)
-            return load.wrench(ca.vertcat(parameters[:-dimension], turned), rotation)
-        wrench = load.wrench(parameters, rotation)
-        split = load.coordinates.translations
-        parts = [small_rotation(wrench[:split], delta)]
-        if wrench.shape[0] > split:
-            # About the normal of the plane a moment stays what it is.
-            parts.append(small_rotation(wrench[split:], delta) if split == 3 else wrench[split:])
-        return ca.vertcat(*parts)
+        return load.turned(parameters, rotation, delta)

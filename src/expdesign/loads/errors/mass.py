@@ -14,7 +14,7 @@ class MassError(LoadErrorSource):
 
     @classmethod
     def dimension(cls, load: Load) -> int:
-        return 1 if load.kind == "payload" else 0
+        return int(load.has_mass)
 
     def disturbed(self, load: Load, parameters: ca.SX, rotation: ca.SX, delta: ca.SX) -> ca.SX:
         return load.wrench(parameters + ca.vertcat(delta, ca.SX.zeros(parameters.shape[0] - 1)), rotation)
