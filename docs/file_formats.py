@@ -13,7 +13,9 @@ from typing import Any
 
 import expdesign as xd
 from expdesign.api.schema import KINDS, robot_sections
+from expdesign.chain.declaration import Declaration
 from expdesign.files.output import json_text
+from expdesign.models.effect_entry import effect_classes
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))  # the studies stand beside the package
@@ -31,12 +33,36 @@ def page(text: str) -> str:
 
 
 def table(name: str) -> str:
-    """The table of one kind of file: `hexapod`, `configuration`, `sweep`, `studies` or `study NAME`."""
+    """The table of one kind of file: `hexapod`, `configuration`, `physics`, `sweep`, `studies` or `study NAME`."""
     rows = ["| key | form | default | meaning |", "| --- | --- | --- | --- |"]
+    if name == "physics":
+        return "\n".join(_physics_rows()) + "\n"
     if name == "studies":
         return "\n".join([*rows, *_study_rows()]) + "\n"
     schema = robot_sections([name])[name].model_json_schema() if name in ROBOTS else xd.schema(name)
     return "\n".join([*rows, *(_row(*entry) for entry in _entries(schema, schema.get("$defs", {})))]) + "\n"
+
+
+_NO_EFFECTS = {
+    "outlier": "single rows that belong to no physics",
+    "law": "none of these: a law at a port ([theory, 22](theory.md#22-laws-at-ports))",
+    "unknown": "none of these",
+}
+
+
+def _physics_rows() -> Iterator[str]:
+    """Identifiers of physics as the effects declare them, by where they act; several classes may have one."""
+    yield from ("| identifier | left out of the base model | usually |", "| --- | --- | --- |")
+    declared: dict[str, list[Declaration]] = {}
+    for cls in effect_classes():
+        declared.setdefault(cls.physics, []).append(cls.declared)
+    for physics, every in declared.items():
+        left_out, usually = (
+            "; ".join(dict.fromkeys(text)) for text in zip(*((d.left_out, d.usually) for d in every), strict=True)
+        )
+        yield f"| `{physics}` | {left_out} | {usually} |"
+    for identifier, meaning in _NO_EFFECTS.items():
+        yield f"| `{identifier}` | {meaning} | |"
 
 
 def _study_rows() -> Iterator[str]:

@@ -12,6 +12,7 @@ from expdesign.model_error.hidden import Hidden, hidden_errors
 from expdesign.model_error.impact import Form, ModelErrorImpact
 from expdesign.model_error.noticeable import noncentrality
 from expdesign.model_error.settings import Assumptions
+from expdesign.models.effect_entry import effect_classes
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -123,8 +124,9 @@ def test_larger_effects_and_stricter_tests_hide_more() -> None:
     configurations, loads = plans("bipod", 4)
     few = frozenset(FEW["bipod"])
     usual = Assumptions(physics=few)
+    declared = [(cls.physics, size) for cls in effect_classes() for size in cls.declared.sizes]
     sizes: dict[str, float | dict[str, float]] = {
-        name: {s.parameter: 3.0 * s.value for s in usual.sizes if s.physics == name} for name in few
+        name: {size.parameter: 3.0 * size.value for physics, size in declared if physics == name} for name in few
     }
     larger = usual.with_sizes(sizes)
     reference = ModelErrorImpact(problem("bipod"), usual).values(

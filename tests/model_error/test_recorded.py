@@ -115,4 +115,3 @@ def test_an_arm_with_several_rows_in_a_series_hides_what_settles_late() -> None:
     found = hidden_by(problem("ur5"), replace(recordings, series=series), deviations, only)
     assert {each.physics for each in found.physics} == {"creep"}
     assert np.isfinite(found.meir)
-    assert not found.unsized

@@ -10,26 +10,26 @@ from tests.chain.bodies import BODY
 from tests.chain.kinds import KINDS
 from tests.model_error.problems import problem
 
+from expdesign.chain.declaration import TYPICAL, Declaration, Size
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.errors import InputError
 from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.left_out import physics_of_problem
-from expdesign.model_error.prior_sizes import SIZES, size_of
 from expdesign.model_error.settings import Assumptions
-from expdesign.model_error.words import unsized_sentence
-
-
-@pytest.mark.parametrize("name", ["hexapod-h1", "bipod", "ur5"])
-def test_every_parameter_has_a_size_with_a_source(name: str) -> None:
-    for entry in physics_of_problem(problem(name), Assumptions()):
-        for index in entry.free:
-            assert size_of(entry.effect.physics, entry.effect.parameters[index].name) is not None, entry.key
-    assert all(size.source and size.assumed == size.source.startswith("assumed") for size in SIZES)
+from expdesign.ports.law import port_classes
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-def test_every_shipped_effect_has_a_size_on_every_kind_of_robot(kind: type[Effect], tmp_path: Path) -> None:
+def test_every_shipped_effect_declares_itself_with_sizes_on_every_kind_of_robot(
+    kind: type[Effect], tmp_path: Path
+) -> None:
+    declared = kind.declared
+    assert declared.left_out
+    assert declared.phrase
+    assert declared.usually
+    assert declared.port in port_classes()
+    assert all(size.source for size in declared.sizes)
     here = (robot("bipod"), robot("H1"), six_axis(), read_arm(tmp_path), BODY)
     for machine in here:
         for component in kind.components(machine):
@@ -38,28 +38,35 @@ def test_every_shipped_effect_has_a_size_on_every_kind_of_robot(kind: type[Effec
                     effect = kind.from_text(machine, str(component), str(variant))
                 except ValueError:  # the component does not have this form
                     continue
-                named = [parameter.name for parameter in effect.parameters if not parameter.shape]
-                assert not [name for name in named if size_of(effect.physics, name) is None], machine.kind
+                named = [parameter for parameter in effect.parameters if not parameter.shape]
+                assert not [p.name for p in named if effect.size(p).source == TYPICAL], machine.kind
+                assert effect.acts_at in port_classes()
 
 
 class _Nameless(LegBacklash):
-    """As somebody else would add it: of a physics that no table has."""
+    """As somebody else would add it: it declares nothing."""
 
     physics = "wear"
+    declared = Declaration()
 
 
-def test_physics_without_a_size_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_physics_that_declares_nothing_is_as_large_as_its_parameters_are_typically(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     others = [kind for kind in KINDS if kind.physics in ("leg_coupling", "leg_backlash")]
-    for module in ("left_out", "settings"):
-        place = f"expdesign.model_error.{module}.implementations"
-        monkeypatch.setattr(place, lambda *_: [*others, _Nameless])
+    monkeypatch.setattr("expdesign.model_error.left_out.implementations", lambda *_: [*others, _Nameless])
+    monkeypatch.setattr("expdesign.model_error.settings.effect_classes", lambda: [*others, _Nameless])
     found = ModelErrorImpact(problem("bipod"), Assumptions())
-    assert found.unsized == ("wear",)
-    assert {entry.effect.physics for entry in found.physics} == {"leg_coupling", "leg_backlash"}
-    assert "`wear`" in unsized_sentence(found.unsized)
-    stated = ModelErrorImpact(problem("bipod"), Assumptions().with_sizes({"wear": {"gap_m": 1e-6}}))
-    assert not stated.unsized
-    assert "wear" in {entry.effect.physics for entry in stated.physics}
+    sizes = dict(zip([entry.key[0] for entry in found.physics], found.deviations, strict=True))
+    assert sizes["wear"] == 1e-6 != sizes["leg_backlash"]
+    stated = ModelErrorImpact(problem("bipod"), Assumptions().with_sizes({"wear": {"gap_m": 3e-6}}))
+    assert dict(zip([entry.key[0] for entry in stated.physics], stated.deviations, strict=True))["wear"] == 3e-6
+    assert _Nameless.from_text(robot("bipod"), "leg 1", "middle").phrase == "wear (leg 1)"
+
+
+def test_a_declared_size_is_a_positive_number() -> None:
+    with pytest.raises(ValueError, match=r"gap_m.*prior size 0"):
+        Size("gap_m", 0.0, "a catalogue")
 
 
 def test_a_size_of_zero_is_refused_with_its_place() -> None:
@@ -84,10 +91,10 @@ def test_nothing_left_to_consider() -> None:
 
 def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
     changed = Assumptions().with_sizes({"leg_backlash": 5e-6})
-    size = size_of("leg_backlash", "gap_m", changed.sizes)
-    assert size is not None
-    assert size.value == 5e-6
-    assert not size.assumed
+    effect = LegBacklash.from_text(robot("bipod"), "leg 1", "middle")
+    assert changed.size(effect, effect.parameters[0]).value == 5e-6
+    assert not changed.size(effect, effect.parameters[0]).assumed
+    assert Assumptions().size(effect, effect.parameters[0]).value == 1.5e-6
 
 
 def test_another_calibration_is_refused() -> None:

@@ -7,9 +7,9 @@ import pandas as pd
 
 from expdesign.api.inputs import RobotInput, purpose_of, robot_of
 from expdesign.api.result import Result
-from expdesign.chain.parameter import Parameter
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.counted import counted
-from expdesign.model_error.offered import Offered, offered, unit_of_parameter
+from expdesign.models.offered import Offered, offered, unit_of_parameter
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,26 +59,30 @@ def physics(robot: RobotInput) -> Physics:
 
 
 def _entry(one: Offered) -> dict[str, Any]:
+    effect, declared = one.effect, one.effect.declared
     return {
         "physics": one.physics,
-        "identifier": one.identifier,
+        "identifier": effect.identifier,
         "sentence": one.sentence,
+        "usually": declared.usually,
+        "port": effect.acts_at,
+        "depends_on": [str(each) for each in declared.inputs],
+        "beyond_recorded": str(effect.beyond),
         "components": [str(component) for component in one.components],
         "variants": list(one.variants),
-        "parameters": [_parameter(one, parameter) for parameter in one.parameters],
-        "shown_in": [measurand.name for measurand in one.measurands],
+        "parameters": [_parameter(effect, parameter) for parameter in one.parameters],
+        "shown_in": [measurand.name for measurand in effect.measurands],
         "example": one.example,
     }
 
 
-def _parameter(one: Offered, parameter: Parameter) -> dict[str, Any]:
+def _parameter(effect: Effect, parameter: Parameter) -> dict[str, Any]:
     """A parameter with its usual size, which may be a multiple of what the robot has."""
-    size = None if parameter.shape else one.size(parameter)
-    value = parameter.neutral if parameter.shape else parameter.scale if size is None else size.value
+    size = effect.size(parameter)
     return {
         "parameter": parameter.name,
         "unit": unit_of_parameter(parameter.name),
-        "usual": value,
-        "multiple_of": "" if size is None else size.of,
-        "source": "" if size is None else size.source,
+        "usual": parameter.neutral if parameter.shape else size.value,
+        "multiple_of": "" if parameter.shape else size.of,
+        "source": "" if parameter.shape else size.source,
     }

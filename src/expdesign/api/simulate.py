@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from expdesign.api.concealed import with_concealed
 from expdesign.api.inputs import (
     Config,
     PathLike,
@@ -29,7 +30,6 @@ from expdesign.errors import ArgumentError
 from expdesign.files.yaml_document import YamlDocument
 from expdesign.identification.synthetic import simulated_deflections
 from expdesign.identification.synthetic_poses import simulated_poses
-from expdesign.model_error.concealed import with_concealed
 from expdesign.models.model_file import Model, model_of_robot
 from expdesign.recordings.measurand import measured_names
 from expdesign.recordings.reader import points_from_table

@@ -9,12 +9,13 @@ overrides the links at which it acts; each override takes what comes from the le
 At the neutral values of its parameters every effect is the identity, so that base model and effect are nested and their
 comparison is a test of the parameters.
 
-To add an effect: one file in `chain/effects` with one subclass of `Effect`. Identification, prediction, compensation
-and diagnosis find it there.
+To add an effect: one file in `chain/effects` with one subclass of `Effect`, or a class of a package of your own that is
+registered (docs/extending.md). Identification, prediction, compensation, diagnosis and MEIR find it there.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Sequence
+from fnmatch import fnmatchcase
 from typing import Any, ClassVar, Self
 
 import casadi as ca
@@ -22,6 +23,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component, component_from_text
+from expdesign.chain.declaration import TYPICAL, Beyond, Declaration, Size
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
@@ -39,6 +41,7 @@ class Effect(ABC):
         identifier: of the class, kept in model files: its place in `chain/effects` (`legs.backlash`), unless the class
             declares one. A file that moves keeps the identifier that its class had by declaring it.
         physics: identifier (file-formats.md, Identifiers of physics), shared by effects that people call by one name.
+        declared: what is known of it before anything is measured: how large it is, its name in sentences, its inputs.
         forms: its variants, where the robot and the recordings do not decide which there are.
         measurands: readings that show it. Geometry and own weight show in positions to first order and cancel from
             deflections; what only shifts or turns the instrument is part of every model of positions.
@@ -55,6 +58,7 @@ class Effect(ABC):
 
     identifier: ClassVar[str]
     physics: ClassVar[str]
+    declared: ClassVar[Declaration] = Declaration()
     forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
     measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS, POSES)
     component: Component
@@ -210,6 +214,27 @@ class Effect(ABC):
         """What a technician should know, from reported values with their 95 % intervals."""
         listed = ", ".join(f"{name} = {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g})" for name, v in values.items())
         return f"{self.component}: {self.physics.replace('_', ' ')}, {listed}."
+
+    @property
+    def phrase(self) -> str:
+        """A machine that has it, as the subject of a sentence: `play in leg 3`."""
+        phrase = self.declared.phrase or f"{self.physics.replace('_', ' ')} ({{component}})"
+        return phrase.format(component=self.component)
+
+    @property
+    def acts_at(self) -> str:
+        """Where on the chain it acts, as laws without a name do."""
+        return self.declared.port
+
+    @property
+    def beyond(self) -> Beyond:
+        """What it does beyond the recorded range of its inputs."""
+        return self.declared.beyond
+
+    def size(self, parameter: Parameter) -> Size:
+        """How large a parameter is on machines of this class: as declared, else its typical size."""
+        declared = (size for size in self.declared.sizes if fnmatchcase(parameter.name, size.parameter))
+        return next(declared, Size(parameter.name, parameter.scale, TYPICAL))
 
     def neutral(self) -> FloatArray:
         """Parameters at which the effect vanishes."""

@@ -6,6 +6,7 @@ from enum import StrEnum
 import numpy as np
 
 from expdesign.chain.component import ALL_JOINTS, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect
 from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
@@ -22,6 +23,14 @@ class Unsettled(Effect):
     """A common fraction of every joint's step from the row before is still missing; the states are the joints'."""
 
     physics = "creep"
+    declared = Declaration(
+        left_out="readings before the machine had settled",
+        phrase="creep of {component}",
+        usually="readings that were taken too soon",
+        port="actuators",
+        inputs=(Input.FORCE, Input.HISTORY),
+        sizes=(Size("unsettled_*fraction", 0.02, "assumed: read when 98 % of a move have settled"),),
+    )
     forms = tuple(Cause)
 
     @classmethod

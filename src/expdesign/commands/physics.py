@@ -31,6 +31,11 @@ def command(
     for entry in found.record["physics"]:
         if entry["physics"] != last:
             print(f"{entry['physics']}\n  {entry['sentence']}")
+            if entry["usually"]:
+                print(f"  usually: {entry['usually']}")
+            if entry["depends_on"]:
+                depends = f"  depends on {', '.join(entry['depends_on'])}"
+                print(f"{depends}; beyond what was recorded it {entry['beyond_recorded']}")
         last = entry["physics"]
         print(f"  at {_listed(entry['components'])}")
         if entry["variants"] != [""]:

@@ -26,8 +26,8 @@ from expdesign.ports.law import Law
 from expdesign.ports.stable_groups import kept_groups
 from expdesign.robots.robot import Robot
 
-_ANGLE, _LENGTH = 0.006, 0.0015
-"""rad, m; how well joints are zeroed and links are made, where an effect says what is known of it beforehand."""
+_TIMES = 3.0
+"""Declared sizes that a dimension may be off by: the groups' own factors are estimated."""
 _MOST_TYPICAL, _UNLIKE = 1e3, 10.0
 """Deviations are at most as many typical sizes of a parameter, and as many times the median of its group: parts of one
 kind are alike, so that one which hardly shows is not as large as it would have to be to show."""
@@ -334,7 +334,7 @@ def _priors(chain: Chain, base: Fit, slopes: FloatArray) -> Priors:
             if isinstance(effect, Law):
                 deviation[index] = misfit
             elif _made(parameter):
-                deviation[index] = _ANGLE if parameter.name.endswith("_rad") else _LENGTH
+                deviation[index] = _TIMES * effect.size(parameter).value
             else:
                 # What does not show at all stays where it is.
                 shown = misfit / shows[index] if shows[index] > 0.0 else parameter.scale

@@ -15,6 +15,7 @@ class HiddenPhysics:
 
     Attributes:
         physics, component, variant: the effect.
+        phrase: a machine that has it, in words: `play in leg 3`.
         error: MEIR_e, the error at the targets in tolerances.
         parameters: the worst combination of its parameters, by name with unit; shapes as they were assumed.
         parameter: the one that is largest against its prior size.
@@ -27,6 +28,7 @@ class HiddenPhysics:
     physics: str
     component: str
     variant: str
+    phrase: str
     error: float
     parameters: dict[str, float]
     parameter: str
@@ -63,6 +65,7 @@ def hidden_physics(
         visible = float(hidden.visible[design, index])
         worst[entry.key] = HiddenPhysics(
             *entry.key,
+            entry.effect.phrase,
             error=error,
             parameters={p.name: float(v) for p, v in zip(entry.effect.parameters, values, strict=True)},
             parameter=entry.effect.parameters[entry.free[int(np.abs(size).argmax())]].name,

@@ -14,7 +14,7 @@ from expdesign.design.problem import DesignProblem
 from expdesign.differentiation import is_recorded, plain, recorded_parts, square_root
 from expdesign.model_error.directions import Directions, RowDirections, offsets
 from expdesign.model_error.hidden import Hidden, hidden_errors, seeds
-from expdesign.model_error.left_out import LeftOut, effects_of_problem, left_out, unsized
+from expdesign.model_error.left_out import LeftOut, effects_of_problem, left_out
 from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 
@@ -33,9 +33,6 @@ class ModelErrorImpact:
         assumptions: of MEIR.
         physics: what is left out; everything that the robot can have where it is not given.
 
-    Attributes:
-        unsized: identifiers of physics that is not considered because no prior size is known.
-
     Raises:
         InputError: nothing else than the stiffness is calibrated, or the assumptions do not suit the robot.
     """
@@ -49,10 +46,8 @@ class ModelErrorImpact:
         problem.require_elastostatic("MEIR is defined")
         self.problem = problem
         self.assumptions = Assumptions() if assumptions is None else assumptions
-        self.unsized: tuple[str, ...] = ()
         if physics is None:
             effects, points = effects_of_problem(problem)
-            self.unsized = unsized(effects, self.assumptions)
             physics = with_steps(problem, left_out(effects, points, self.assumptions), self.assumptions)
         self.physics = physics
         # The pieces of the maximum are asked for one by one.

@@ -12,7 +12,6 @@ from expdesign.chain.effect import Effect
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
-from expdesign.model_error.prior_sizes import size_of
 from expdesign.model_error.settings import WHERE, Assumptions
 from expdesign.plugins import implementations
 from expdesign.recordings.recordings import LoadedPoints
@@ -62,7 +61,7 @@ class LeftOut:
 
 
 def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[LeftOut, ...]:
-    """The effects that are considered, at their starts; those that `unsized` names are not.
+    """The effects that are considered, at their starts.
 
     Raises:
         InputError: nothing is left to consider, or an identifier names physics that the robot cannot have here.
@@ -74,26 +73,15 @@ def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptio
         raise InputError(what, where=f"{WHERE}.physics", remedy=remedy)
     found = []
     for effect in effects:
-        if not assumptions.considers(effect.physics) or _without_size(effect, assumptions):
+        if not assumptions.considers(effect.physics):
             continue
         starts = effect.starts(points)
         chosen = np.unique(np.linspace(0, len(starts) - 1, min(MOST_STARTS, len(starts))).round().astype(int))
         found += [LeftOut(effect, starts[i]) for i in chosen]
     if not found:
-        remedy = "Take entries out of `without`, name physics under `physics`, or state prior sizes under `sizes`."
+        remedy = "Take entries out of `without`, or name physics under `physics`."
         raise InputError("no physics is left to consider", where=WHERE, remedy=remedy)
     return tuple(found)
-
-
-def unsized(effects: list[Effect], assumptions: Assumptions) -> tuple[str, ...]:
-    """Identifiers of physics to be considered of which no prior size is known, so that it is left out."""
-    missing = (e.physics for e in effects if assumptions.considers(e.physics) and _without_size(e, assumptions))
-    return tuple(dict.fromkeys(missing))
-
-
-def _without_size(effect: Effect, assumptions: Assumptions) -> bool:
-    free = (parameter.name for parameter in effect.parameters if not parameter.shape)
-    return any(size_of(effect.physics, name, assumptions.sizes) is None for name in free)
 
 
 def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tuple[LeftOut, ...]:

@@ -6,13 +6,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Part
+from expdesign.chain.declaration import Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.maps import actuator_forces
-from expdesign.errors import InputError
 from expdesign.model_error.left_out import LeftOut
-from expdesign.model_error.prior_sizes import Size, size_of
-from expdesign.model_error.settings import WHERE, Assumptions
+from expdesign.model_error.settings import Assumptions
 
 _REFERENCE = 100.0
 """N or N·m; the force to which parameters of non-linear springs refer."""
@@ -26,21 +25,18 @@ def prior_deviations(
     Args:
         problem: whose robot and targets the sizes may be multiples of.
         physics: what is left out.
-        assumptions: with the table of sizes.
+        assumptions: with sizes in place of the declared ones.
         errors: weighted deflections of the targets per compliance (in units of 1/apK) and per column, shape
             (q, n_p + D).
-
-    Raises:
-        InputError: the table has no size for a parameter.
     """
     scale = _Scale(problem, errors[:, : len(problem.loaded.robot.stiffness)])
     column = errors.shape[1] - sum(entry.columns for entry in physics)
     deviations = []
     for entry in physics:
         for index in entry.free:
-            name = entry.effect.parameters[index].name
-            size = _size(entry, name, assumptions)
-            deviations.append(size.value * scale.unit(size, entry.effect, name, errors[:, column]))
+            parameter = entry.effect.parameters[index]
+            size = assumptions.size(entry.effect, parameter)
+            deviations.append(size.value * scale.unit(size, entry.effect, parameter.name, errors[:, column]))
             column += 1
     return np.array(deviations)
 
@@ -52,31 +48,20 @@ def with_steps(problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions
     stepped = []
     for entry in physics:
         if entry.effect.states and entry.columns == 1:
-            name = entry.effect.parameters[entry.free[0]].name
-            size = _size(entry, name, assumptions)
-            entry = replace(entry, step=size.value * scale.unit(size, entry.effect, name, np.zeros(1)))  # noqa: PLW2901
+            parameter = entry.effect.parameters[entry.free[0]]
+            size = assumptions.size(entry.effect, parameter)
+            step = size.value * scale.unit(size, entry.effect, parameter.name, np.zeros(1))
+            entry = replace(entry, step=step)  # noqa: PLW2901
         stepped.append(entry)
     return tuple(stepped)
 
 
 def usual_size(problem: DesignProblem, effect: Effect, parameter: Parameter) -> float:
-    """σ of one parameter of an effect on the robot of a problem; its typical size where the table has none."""
-    size = size_of(effect.physics, parameter.name)
-    if size is None:
-        return parameter.scale
+    """σ of one parameter of an effect on the robot of a problem."""
+    size = effect.size(parameter)
     count = len(problem.loaded.robot.stiffness)
     scale = _Scale(problem, np.zeros((1, count)))
     return size.value * scale.unit(size, effect, parameter.name, np.zeros(1))
-
-
-def _size(entry: LeftOut, parameter: str, assumptions: Assumptions) -> Size:
-    """The row of the table for a parameter of an entry."""
-    size = size_of(entry.effect.physics, parameter, assumptions.sizes)
-    if size is None:
-        what = f"there is no prior size for `{parameter}` of `{entry.effect.physics}`"
-        remedy = f"Name one in the configuration, or put `{entry.effect.physics}` under `without`."
-        raise InputError(what, where=f"{WHERE}.sizes", remedy=remedy)
-    return size
 
 
 class _Scale:

@@ -19,7 +19,7 @@ from expdesign.model_error.directions import RowDirections
 from expdesign.model_error.hidden import Hidden, hidden_errors
 from expdesign.model_error.hidden_physics import HiddenPhysics, hidden_physics
 from expdesign.model_error.impact import known_chain, target_errors
-from expdesign.model_error.left_out import LeftOut, left_out, unsized
+from expdesign.model_error.left_out import LeftOut, left_out
 from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
 from expdesign.plugins import implementations
@@ -34,12 +34,10 @@ class HiddenByRecordings:
     Attributes:
         physics: every effect that was considered, the largest error first.
         freedom: degrees of freedom of their residuals; where there are none nothing could be noticed.
-        unsized: identifiers of physics that was left out because no prior size is known.
     """
 
     physics: tuple[HiddenPhysics, ...]
     freedom: int
-    unsized: tuple[str, ...] = ()
 
     @property
     def meir(self) -> float:
@@ -81,7 +79,7 @@ def hidden_by(
     errors = np.concatenate([errors[..., :n_p], beside, errors[..., n_p:] * sizes], axis=-1)
     hidden: Hidden = hidden_errors(base[None], (directions * sizes)[None], errors, physics, assumptions)
     found = hidden_physics(hidden, physics, sizes)
-    return HiddenByRecordings(found, int(hidden.freedom[0]), unsized(effects, assumptions))
+    return HiddenByRecordings(found, int(hidden.freedom[0]))
 
 
 def recorded_sensitivities(

@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from math import isfinite
 
-from expdesign.chain.effect import Effect
+from expdesign.chain.declaration import Size
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.errors import InputError
 from expdesign.files.nearest import nearest
 from expdesign.model_error.noticeable import LEVEL, POWER, noncentrality
-from expdesign.model_error.prior_sizes import SIZES, Size
-from expdesign.plugins import implementations
+from expdesign.models.effect_entry import effect_classes
 
 WHERE = "model_error"
 """Section of the configuration."""
@@ -24,7 +25,7 @@ class Assumptions:
         power: 1 − β with which an effect has to be noticed.
         physics: identifiers that are considered; None for all that the robot can have.
         without: identifiers that are left out of those.
-        sizes: prior sizes.
+        stated: prior sizes in place of the declared ones, by physics and names of parameters with `*`.
         readings: instead of the prior sizes, the RMS of the readings in standard deviations (with what the base model
             would explain) that each parameter alone may cause; None for the prior sizes.
     """
@@ -33,7 +34,7 @@ class Assumptions:
     power: float = POWER
     physics: frozenset[str] | None = None
     without: frozenset[str] = frozenset()
-    sizes: tuple[Size, ...] = field(default=SIZES)
+    stated: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     readings: float | None = None
 
     def __post_init__(self) -> None:
@@ -41,52 +42,51 @@ class Assumptions:
         if self.readings is not None and not (self.readings > 0.0 and isfinite(self.readings)):
             what = f"{self.readings:g} standard deviations on the readings cannot be the largest that an effect causes"
             raise InputError(what, where=f"{WHERE}.readings", remedy="Choose a positive number, such as 10.")
-        for size in self.sizes:
-            _require_positive(size)
 
     def with_sizes(self, changes: Mapping[str, float | dict[str, float]]) -> "Assumptions":
         """These assumptions with other sizes.
 
         Args:
-            changes: by physics, the value of all its rows, or values by parameter (names with `*`); what a value is a
-                multiple of stays as it is in the table.
-
-        Physics that the table lacks, of an effect from outside, gets rows of its own in the parameters' units.
+            changes: by physics, the value of all its parameters, or values by parameter (names with `*`, as the
+                physics declares them); what a value is a multiple of stays as it is declared.
 
         Raises:
-            InputError: there is no such physics, the parameter is not in the table, or a size is not positive.
+            InputError: there is no such physics, it declares no such parameter, or a size is not positive.
         """
-        sizes = list(self.sizes)
+        stated = dict(self.stated)
         for physics, change in changes.items():
-            rows = [i for i, size in enumerate(sizes) if size.physics == physics]
-            if not rows and physics in _known_physics():
-                named = change if isinstance(change, dict) else {"*": change}
-                sizes += [Size(physics, name, value, "", "configuration", False) for name, value in named.items()]
-                continue
-            if not rows:
-                known = sorted({size.physics for size in sizes})
-                raise InputError(f"no physics `{physics}`", where=f"{WHERE}.sizes", remedy=nearest(physics, known))
-            named = change if isinstance(change, dict) else {sizes[i].parameter: change for i in rows}
+            named = change if isinstance(change, dict) else {"*": change}
+            _require_declared(physics, change)
             for parameter, value in named.items():
-                found = [i for i in rows if sizes[i].parameter == parameter]
-                if not found:
-                    remedy = nearest(parameter, [sizes[i].parameter for i in rows])
-                    raise InputError(f"no parameter `{parameter}`", where=f"{WHERE}.sizes.{physics}", remedy=remedy)
-                sizes[found[0]] = replace(sizes[found[0]], value=value, source="configuration", assumed=False)
-        return replace(self, sizes=tuple(sizes))
+                if not (value > 0.0 and isfinite(value)):
+                    what = f"`{parameter}` cannot have the prior size {value:g}"
+                    remedy = f"Give a positive size, or name it under `{WHERE}.without` if machines never have it."
+                    raise InputError(what, where=f"{WHERE}.sizes.{physics}", remedy=remedy)
+            stated[physics] = {**stated.get(physics, {}), **named}
+        return replace(self, stated=stated)
+
+    def size(self, effect: Effect, parameter: Parameter) -> Size:
+        """How large a parameter of an effect may be."""
+        size = effect.size(parameter)
+        for name, value in self.stated.get(effect.physics, {}).items():
+            if name in ("*", size.parameter) or fnmatchcase(parameter.name, name):
+                size = replace(size, value=value, source="configuration")
+        return size
 
     def considers(self, physics: str) -> bool:
         """Whether this physics is considered."""
         return (self.physics is None or physics in self.physics) and physics not in self.without
 
 
-def _known_physics() -> set[str]:
-    """Identifiers of all physics for which an effect is known."""
-    return {kind.physics for kind in implementations("expdesign.chain.effects", Effect)}  # type: ignore[type-abstract]
-
-
-def _require_positive(size: Size) -> None:
-    if not (size.value > 0.0 and isfinite(size.value)):
-        what = f"`{size.parameter}` cannot have the prior size {size.value:g}"
-        remedy = "Give a positive size, or name the physics under `model_error.without` if machines never have it."
-        raise InputError(what, where=f"{WHERE}.sizes.{size.physics}", remedy=remedy)
+def _require_declared(physics: str, change: float | dict[str, float]) -> None:
+    """Raise an `InputError` where no effect goes by a name, or none of its parameters by those of a change."""
+    classes = [cls for cls in effect_classes() if cls.physics == physics]
+    if not classes:
+        known = sorted({cls.physics for cls in effect_classes()})
+        raise InputError(f"no physics `{physics}`", where=f"{WHERE}.sizes", remedy=nearest(physics, known))
+    if all(cls.declared.sizes for cls in classes) and isinstance(change, dict):
+        names = [size.parameter for cls in classes for size in cls.declared.sizes]
+        for parameter in change:
+            if not any(fnmatchcase(parameter, name) or parameter == name for name in names):
+                remedy = nearest(parameter, names)
+                raise InputError(f"no parameter `{parameter}`", where=f"{WHERE}.sizes.{physics}", remedy=remedy)

@@ -14,7 +14,7 @@ from expdesign.criteria.target_variances import GivenVariances, TargetVariances
 from expdesign.criteria.targets import Targets
 from expdesign.model_error.hidden_physics import HiddenPhysics
 from expdesign.model_error.recorded import HiddenByRecordings
-from expdesign.model_error.words import sentence, unsized_sentence
+from expdesign.model_error.words import sentence
 
 
 @dataclass(frozen=True)
@@ -89,5 +89,4 @@ def given_variances(targets: Targets, noise: FloatArray, load_errors: FloatArray
 
 def hidden_sentence(found: HiddenByRecordings, stated: AccuracyStatement | None) -> str:
     """What recordings may still hide, with the accuracy to expect where it is stated."""
-    text = sentence(found.physics[0], found.freedom, "these recordings") if stated is None else stated.sentence
-    return f"{text} {unsized_sentence(found.unsized)}" if found.unsized else text
+    return sentence(found.physics[0], found.freedom, "these recordings") if stated is None else stated.sentence

@@ -10,7 +10,7 @@ from expdesign.model_error.meir import Meir
 from expdesign.model_error.record import hidden_by_plan, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings
 from expdesign.model_error.statement import AccuracyStatement
-from expdesign.model_error.words import phrase, sentence, unsized_sentence
+from expdesign.model_error.words import sentence
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, Section, Sentences, table_of
 from expdesign.report.figures import axis, bars_across, chart, level, points
@@ -36,8 +36,6 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
     if cheap is not None:
         texts.append(cheap)
     noticing = noticed_by(problem, front, meir, physics)
-    if meir.impact.unsized:
-        texts.append(unsized_sentence(meir.impact.unsized))
     blocks: list[Block] = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
     return Section("hidden", "What the plan would not notice", blocks)
 
@@ -165,7 +163,7 @@ def hidden_table(
         sizes = [words.number(size) if np.isfinite(size) else "never" for size in (value, noticed, tolerable)]
         cheapest = [] if noticing is None else [noticing[key]]
         where = f"{each.component} ({each.variant})" if each.variant else each.component
-        rows.append([phrase(each), where, words.number(each.error), *cheapest, *sizes, each.parameter])
+        rows.append([each.phrase, where, words.number(each.error), *cheapest, *sizes, each.parameter])
         data.append([*key, each.error, *cheapest, value, noticed, tolerable, each.parameter])
     columns, heads = ["physics", "component", "variant", "error"], ["Effect", "Component", "Hidden error"]
     caption = (

@@ -8,6 +8,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -23,6 +24,14 @@ class Creep(Effect):
     """
 
     physics = "creep"
+    declared = Declaration(
+        left_out="growth under constant load",
+        phrase="creep of {component}",
+        usually="plastics, rubber, adhesive and grease",
+        port="actuators",
+        inputs=(Input.FORCE, Input.HISTORY),
+        sizes=(Size("creep_ratio", 0.02, "assumed: greased rolling contacts, 2 % within the time of a series"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -14,6 +14,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all, turning
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.recordings import LoadedPoints
@@ -39,6 +40,14 @@ class FrictionHysteresis(Effect):
     """
 
     physics = "friction_hysteresis"
+    declared = Declaration(
+        left_out="loading and unloading differ",
+        phrase="friction in {component}",
+        usually="guides, seals and clamped joints",
+        port="actuators",
+        inputs=(Input.FORCE, Input.HISTORY),
+        sizes=(Size("friction_N*", 0.05, "assumed: a twentieth of the largest force", "actuator force"),),
+    )
     forms = tuple(Slider)
 
     @classmethod

@@ -10,6 +10,7 @@ import casadi as ca
 
 from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all, reference_force, turning
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.robots.robot import Robot
@@ -48,6 +49,16 @@ class LegNonlinearStiffness(Effect):
     """
 
     physics = "leg_nonlinear_stiffness"
+    declared = Declaration(
+        left_out="stiffness that depends on the force",
+        phrase="a spring that is not linear in {component}",
+        usually="preload, rubber and rolling contacts",
+        port="actuators",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size("*", 0.1, "assumed: secant and tangent differ by a tenth at the targets' loads", "own deflection"),
+        ),
+    )
     forms = tuple(Characteristic)
 
     @classmethod

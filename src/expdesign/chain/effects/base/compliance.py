@@ -6,6 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.platform.compliance import Shape, compliance_parameters
 from expdesign.chain.row import Row
@@ -23,6 +24,14 @@ class BaseCompliance(Effect):
     """
 
     physics = "base_compliance"
+    declared = Declaration(
+        left_out="compliance of the base or the ground",
+        phrase="a soft base",
+        usually="stands, floors and bolted feet",
+        port="base",
+        inputs=(Input.FORCE,),
+        sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
+    )
     forms = tuple(Shape)
 
     @classmethod

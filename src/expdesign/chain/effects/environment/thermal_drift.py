@@ -8,6 +8,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import ENVIRONMENT, Component
 from expdesign.chain.components import legs_and_all
+from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -42,7 +43,26 @@ class ThermalDrift(Effect):
     """
 
     physics = "thermal_drift"
+    declared = Declaration(
+        left_out="motion with temperature or time, whatever the load",
+        phrase="thermal drift of {component}",
+        usually="heat, and stands that settle",
+        port="actuators",
+        inputs=(Input.TIME, Input.TEMPERATURE),
+        beyond=Beyond.HOLDS,
+        sizes=(
+            Size("alpha_per_K", 1.2e-5, "EN 1993-1-1:2005, 3.2.6: steel, 12e-6 per kelvin"),
+            Size("rate_per_s", 1.2e-8, "assumed: steel that warms by 1 K in 1000 s"),
+            Size("d?_m_per_K", 1e-6, "assumed: a stand of 0.1 m of steel"),
+            Size("dr?_rad_per_K", 1e-6, "assumed: 1 µm over 1 m"),
+            Size("d*_per_s", 1e-9, IN_1000_S),
+        ),
+    )
     measurands = (DEFLECTIONS,)
+
+    @property
+    def acts_at(self) -> str:
+        return "environment" if self.component == ENVIRONMENT else self.declared.port
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.chain.component import INSTRUMENT, Component
+from expdesign.chain.declaration import Beyond, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -30,6 +31,18 @@ class InstrumentDrift(Effect):
     """
 
     physics = "thermal_drift"
+    declared = Declaration(
+        left_out="drift of the instrument's frame",
+        phrase="thermal drift of {component}",
+        usually="tripods and stands that warm up",
+        port="environment",
+        inputs=(Input.TIME,),
+        beyond=Beyond.HOLDS,
+        sizes=(
+            Size("drift_r?_rad_per_h", 1e-5, "assumed: a stand of 0.1 m that warms by 1 K on one side"),
+            Size("drift_?_m_per_h", 1e-5, "assumed: a stand of 1 m of steel that warms by 1 K in an hour"),
+        ),
+    )
     measurands = (POSITIONS,)
     forms = tuple(Motion)
 

@@ -14,6 +14,7 @@ from enum import StrEnum
 import casadi as ca
 
 from expdesign.chain.component import INSTRUMENT, Component
+from expdesign.chain.declaration import Declaration, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
@@ -51,6 +52,13 @@ class InstrumentMisalignment(Effect):
     """
 
     physics = "instrument_misalignment"
+    declared = Declaration(
+        left_out="turned axes of the instrument",
+        phrase="an instrument that is turned",
+        usually="mounting by eye",
+        port="instrument",
+        sizes=(Size("rot_?_rad", 1e-3, "assumed: axes aligned with an edge, 1 mrad"),),
+    )
     measurands = (DEFLECTIONS,)
 
     @classmethod

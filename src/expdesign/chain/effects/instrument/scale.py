@@ -3,6 +3,7 @@
 import casadi as ca
 
 from expdesign.chain.component import INSTRUMENT, Component
+from expdesign.chain.declaration import Declaration, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.robots.robot import Robot
@@ -12,6 +13,13 @@ class InstrumentScale(Effect):
     """It reads (1 + s_i)·d_i on the translational axes."""
 
     physics = "instrument_scale"
+    declared = Declaration(
+        left_out="wrong scale of the instrument",
+        phrase="a wrong scale of the instrument",
+        usually="optics and electronics that are not calibrated",
+        port="instrument",
+        sizes=(Size("scale_?", 1e-3, "assumed: gauges calibrated to 0.1 % of their range"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

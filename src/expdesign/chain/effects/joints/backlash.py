@@ -12,6 +12,7 @@ import numpy as np
 from expdesign.chain.backlash import Backlash
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_joint
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.play import SLACK
 from expdesign.chain.variant import Variant
 from expdesign.recordings.recordings import LoadedPoints
@@ -32,6 +33,17 @@ class JointBacklash(Backlash):
     """
 
     physics = "joint_backlash"
+    declared = Declaration(
+        left_out="play of a joint",
+        phrase="play in {component}",
+        usually="worn gears and couplings",
+        port="actuators",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size("gap_rad", 3e-4, STRAIN_WAVE),
+            Size("gap_m", 1e-5, "assumed: linear axis without preload"),
+        ),
+    )
     forms = tuple(Rest)
     gap = (1e-5, 0.1)
 

@@ -11,6 +11,7 @@ import casadi as ca
 from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
 from expdesign.chain.component import Component
 from expdesign.chain.components import sliding_joints
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.extension import Extension
 from expdesign.chain.row import Row
@@ -22,6 +23,27 @@ class ExtensionCompliance(Effect):
     """`lateral_rad_per_Nm` at coordinate 0, and its change per metre of extension."""
 
     physics = "joint_compliance"
+    declared = Declaration(
+        left_out="a joint that yields off its axis, the more the farther it is drawn out",
+        phrase="a soft bearing of {component}",
+        usually="guides that overlap less",
+        port="joints",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "lateral_rad_per_Nm",
+                0.2,
+                "assumed: a bearing is five times as stiff off the axis as the gear is about it",
+                "actuator compliance",
+            ),
+            Size(
+                "lateral_change_rad_per_Nm_m",
+                0.2,
+                "assumed: over a metre of travel a guide's bearing loses what it has off the axis",
+                "actuator compliance",
+            ),
+        ),
+    )
     forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
 
     @classmethod

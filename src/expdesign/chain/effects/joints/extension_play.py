@@ -6,6 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import Component
 from expdesign.chain.components import sliding_joints
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.extension import Extension
 from expdesign.chain.play import with_play
@@ -18,6 +19,17 @@ class ExtensionPlay(Effect):
     """The gap is `gap_m` + `gap_change`·q, and never negative; a joint that nothing pushes rests in its middle."""
 
     physics = "joint_backlash"
+    declared = Declaration(
+        left_out="play of a joint, the more the farther it is drawn out",
+        phrase="play in {component}",
+        usually="worn guides",
+        port="actuators",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size("gap_m", 1e-5, "assumed: linear axis without preload"),
+            Size("gap_change", 1e-4, "assumed: a guide that is worn over a part of its travel"),
+        ),
+    )
     forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
 
     @classmethod

@@ -11,15 +11,15 @@ import casadi as ca
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
 from expdesign.chain.components import each_joint, each_link
+from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.recordings.measurand import POSITIONS, Measurand
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
 
-_ANGLE = 0.02
-"""rad; how well joints are zeroed and links are aligned, before anything is measured (standard deviation)."""
-_LENGTH = 0.005
-"""m; likewise."""
+ANGLE, LENGTH = 2e-3, 5e-4
+"""rad, m; how well joints are zeroed and links are made (standard deviation), before anything is measured."""
+MADE = "assumed: zeros set by marks and castings machined to 2 mrad and 0.5 mm, not calibrated"
 
 
 class GeometricError(Effect):
@@ -28,6 +28,17 @@ class GeometricError(Effect):
     """
 
     physics = "joint_position_error"
+    declared = Declaration(
+        left_out="a joint or link not where the geometry has it",
+        phrase="wrong geometry at {component}",
+        usually="drawings, castings and zeros set by marks",
+        port="geometry",
+        inputs=(Input.PLACE,),
+        sizes=(
+            Size("*_rad", ANGLE, MADE),
+            Size("*_m", LENGTH, MADE),
+        ),
+    )
     measurands: ClassVar[tuple[Measurand, ...]] = (POSITIONS,)
 
     @classmethod
@@ -58,7 +69,7 @@ class GeometricError(Effect):
         count = len(self.robot.stiffness)
         angle = self.robot.units[index] == "rad" if index < count else (index - count) % len(FRAME_AXES) >= 3
         name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"
-        spread = _ANGLE if angle else _LENGTH
+        spread = LOOSELY * (ANGLE if angle else LENGTH)
         return Parameter(name, 1e-3, low=-50.0 * spread, high=50.0 * spread, spread=spread)
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:

@@ -9,6 +9,7 @@ import casadi as ca
 
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import GEOMETRY, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.measurand import DEFLECTIONS
@@ -22,6 +23,14 @@ class ArmGeometricStiffness(Effect):
     """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
 
     physics = "geometric_stiffness"
+    declared = Declaration(
+        left_out="change of the geometry under load",
+        phrase="the change of geometry under load",
+        usually="large deflections",
+        port="geometry",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(Size("fraction", 1.0, "mechanics itself: the whole of the conservative term"),),
+    )
     measurands = (DEFLECTIONS,)
 
     @classmethod

@@ -17,6 +17,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
 from expdesign.chain.component import ALL_JOINTS, Component
 from expdesign.chain.components import each_joint, turning
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -38,6 +39,21 @@ class JointCompliance(Effect):
     """
 
     physics = "joint_compliance"
+    declared = Declaration(
+        left_out="a joint that yields off its axis",
+        phrase="a soft bearing of {component}",
+        usually="bearings and guides",
+        port="joints",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "*lateral*_rad_per_Nm",
+                0.2,
+                "assumed: a bearing is five times as stiff off the axis as the gear is about it",
+                "actuator compliance",
+            ),
+        ),
+    )
     forms = tuple(Directions)
 
     @classmethod

@@ -10,6 +10,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_joint, each_leg, turning
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
 from expdesign.chain.row import Row
@@ -26,6 +27,17 @@ class JointPeriodicError(Effect):
     """Δq gains amplitude·sin(2π·q/pitch + phase), fitted as a sine and a cosine."""
 
     physics = "encoder_periodic_error"
+    declared = Declaration(
+        left_out="error of a command that repeats with screw or gear",
+        phrase="a periodic error of the encoder of {component}",
+        usually="gears, screws and encoders",
+        port="actuators",
+        inputs=(Input.PLACE,),
+        sizes=(
+            Size("*sine_m", 1e-6, "assumed: half of what a precision screw varies within a turn (some µm, ISO 3408-3)"),
+            Size("*sine_rad", 1.5e-4, STRAIN_WAVE),
+        ),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

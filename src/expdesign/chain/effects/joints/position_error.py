@@ -10,15 +10,14 @@ import casadi as ca
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import Component, Part
 from expdesign.chain.components import each_joint, each_link, turning
+from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effects.joints.geometric_error import ANGLE, LENGTH, MADE
 from expdesign.chain.variant import Variant
 from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import LoadedPoints
 from expdesign.robots.kinematic_tree import FRAME_AXES
 from expdesign.robots.robot import Robot
-
-_LENGTH, _ANGLE = 0.005, 0.02
-"""m, rad; how well links are made (standard deviation), which holds what deflections do not determine."""
 
 
 class Moved(StrEnum):
@@ -32,6 +31,17 @@ class ArmGeometry(Effect):
     """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
 
     physics = "joint_position_error"
+    declared = Declaration(
+        left_out="a joint or link not where the geometry has it",
+        phrase="wrong geometry at {component}",
+        usually="drawings, castings and zeros set by marks",
+        port="geometry",
+        inputs=(Input.PLACE,),
+        sizes=(
+            Size("*_rad", ANGLE, MADE),
+            Size("*_m", LENGTH, MADE),
+        ),
+    )
     measurands = (DEFLECTIONS,)
     forms = tuple(Moved)
     changes_geometry = True
@@ -47,7 +57,9 @@ class ArmGeometry(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         if self.component.part is Part.LINK:
-            units = [("m", 0.1, _LENGTH) if len(axis) == 1 else ("rad", 0.5, _ANGLE) for axis in FRAME_AXES]
+            units = [
+                ("m", 0.1, LOOSELY * LENGTH) if len(axis) == 1 else ("rad", 0.5, LOOSELY * ANGLE) for axis in FRAME_AXES
+            ]
             tree, link = links_of(self.robot).tree, self.component.number
             further = [f"{end.name}_" for end in tree.ends if end.link == link][1:]
             return tuple(

@@ -12,6 +12,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_joint, turning
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -34,6 +35,17 @@ class WarmUpByRows(Effect):
     """
 
     physics = "thermal_drift"
+    declared = Declaration(
+        left_out="motion with temperature or time, whatever the load",
+        phrase="thermal drift of {component}",
+        usually="motors and gears that warm up",
+        port="actuators",
+        inputs=(Input.TIME,),
+        sizes=(
+            Size("drift_m", 5e-5, "assumed: warming up by 10 K"),
+            Size("drift_rad", 1e-4, "assumed: warming up by 10 K"),
+        ),
+    )
     forms = tuple(Along)
 
     @classmethod

@@ -5,6 +5,7 @@ from enum import StrEnum
 from expdesign.chain.backlash import Backlash
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.robots.robot import Robot
 
 
@@ -20,6 +21,22 @@ class LegBacklash(Backlash):
     """Variants: the unloaded leg rests in the `middle` of the gap, or at its `short` or `long` end."""
 
     physics = "leg_backlash"
+    declared = Declaration(
+        left_out="play of a leg",
+        phrase="play in {component}",
+        usually="worn nuts and spherical joints",
+        port="actuators",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size(
+                "gap_m",
+                1.5e-6,
+                "V. J. Kalas, PhD thesis, Montpellier 2020 (HAL tel-03154741): hexapod repeatability ±0.75 µm; "
+                "a gap is no wider",
+            ),
+            Size("gap_rad", 3e-4, STRAIN_WAVE),
+        ),
+    )
     forms = tuple(Rest)
     gap = (1e-6, 1e-2)
 

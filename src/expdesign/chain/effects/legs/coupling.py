@@ -6,6 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg, turning
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -30,6 +31,14 @@ class LegCoupling(Effect):
     """
 
     physics = "leg_coupling"
+    declared = Declaration(
+        left_out="the force in one leg deflects another",
+        phrase="a force in another leg that moves {component}",
+        usually="mounts that legs share",
+        port="actuators",
+        inputs=(Input.FORCE,),
+        sizes=(Size("coupling_*", 0.05, "assumed: mounts that two legs share", "actuator compliance"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -11,6 +11,7 @@ import casadi as ca
 
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import turned_lever
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.elastostatics.geometric_stiffness import geometric_stiffness_expression
@@ -33,6 +34,14 @@ class GeometricStiffness(Effect):
     """
 
     physics = "geometric_stiffness"
+    declared = Declaration(
+        left_out="change of the geometry under load",
+        phrase="the change of geometry under load",
+        usually="large deflections",
+        port="geometry",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(Size("fraction", 1.0, "mechanics itself: the whole of the conservative term"),),
+    )
     forms = tuple(Correction)
 
     @classmethod

@@ -6,6 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.variant import Variant
 from expdesign.robots.robot import Robot
@@ -22,6 +23,14 @@ class JointPositionError(Effect):
     """True minus nominal position of a leg's `base` or `platform` joint (variant), in the frame it is fixed to."""
 
     physics = "joint_position_error"
+    declared = Declaration(
+        left_out="a joint or link not where the geometry has it",
+        phrase="wrong geometry at {component}",
+        usually="machining and assembly",
+        port="geometry",
+        inputs=(Input.PLACE,),
+        sizes=(Size("joint_d?_m", 1e-4, "assumed: machined and assembled to 0.1 mm, not calibrated"),),
+    )
     changes_geometry = True
 
     @classmethod

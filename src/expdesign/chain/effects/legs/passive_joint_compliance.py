@@ -9,6 +9,7 @@ import casadi as ca
 
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.joint_position_error import End
 from expdesign.chain.row import Row
@@ -20,6 +21,21 @@ class PassiveJointCompliance(Effect):
     """C without the entry that the leg's own compliance stands for; variants `base` and `platform` name the end."""
 
     physics = "passive_joint_compliance"
+    declared = Declaration(
+        left_out="anisotropic compliance of a leg's joint or its mount",
+        phrase="soft passive joints of {component}",
+        usually="universal and spherical joints, brackets",
+        port="actuators",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "compliance_*",
+                0.2,
+                "assumed: a fifth of the leg's own compliance, which includes the mean of its joints",
+                "actuator compliance",
+            ),
+        ),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

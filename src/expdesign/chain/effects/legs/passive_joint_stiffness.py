@@ -15,6 +15,7 @@ import casadi as ca
 
 from expdesign.chain.component import Component
 from expdesign.chain.components import legs_and_all
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -42,6 +43,18 @@ class PassiveJointStiffness(Effect):
     """
 
     physics = "passive_joint_stiffness"
+    declared = Declaration(
+        left_out="resistance of a joint or flexure against rotation",
+        phrase="stiff passive joints of {component}",
+        usually="flexures and preloaded joints",
+        port="actuators",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "joint_Nm_per_rad", 50.0, "assumed: flexures or preloaded universal joints that turn by 1° under 1 N·m"
+            ),
+        ),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

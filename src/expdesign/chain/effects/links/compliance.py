@@ -11,6 +11,7 @@ import casadi as ca
 
 from expdesign.chain.arm import at_tip, link_span, long_links, moment_at, with_links_beyond
 from expdesign.chain.component import Component
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.robots.robot import Robot
@@ -20,6 +21,14 @@ class LinkCompliance(Effect):
     """`bending_rad_per_Nm` κ and `torsion_rad_per_Nm` κ_t: turns of the link's end per moment there."""
 
     physics = "link_compliance"
+    declared = Declaration(
+        left_out="bending of an arm's link",
+        phrase="a soft {component}",
+        usually="slender links",
+        port="joints",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(Size("*_rad_per_Nm", 0.1, TEN_PERCENT, "actuator compliance"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> Sequence[Component]:

@@ -9,6 +9,7 @@ import casadi as ca
 
 from expdesign.chain.arm import heavy_links, links_of
 from expdesign.chain.component import Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.recordings.measurand import POSITIONS
@@ -22,6 +23,14 @@ class LinkMassError(Effect):
     """`link k`, with what hangs on it, weighs 1 + `relative_mass_error` times as much as assumed."""
 
     physics = "payload_mass_error"
+    declared = Declaration(
+        left_out="error of a mass or of the scale of a wrench",
+        phrase="masses that are not what was assumed",
+        usually="cables, covers and grease that a CAD model lacks",
+        port="actuators",
+        inputs=(Input.PLACE,),
+        sizes=(Size("relative_mass_error", _SPREAD, "assumed: what CAD models of links leave out"),),
+    )
     measurands = (POSITIONS,)
 
     @classmethod

@@ -7,6 +7,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.arm import at_tip, link_span, long_links
 from expdesign.chain.component import Component, Part
 from expdesign.chain.components import each_joint, turning
+from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.environment.thermal_drift import Driver, seen_drivers
 from expdesign.chain.row import Row
@@ -21,7 +22,29 @@ class ArmThermalDrift(Effect):
     """
 
     physics = "thermal_drift"
+    declared = Declaration(
+        left_out="motion with temperature or time, whatever the load",
+        phrase="thermal drift of {component}",
+        usually="motors and gears that warm up",
+        port="actuators",
+        inputs=(Input.TIME, Input.TEMPERATURE),
+        beyond=Beyond.HOLDS,
+        sizes=(
+            Size("alpha_per_K", 1.2e-5, "EN 1993-1-1:2005, 3.2.6: steel, 12e-6 per kelvin"),
+            Size("rate_per_s", 1.2e-8, "assumed: steel that warms by 1 K in 1000 s"),
+            Size("drift_m_per_K", 5e-6, "assumed: a linear axis of 0.4 m of steel"),
+            Size("drift_m_per_s", 5e-9, IN_1000_S),
+            Size("drift_m", 5e-5, "assumed: warming up by 10 K"),
+            Size("drift_rad_per_K", 1e-5, "assumed: a joint's housing"),
+            Size("drift_rad_per_s", 1e-8, IN_1000_S),
+            Size("drift_rad", 1e-4, "assumed: warming up by 10 K"),
+        ),
+    )
     forms = tuple(Driver)
+
+    @property
+    def beyond(self) -> Beyond:
+        return Beyond.GOES_ON if self.variant is Driver.WARM_UP else self.declared.beyond
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

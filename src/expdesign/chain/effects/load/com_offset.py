@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from expdesign.chain.component import PAYLOAD, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -17,6 +18,14 @@ class PayloadComOffset(Effect):
     """The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f."""
 
     physics = "payload_com_offset"
+    declared = Declaration(
+        left_out="error of the payload's centre of mass",
+        phrase="a centre of mass that is not where it was assumed",
+        usually="liquids, loose parts and drawings",
+        port="centre of mass",
+        inputs=(Input.FORCE,),
+        sizes=(Size("com_d?_m", 1e-3, "assumed: centre of mass from a drawing, 1 mm"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -3,6 +3,7 @@
 import casadi as ca
 
 from expdesign.chain.component import PAYLOAD, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.loads.load import small_rotation
@@ -16,6 +17,14 @@ class LoadDirectionTilt(Effect):
     """
 
     physics = "load_direction_tilt"
+    declared = Declaration(
+        left_out="gravity or load in another direction",
+        phrase="a load that is not along its assumed direction",
+        usually="machines that were not levelled, slanting cables",
+        port="payload",
+        inputs=(Input.FORCE,),
+        sizes=(Size("tilt_?_rad", 5e-4, "assumed: a machinist's level, 0.5 mm/m"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

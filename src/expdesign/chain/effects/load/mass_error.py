@@ -13,6 +13,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant, rounded
@@ -66,6 +67,22 @@ class PayloadMassError(Effect):
     """
 
     physics = "payload_mass_error"
+    declared = Declaration(
+        left_out="error of a mass or of the scale of a wrench",
+        phrase="masses that are not what was assumed",
+        usually="weights that were not weighed",
+        port="payload",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size(
+                "relative_mass_error",
+                5e-3,
+                "assumed: weights from a gymnasium; class M3 of OIML R 111-1:2004 would be 5e-4",
+            ),
+            Size("forgotten_N", 1.0, "assumed: a shackle or a plate of 0.1 kg"),
+            Size("disc_error_N", 1.0, "assumed: as for what was forgotten"),
+        ),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

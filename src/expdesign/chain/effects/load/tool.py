@@ -12,6 +12,7 @@ import casadi as ca
 
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import PLATFORM, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
@@ -41,6 +42,17 @@ class UnknownTool(Effect):
     """
 
     physics = "payload_mass_error"
+    declared = Declaration(
+        left_out="a tool that nothing states",
+        phrase="masses that are not what was assumed",
+        usually="cables and adapters",
+        port="payload",
+        inputs=(Input.PLACE,),
+        sizes=(
+            Size("tool_mass_kg", 0.1, "assumed: a cable or an adapter of 0.1 kg that no drawing has"),
+            Size("tool_moment_?_kgm", 0.01, "assumed: the same at 0.1 m"),
+        ),
+    )
     measurands = (POSITIONS,)
 
     @classmethod

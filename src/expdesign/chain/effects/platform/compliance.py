@@ -6,6 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import PLATFORM, Component
 from expdesign.chain.components import symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.coordinates import Coordinates
@@ -45,6 +46,14 @@ class PlatformCompliance(Effect):
     """
 
     physics = "platform_compliance"
+    declared = Declaration(
+        left_out="compliance of the platform or of the payload's mount",
+        phrase="a soft platform",
+        usually="plates, mounts and bolted joints",
+        port="platform",
+        inputs=(Input.FORCE,),
+        sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
+    )
     forms = tuple(Shape)
 
     @classmethod

@@ -9,6 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import Over, ending, measured_axes, over_pose, powers, split_over, with_powers
@@ -50,6 +51,14 @@ class SupportCompliance(Effect):
     """
 
     physics = "base_compliance"
+    declared = Declaration(
+        left_out="compliance of a body's support",
+        phrase="a soft base",
+        usually="stands, floors and bolted feet",
+        port="supports",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

@@ -9,6 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
@@ -31,6 +32,18 @@ class SupportCreep(Effect):
     """
 
     physics = "creep"
+    declared = Declaration(
+        left_out="growth under constant load",
+        phrase="creep of {component}",
+        usually="tyres, rubber feet and floors",
+        port="supports",
+        inputs=(Input.FORCE, Input.HISTORY, Input.TIME),
+        sizes=(
+            Size("creep_*_per_*", 0.02, "assumed: 2 % of the machine's compliance", "pose compliance"),
+            Size("settled_d*_m", 1e-5, "assumed: tyres and rubber feet give way by 10 µm"),
+            Size("settled_dr*_rad", 1e-5, "assumed: tyres and rubber feet give way by 10 µrad"),
+        ),
+    )
     forms = tuple(Cause)
     builds_on = "base_compliance"
 

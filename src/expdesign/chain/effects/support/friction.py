@@ -7,6 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import AZIMUTHS, Drive, drive_load, drive_values, drives, twist_of, unit_of
@@ -23,6 +24,14 @@ class SupportFriction(Effect):
     """
 
     physics = "friction_hysteresis"
+    declared = Declaration(
+        left_out="loading and unloading differ",
+        phrase="friction in {component}",
+        usually="clamped feet and guides",
+        port="supports",
+        inputs=(Input.FORCE, Input.HISTORY),
+        sizes=(Size("behind_*", 1e-7, "assumed: friction holds a tenth of what soft feet yield"),),
+    )
     forms = tuple(Drive)
     builds_on = "base_compliance"
     states = 1

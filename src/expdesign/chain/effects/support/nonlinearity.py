@@ -9,6 +9,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
+from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import Drive, drive_load, drive_values, drives, twist_of, unit_of, whole_load
@@ -44,6 +45,17 @@ class SupportNonlinearity(Effect):
     """
 
     physics = "base_compliance"
+    declared = Declaration(
+        left_out="compliance of a body's support",
+        phrase="a soft base",
+        usually="feet that lift off, rubber",
+        port="supports",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size("beyond_*", 1e-7, "assumed: a foot that lifts, 0.1 µrad/(N·m)"),
+            Size("cubic_*", 1e-6, "assumed: rubber feet, 1 µm under 100 N, 1 µrad under 100 N·m"),
+        ),
+    )
     builds_on = "base_compliance"
 
     @classmethod

@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
@@ -51,6 +52,18 @@ class SupportPlay(Effect):
     """
 
     physics = "joint_backlash"
+    declared = Declaration(
+        left_out="play of a support",
+        phrase="play in {component}",
+        usually="clearance of feet and guides",
+        port="supports",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size("gap_rad*", 3e-4, STRAIN_WAVE),
+            Size("gap_m*", 1e-5, "assumed: linear axis without preload"),
+            Size("gap_*", 1e-4, "assumed: a guide that is worn over a part of its travel"),
+        ),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

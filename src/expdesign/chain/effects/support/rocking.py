@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes, whole_load
@@ -36,6 +37,14 @@ class SupportRocking(Effect):
     """
 
     physics = "joint_backlash"
+    declared = Declaration(
+        left_out="play of a support",
+        phrase="play in {component}",
+        usually="machines with a short foot",
+        port="supports",
+        inputs=(Input.FORCE,),
+        sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE),),
+    )
     forms = tuple(Line)
 
     @classmethod

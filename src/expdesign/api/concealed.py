@@ -20,10 +20,10 @@ from expdesign.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.errors import InputError
 from expdesign.files.nearest import nearest
 from expdesign.files.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
-from expdesign.model_error.offered import effects_of
 from expdesign.model_error.prior import usual_size
 from expdesign.models.effect_entry import effect_classes
 from expdesign.models.model_file import Model
+from expdesign.models.offered import effects_of
 from expdesign.recordings.measurand import DEFLECTIONS, POSES
 from expdesign.robots.robot import Robot
 

@@ -1,6 +1,6 @@
 """What physics a robot can have beside its base model: places, forms, parameters and their usual sizes.
 
-Everything is read off the effects' own declarations and the table of prior sizes.
+Everything is read off the effects' own declarations.
 """
 
 import sys
@@ -11,9 +11,8 @@ from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.parameter import Parameter
 from expdesign.files.units import measured_column
-from expdesign.model_error.prior_sizes import Size, size_of
 from expdesign.models.effect_entry import effect_classes
-from expdesign.recordings.measurand import POSITIONS, Measurand
+from expdesign.recordings.measurand import POSITIONS
 from expdesign.robots.robot import Robot
 
 _SMALL = 1e-3
@@ -25,31 +24,36 @@ class Offered:
     """One physics at places where it has the same parameters.
 
     Attributes:
-        physics: identifier.
-        identifier: of the effect, where several go by one name.
-        sentence: what it is.
+        effect: at the first of its places.
         components: where it can be.
         variants: its forms there; the first is taken where none is named.
-        parameters: with their bounds and typical values.
-        measurands: readings that show it.
     """
 
-    physics: str
-    identifier: str
-    sentence: str
+    effect: Effect
     components: tuple[Component, ...]
     variants: tuple[str, ...]
-    parameters: tuple[Parameter, ...]
-    measurands: tuple[Measurand, ...]
 
-    def size(self, parameter: Parameter) -> Size | None:
-        """The usual size of a parameter, or None where the table has none."""
-        return size_of(self.physics, parameter.name)
+    @property
+    def physics(self) -> str:
+        """Its identifier."""
+        return self.effect.physics
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """With their bounds and typical values."""
+        return self.effect.parameters
+
+    @property
+    def sentence(self) -> str:
+        """What it is: the first line that its file says of itself, or its class where a file has several."""
+        module = sys.modules[type(self.effect).__module__]
+        several = sum(isinstance(each, type) and issubclass(each, Effect) for each in vars(module).values()) > 2
+        return ((type(self.effect).__doc__ if several else module.__doc__) or "").strip().split("\n")[0]
 
     @property
     def example(self) -> str:
         """What `simulate --conceal` takes, with the usual sizes; '' where it shows in positions of markers only."""
-        if set(self.measurands) <= {POSITIONS}:
+        if set(self.effect.measurands) <= {POSITIONS}:
             return ""
         free = [parameter for parameter in self.parameters if not parameter.shape]
         parts = [f"{self.physics} at {self.components[0]}"] + [each for each in self.variants[:1] if each]
@@ -59,11 +63,11 @@ class Offered:
 
     def _written(self, parameter: Parameter, *, named: bool) -> str:
         """A parameter with its usual size; '' where that is a multiple of what the robot has."""
-        size = self.size(parameter)
-        value = parameter.neutral if parameter.shape else parameter.scale if size is None else size.value
+        size = self.effect.size(parameter)
+        value = parameter.neutral if parameter.shape else size.value
         if parameter.shape and value == 0.0:
             return ""
-        if size is not None and size.of and not parameter.shape:
+        if size.of and not parameter.shape:
             return ""
         unit, factor = unit_of_parameter(parameter.name), 1.0
         if unit in ("m", "rad"):
@@ -75,7 +79,7 @@ class Offered:
 def offered(robot: Robot) -> list[Offered]:
     """Every physics that the robot can have, by name."""
     found = [each for cls in effect_classes() for each in _of_class(cls, robot)]
-    return sorted(found, key=lambda each: (each.physics, each.identifier))
+    return sorted(found, key=lambda each: (each.physics, each.effect.identifier))
 
 
 def unit_of_parameter(name: str) -> str:
@@ -107,16 +111,11 @@ def _of_class(cls: type[Effect], robot: Robot) -> list[Offered]:
     groups: dict[tuple[str, ...], list[Effect]] = {}
     for effect in effects_of(cls, robot):
         groups.setdefault(tuple(parameter.name for parameter in effect.parameters), []).append(effect)
-    sentence = (sys.modules[cls.__module__].__doc__ or "").strip().split("\n")[0]
     return [
         Offered(
-            cls.physics,
-            cls.identifier,
-            sentence,
+            effects[0],
             tuple(dict.fromkeys(effect.component for effect in effects)),
             tuple(dict.fromkeys(str(effect.variant) for effect in effects)),
-            effects[0].parameters,
-            cls.measurands,
         )
         for effects in groups.values()
     ]
