@@ -36,6 +36,7 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.api.diagnose import diagnose as diagnose
     from expdesign.api.evaluate import Evaluation as Evaluation
     from expdesign.api.evaluate import evaluate as evaluate
+    from expdesign.api.extend import extend as extend
     from expdesign.api.identify import Identified as Identified
     from expdesign.api.identify import identify as identify
     from expdesign.api.inputs import RobotFile as RobotFile
@@ -94,7 +95,10 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.api.table import table as table
     from expdesign.api.verify import Verified as Verified
     from expdesign.api.verify import verify as verify
+    from expdesign.chain.declaration import Declaration as Declaration
+    from expdesign.chain.declaration import Size as Size
     from expdesign.chain.effect import Effect as Effect
+    from expdesign.chain.parameter import Parameter as Parameter
     from expdesign.criteria.criterion import Criterion as Criterion
     from expdesign.design.problem import DesignProblem as DesignProblem
     from expdesign.errors import ArgumentError as ArgumentError
@@ -104,8 +108,11 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.errors import InputError as InputError
     from expdesign.errors import NotIdentifiableError as NotIdentifiableError
     from expdesign.errors import SingularConfigurationError as SingularConfigurationError
+    from expdesign.loads.errors.source import LoadErrorSource as LoadErrorSource
     from expdesign.models.model_file import Model as Model
+    from expdesign.ports.port import Port as Port
     from expdesign.recordings.recordings import Recordings as Recordings
+    from expdesign.robots.parallel import ParallelRobot as ParallelRobot
     from expdesign.robots.robot import Robot as Robot
     from expdesign.sweeps.engine import WorkersError as WorkersError
 
@@ -134,6 +141,7 @@ _TYPES = {
     "Corrections": "api.table",
     "Costs": "api.objects",
     "Criterion": "criteria.criterion",
+    "Declaration": "chain.declaration",
     "DeflectionNoise": "api.objects",
     "DesignProblem": "design.problem",
     "Diagnosed": "api.diagnose",
@@ -148,15 +156,19 @@ _TYPES = {
     "KeepOut": "api.objects",
     "LaboratorySheet": "api.sheet",
     "LoadError": "api.objects",
+    "LoadErrorSource": "loads.errors.source",
     "MeasuredPoints": "api.objects",
     "Model": "models.model_file",
     "ModelErrors": "api.objects",
     "MonteCarlo": "api.montecarlo",
     "NotIdentifiableError": "errors",
     "Optimiser": "api.objects",
+    "ParallelRobot": "robots.parallel",
+    "Parameter": "chain.parameter",
     "Payload": "api.objects",
     "Physics": "api.physics",
     "PlannedNext": "api.plan_next",
+    "Port": "ports.port",
     "Poses": "api.objects",
     "Predicted": "api.predict",
     "Primitive": "api.objects",
@@ -169,6 +181,7 @@ _TYPES = {
     "SavedResult": "api.open_result",
     "Simulated": "api.simulate",
     "SingularConfigurationError": "errors",
+    "Size": "chain.declaration",
     "Sweep": "api.sweep",
     "Target": "api.objects",
     "TargetPayload": "api.objects",

@@ -92,6 +92,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
         "expdesign/loads/errors",
         "expdesign/chain/effects",
         "expdesign/chain/effects/joints",
+        "expdesign/ports/places",
         "thesis_studies",
     }
 

@@ -16,7 +16,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.differentiation import is_recorded, plain
 from expdesign.errors import InputError
-from expdesign.plugins import implementations
+from expdesign.plugins import implementations, when_forgotten
 
 
 class Criterion(ABC):
@@ -93,3 +93,6 @@ def known_criteria() -> dict[str, Criterion]:
     found = {cls.name: cls() for cls in implementations("expdesign.criteria", Criterion)}  # type: ignore[type-abstract]
     first = ("duir", "feir", "total")
     return {name: found[name] for name in (*first, *sorted(set(found) - set(first)))}
+
+
+when_forgotten(known_criteria.cache_clear)

@@ -16,6 +16,8 @@ from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from expdesign.plugins import extensions
+
 LIBRARIES = ("autograd", "casadi", "moocore", "numpy", "pandas", "pymoo", "scipy")
 """On whose versions the numbers depend."""
 ROOT = Path(__file__).parents[1]
@@ -27,14 +29,14 @@ _PACKAGE = re.compile(r"expdesign(\.\w+)+")
 
 @lru_cache(maxsize=1)
 def computed_by() -> dict[str, str]:
-    """Digest of the code (`code`), and the versions of Python and of the libraries, each by its name."""
+    """Digest of the code (`code`), and the versions of Python, of the libraries and of installed extensions, each by its name."""
     found = {"code": code_digest(), "python": ".".join(map(str, sys.version_info[:2]))}
     for name in LIBRARIES:
         try:
             found[name] = version(name)
         except PackageNotFoundError:
             found[name] = "not installed"
-    return found
+    return found | extensions()
 
 
 def computed_by_text() -> str:
