@@ -32,7 +32,7 @@ from expdesign.design.problem_file import read_problem
 from expdesign.design.search import search
 from expdesign.design.start import starting_designs
 from expdesign.files.csv_writer import csv_text
-from expdesign.model_error.record import meir_of_problem
+from expdesign.model_error.planned import meir_of_problem
 
 MORE = 0.05
 """Part of the least total error that the plan with MEIR bounded may cost."""
@@ -75,7 +75,7 @@ def setting_of(config: Path, scatter: float, factor: float, seed: int) -> Settin
     problem = read_problem(config)
     meir = meir_of_problem(problem)
     assert meir is not None, "MEIR has to be an objective"
-    prior = Prior(meir.impact, factor)
+    prior = Prior(meir, factor)
     kind = problem.loaded.robot.kind
     factory: Factory = HexapodFactory(problem, prior) if kind == "hexapod" else ArmFactory(problem, prior)
     front = search(problem)

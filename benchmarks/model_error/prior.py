@@ -6,8 +6,8 @@ import numpy as np
 from numpy.random import Generator
 
 from expdesign.arrays import FloatArray
-from expdesign.model_error.directions import offsets
-from expdesign.model_error.impact import ModelErrorImpact
+from expdesign.model_error.left_out import offsets
+from expdesign.model_error.meir import Meir
 
 
 class Prior:
@@ -18,7 +18,7 @@ class Prior:
         factor: by which machines may be worse than their prior sizes.
     """
 
-    def __init__(self, impact: ModelErrorImpact, factor: float = 1.0) -> None:
+    def __init__(self, impact: Meir, factor: float = 1.0) -> None:
         start = offsets(impact.physics)
         self._sizes: dict[tuple[str, str, str], dict[str, float]] = {}
         for index, entry in enumerate(impact.physics):

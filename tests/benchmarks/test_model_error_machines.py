@@ -25,8 +25,8 @@ from expdesign.design.plan import plan_frame
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
 from expdesign.design.start import starting_designs
-from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.left_out import plan_points
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.settings import Assumptions
 from virtual_laboratory import Robot, elements
 
@@ -130,7 +130,7 @@ def test_as_the_effect_of_the_chain(name: str, hidden: Any, effect: Effect, valu
 def test_every_kind_can_be_drawn_and_measured(name: str) -> None:
     case = problem(name)
     kinds = ArmFactory.kinds if name else HexapodFactory.kinds
-    impact = ModelErrorImpact(case, Assumptions(physics=frozenset(kinds)))
+    impact = Meir(case, Assumptions(physics=frozenset(kinds)))
     factory = (ArmFactory if name else HexapodFactory)(case, Prior(impact))
     decisions = starting_designs(case, 1, RNG).reshape(-1, case.space.measurements, case.space.decisions)[0]
     rows = plan_frame(plan_of_decisions(case, decisions), case.loaded, False)

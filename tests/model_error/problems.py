@@ -9,7 +9,7 @@ from expdesign.arrays import FloatArray
 from expdesign.criteria.assessment import Assessment
 from expdesign.design.problem import DesignProblem
 from expdesign.design.problem_file import read_problem
-from expdesign.model_error.impact import ModelErrorImpact
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.settings import Assumptions
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -28,9 +28,9 @@ def problem(name: str) -> DesignProblem:
 
 
 @cache
-def impact(name: str) -> ModelErrorImpact:
+def impact(name: str) -> Meir:
     """MEIR of some physics, whose functions are quick to make."""
-    return ModelErrorImpact(problem(name), Assumptions(physics=frozenset(FEW[name])))
+    return Meir(problem(name), Assumptions(physics=frozenset(FEW[name])))
 
 
 def plans(name: str, count: int, measurements: int = 6, seed: int = 0) -> tuple[FloatArray, FloatArray]:
@@ -40,6 +40,6 @@ def plans(name: str, count: int, measurements: int = 6, seed: int = 0) -> tuple[
     return problem(name).space.decode(decisions)
 
 
-def assessed(meir: ModelErrorImpact, configurations: FloatArray, loads: FloatArray) -> Assessment:
+def assessed(meir: Meir, configurations: FloatArray, loads: FloatArray) -> Assessment:
     """The pieces of every criterion, for plans (b, m, n_q) and (b, m, k)."""
     return meir.problem.assess(configurations, loads)

@@ -24,8 +24,8 @@ from expdesign.design.search import search
 from expdesign.design.start import starting_designs
 from expdesign.errors import InputError
 from expdesign.model_error.meir import Meir
-from expdesign.model_error.record import hidden_by_plan, meir_of_problem
-from expdesign.model_error.words import sentence
+from expdesign.model_error.planned import hidden_by_plan, meir_of_problem
+from expdesign.model_error.statement import sentence
 from expdesign.report.blocks import DataTable, Figure
 
 SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "generations": 6, "seed": 1}}
@@ -68,27 +68,11 @@ def test_a_front_of_total_and_meir(tmp_path: Path) -> None:
     assert front.objectives == ("total", "meir")
     assert (np.diff(total) > 0.0).all()
     assert (np.diff(meir) < 0.0).all()
-    # What the search judged by part of the physics is reported by all of it.
     whole = meir_of(here).values(here.assess(*here.space.decode(front.decisions)))
     np.testing.assert_allclose(meir, whole, rtol=1e-12)
     # The plan by total alone hides more.
     alone = search(replace(here, objectives=(known_criteria()["duir"], known_criteria()["feir"])))
     assert meir.min() < alone.criteria["meir"][alone.recommended]
-
-
-def test_the_working_set_agrees_where_it_was_made_and_is_below_elsewhere(tmp_path: Path) -> None:
-    here = problem(tmp_path, SMALL, measurements=4)
-    designs = starting_designs(here, 60, np.random.default_rng(2)).reshape(60, 4, -1)
-    part = here.working(designs[:20])
-    criterion = part.objectives[1]
-    assert isinstance(criterion, Meir)
-    assert criterion.entries is not None
-    assert len(criterion.entries) < len(criterion.impact.physics)
-    whole = meir_of(here).values(here.assess(*here.space.decode(designs)))
-    found = criterion.values(part.assess(*part.space.decode(designs)))
-    np.testing.assert_allclose(found[:20], whole[:20], rtol=1e-9)
-    assert (found <= whole * (1.0 + 1e-9)).all()
-    assert part.working(designs[:20]) is part
 
 
 def test_the_gradient_of_its_pieces_against_differences(tmp_path: Path) -> None:
@@ -101,15 +85,6 @@ def test_the_gradient_of_its_pieces_against_differences(tmp_path: Path) -> None:
     slope = (piece.gradient() * step).sum(axis=(1, 2))
     # Where another effect takes over within the step there is no derivative.
     assert np.isclose((above - below) / 2.0, slope, rtol=1e-3, atol=1e-9).sum() >= 7
-
-
-def test_bounds_without_eigenvalues_do_not_change_the_largest(tmp_path: Path) -> None:
-    here = problem(tmp_path, SMALL, measurements=4)
-    impact = meir_of(here).impact
-    designs = starting_designs(here, 30, np.random.default_rng(5)).reshape(30, 4, -1)
-    assessment = here.assess(*here.space.decode(designs))
-    largest = np.sqrt(impact.hidden(assessment).squares.max(axis=1))
-    np.testing.assert_allclose(impact.values(assessment), largest, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -240,16 +215,3 @@ def test_asking_for_it_only_where_it_matters_changes_nothing(tmp_path: Path, mon
     monkeypatch.setattr(Meir, "costly", False)
     for mine, theirs in zip(sparing, found(), strict=True):
         np.testing.assert_allclose(mine, theirs, rtol=1e-12, atol=1e-12)
-
-
-def test_designs_that_were_asked_for_are_remembered_as_they_were(tmp_path: Path) -> None:
-    """Also where others are asked for beside them."""
-    designs = starting_designs(problem(tmp_path, SMALL, measurements=4), 12, np.random.default_rng(8))
-    designs = designs.reshape(12, 4, -1)
-    first, second = (problem(tmp_path, SMALL, measurements=4) for _ in range(2))
-
-    def meir(here: DesignProblem, chosen: slice) -> Any:
-        return here.objectives[1].values(here.assess(*here.space.decode(designs[chosen])))
-
-    meir(first, slice(3, 8))
-    np.testing.assert_allclose(meir(first, slice(None)), meir(second, slice(None)), rtol=1e-12)

@@ -16,8 +16,8 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.design.problem import DesignProblem
 from expdesign.model_error.hidden import VISIBLE
-from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.left_out import LeftOut, plan_points
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.settings import Assumptions
 
 EXPERIMENTS = 2000
@@ -33,9 +33,7 @@ LINEAR = 0.01
 actuator altogether, are beyond it."""
 
 
-def worst_entries(
-    meir: ModelErrorImpact, squares: FloatArray, visible: FloatArray, linear: Callable[[int], bool]
-) -> list[int]:
+def worst_entries(meir: Meir, squares: FloatArray, visible: FloatArray, linear: Callable[[int], bool]) -> list[int]:
     """The worst entry of every physics and component that shows and is linear enough, in turn by physics.
 
     Forms of one effect that are the same to first order (`cube` and `cubic` springs) tie to rounding: were the worst
@@ -43,7 +41,7 @@ def worst_entries(
     """
     best: dict[tuple[str, str], int] = {}
     for index in np.argsort(-squares):
-        key = meir.names[index][:2]
+        key = meir.physics[index].key[:2]
         if visible[index] > LEAST**2 and key not in best and linear(int(index)):
             best[key] = int(index)
     turns: dict[str, int] = {}
@@ -103,7 +101,7 @@ def simulate(
 
 
 def finite_over_first_order(
-    meir: ModelErrorImpact, entry: LeftOut, values: FloatArray, configurations: FloatArray, loads: FloatArray
+    meir: Meir, entry: LeftOut, values: FloatArray, configurations: FloatArray, loads: FloatArray
 ) -> float:
     """Relative difference of what finite parameters do to the readings from what first order has."""
     loaded = meir.problem.loaded
@@ -113,7 +111,7 @@ def finite_over_first_order(
     moved = chain.predict(rows, np.concatenate([np.ones(n_p), values])) - chain.predict(rows, neutral)
     index = next(i for i, other in enumerate(meir.physics) if other is entry)
     start = sum(other.columns for other in meir.physics[:index])
-    first = meir.directions.at(configurations, loads, loaded.robot.jacobians(configurations))[
+    first = meir.directions.at(loaded.load, configurations, loads, loaded.robot.jacobians(configurations))[
         ..., start : start + entry.columns
     ]
     white = meir.problem.assess(configurations[None], loads[None]).white
@@ -124,12 +122,12 @@ def finite_over_first_order(
 def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[str, float, float]]:
     """Detection rates, and errors in standard errors, of `count` effects of one robot."""
     case = problem(name)
-    meir = ModelErrorImpact(case, Assumptions(physics=None if physics is None else frozenset(physics)))
+    meir = Meir(case, Assumptions(physics=None if physics is None else frozenset(physics)))
     configurations, loads = plans(name, 1, seed=11)
     found = meir.hidden(assessed(meir, configurations, loads))
     results: list[tuple[str, float, float]] = []
     start = np.cumsum([0, *(entry.columns for entry in meir.physics)])
-    n_p = meir.n_p
+    n_p = len(case.loaded.robot.stiffness)
     base, directions = meir.whitened(assessed(meir, configurations, loads))
 
     def just_noticed(index: int) -> tuple[FloatArray, FloatArray]:

@@ -8,8 +8,8 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.differentiation import gradient, independent
-from expdesign.model_error.directions import Directions, RowDirections, offsets
-from expdesign.model_error.left_out import physics_of_problem, plan_points
+from expdesign.model_error.directions import Directions
+from expdesign.model_error.left_out import effects_of_problem, left_out, offsets, plan_points
 from expdesign.model_error.prior import with_steps
 from expdesign.model_error.settings import Assumptions
 
@@ -20,11 +20,11 @@ def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None
     few = frozenset({"joint_position_error", "friction_hysteresis", "encoder_periodic_error", "instrument_scale"})
     loaded = problem(name).loaded
     assumptions = Assumptions(physics=few)
-    physics = with_steps(problem(name), physics_of_problem(problem(name), assumptions), assumptions)
+    physics = with_steps(problem(name), left_out(*effects_of_problem(problem(name)), assumptions), assumptions)
     configurations, loads = (array[0] for array in plans(name, 1))
-    directions = RowDirections(loaded.robot, physics)
+    directions = Directions(loaded.robot, physics)
     at_targets = [directions.at_target(loaded.load, *states) for states in zip(configurations, loads, strict=True)]
-    measured = Directions(directions, loaded.load).at(configurations, loads, loaded.robot.jacobians(configurations))
+    measured = directions.at(loaded.load, configurations, loads, loaded.robot.jacobians(configurations))
     found = measured if instrument else np.array(at_targets)
     rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
     n_p = len(loaded.robot.stiffness)
@@ -43,14 +43,17 @@ def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_adjoint_against_differences(name: str) -> None:
+    columns = impact(name).directions.columns
+    size = np.random.default_rng(7).normal(size=(6, columns)) * impact(name).deviations
+
     def at(configurations: FloatArray, loads: FloatArray) -> FloatArray:
         maps = problem(name).loaded.measure(configurations, loads).jacobians
-        return impact(name).directions.at(configurations, loads, maps)
+        return impact(name).directions.along(problem(name).loaded.load, configurations, loads, maps, size)
 
     configurations, loads = (array[0] for array in plans(name, 1, seed=5))
     generator = np.random.default_rng(6)
-    size = np.abs(at(configurations, loads)).max(axis=(0, 1)) + 1e-30
-    seed = generator.normal(size=(*at(configurations, loads).shape,)) / size
+    largest = np.abs(at(configurations, loads)).max(axis=0) + 1e-30
+    seed = generator.normal(size=(*at(configurations, loads).shape,)) / largest
     arguments = [configurations, loads]
     for argument in (0, 1):
         states = independent(arguments[argument])

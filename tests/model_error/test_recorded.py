@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
-from expdesign.model_error.hidden_physics import hidden_physics
-from expdesign.model_error.impact import ModelErrorImpact
 from expdesign.model_error.left_out import plan_points
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.recorded import hidden_by
 from expdesign.model_error.settings import Assumptions
+from expdesign.model_error.statement import hidden_physics
 from expdesign.recordings.recordings import Recordings
 
 
@@ -96,7 +96,7 @@ def test_drift_is_sought_where_there_is_time() -> None:
 
 
 def test_worst_combination_is_what_it_says() -> None:
-    meir: ModelErrorImpact = impact("hexapod-h1")
+    meir: Meir = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 2)
     found = hidden_physics(meir.hidden(assessed(meir, configurations, loads)), meir.physics, meir.deviations, design=1)
     assert [p.error for p in found] == sorted((p.error for p in found), reverse=True)

@@ -14,8 +14,8 @@ from expdesign.chain.declaration import TYPICAL, Declaration, Size
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.errors import InputError
-from expdesign.model_error.impact import ModelErrorImpact
-from expdesign.model_error.left_out import physics_of_problem
+from expdesign.model_error.left_out import effects_of_problem, left_out
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.settings import Assumptions
 from expdesign.ports.law import port_classes
 
@@ -54,12 +54,12 @@ def test_physics_that_declares_nothing_is_as_large_as_its_parameters_are_typical
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     others = [kind for kind in KINDS if kind.physics in ("leg_coupling", "leg_backlash")]
-    monkeypatch.setattr("expdesign.model_error.left_out.implementations", lambda *_: [*others, _Nameless])
+    monkeypatch.setattr("expdesign.model_error.left_out.effect_classes", lambda: [*others, _Nameless])
     monkeypatch.setattr("expdesign.model_error.settings.effect_classes", lambda: [*others, _Nameless])
-    found = ModelErrorImpact(problem("bipod"), Assumptions())
+    found = Meir(problem("bipod"), Assumptions())
     sizes = dict(zip([entry.key[0] for entry in found.physics], found.deviations, strict=True))
     assert sizes["wear"] == 1e-6 != sizes["leg_backlash"]
-    stated = ModelErrorImpact(problem("bipod"), Assumptions().with_sizes({"wear": {"gap_m": 3e-6}}))
+    stated = Meir(problem("bipod"), Assumptions().with_sizes({"wear": {"gap_m": 3e-6}}))
     assert dict(zip([entry.key[0] for entry in stated.physics], stated.deviations, strict=True))["wear"] == 3e-6
     assert _Nameless.from_text(robot("bipod"), "leg 1", "middle").phrase == "wear (leg 1)"
 
@@ -80,13 +80,13 @@ def test_unknown_names_are_refused_with_the_nearest() -> None:
     with pytest.raises(InputError, match="gap_m"):
         Assumptions().with_sizes({"leg_backlash": {"gap": 1e-6}})
     with pytest.raises(InputError, match=r"model_error\.physics.*joint_backlash"):
-        physics_of_problem(problem("bipod"), Assumptions(physics=frozenset({"joint_backlash"})))
+        left_out(*effects_of_problem(problem("bipod")), Assumptions(physics=frozenset({"joint_backlash"})))
 
 
 def test_nothing_left_to_consider() -> None:
     only = Assumptions(physics=frozenset({"leg_backlash"}), without=frozenset({"leg_backlash"}))
     with pytest.raises(InputError, match=r"no physics is left"):
-        physics_of_problem(problem("bipod"), only)
+        left_out(*effects_of_problem(problem("bipod")), only)
 
 
 def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
@@ -99,4 +99,4 @@ def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
 
 def test_another_calibration_is_refused() -> None:
     with pytest.raises(InputError, match="elastostatic"):
-        ModelErrorImpact(problem("hexapod-geometric"))
+        Meir(problem("hexapod-geometric"))

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from expdesign.model_error.two_ellipsoids import largest
+from expdesign.arrays import FloatArray
+from expdesign.model_error.two_ellipsoids import Largest, largest_along_axes
+
+
+def largest(forms: FloatArray, visible: FloatArray) -> Largest:
+    """The problems of C (b, q, d) and H (b, d, d), in the axes of H."""
+    values, axes = np.linalg.eigh(visible)
+    found = largest_along_axes(forms @ axes, np.maximum(values, 0.0))
+    return Largest(found.bound, found.value, (axes @ found.point[..., None])[..., 0], found.share)
 
 
 def test_primal_meets_dual_in_every_dimension() -> None:

@@ -49,7 +49,7 @@ def test_the_modules_that_numbers_come_from() -> None:
 @pytest.mark.parametrize(
     ("name", "before", "after"),
     [
-        ("design/evolution.py", "REVIEW = 20", "REVIEW = 21"),
+        ("design/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
         ("criteria/duir.py", "class ", "ADDED = 1\n\n\nclass "),
         ("api/run.py", "timed: bool = True", "timed: bool = False"),
     ],
@@ -68,7 +68,7 @@ def test_a_criterion_of_one_s_own_counts(copied: Path) -> None:
     [
         ("__init__.py", '__version__ = "', '__version__ = "9'),
         ("design/search.py", '"""', '"""Other words. '),
-        ("design/evolution.py", "REVIEW = 20", "REVIEW  =  20  # a comment"),
+        ("design/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
         ("report/page.py", "_FOLDER = ", "OTHER = "),
         ("commands/run.py", '"""', '"""Other words. '),
     ],

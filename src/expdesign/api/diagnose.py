@@ -21,9 +21,9 @@ from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.errors import InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
-from expdesign.model_error.record import hidden_record, meir_of_problem
+from expdesign.model_error.planned import meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.model_error.statement import AccuracyStatement, hidden_sentence
+from expdesign.model_error.statement import AccuracyStatement, hidden_record, hidden_sentence
 from expdesign.models.model_file import Model, model_text
 from expdesign.recordings.recordings import complete_positions
 from expdesign.report.diagnosis_record import diagnosis_record
@@ -106,7 +106,7 @@ class Diagnosed(Result):
     @property
     def hidden_sentence(self) -> str | None:
         """What may still be hidden, in words."""
-        return None if self.hidden is None else hidden_sentence(self.hidden, self.accuracy)
+        return None if self.hidden is None else hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
 
     @property
     def lines(self) -> list[str]:
@@ -188,7 +188,7 @@ def diagnose(
     if problem is not None and result.verdict == "consistent":
         report("looking for what may still be hidden")
         meir = meir_of_problem(problem)
-        assumptions = None if meir is None else meir.impact.assumptions
+        assumptions = None if meir is None else meir.assumptions
         hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
         if accepted is not None:
             accuracy = recorded_accuracy(problem, accepted.budget, hidden)

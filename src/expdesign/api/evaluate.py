@@ -17,9 +17,8 @@ from expdesign.design.plan import Plan, completed, read_plan, require_whole_load
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.files.table import Table
-from expdesign.model_error.hidden_physics import HiddenPhysics
-from expdesign.model_error.record import hidden_by_plan, hidden_record, meir_of_problem
-from expdesign.model_error.statement import AccuracyStatement
+from expdesign.model_error.planned import hidden_by_plan, meir_of_problem
+from expdesign.model_error.statement import AccuracyStatement, HiddenPhysics, hidden_record
 from expdesign.recordings.reader import points_from_table
 from expdesign.robots.robot import CONDITION_LIMIT
 

@@ -25,7 +25,7 @@ from expdesign.identification.identify import Identification
 from expdesign.identification.identify import identify as identify_recordings
 from expdesign.identification.remarks import Implausible
 from expdesign.identification.whitening import Whitening
-from expdesign.model_error.record import meir_of_problem
+from expdesign.model_error.planned import meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.model_error.statement import AccuracyStatement, given_variances, hidden_sentence
 from expdesign.models.model_file import Model, model_text
@@ -114,7 +114,11 @@ class Identified(Result):
 
         further = [] if self.acceptance is None else [acceptance_section(self.acceptance, "the identified robot")]
         if self.hidden is not None:
-            further.append(recordings_section(self.hidden, hidden_sentence(self.hidden, self.accuracy)))
+            further.append(
+                recordings_section(
+                    self.hidden, hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+                )
+            )
         return identification_report(self.result, self.robot.document.source, self.configuration, further)
 
     def save(self, folder: PathLike, *, force: bool = False) -> Path:
@@ -219,7 +223,7 @@ def identify(
     hidden, accuracy = None, None
     meir = None if problem is None else meir_of_problem(problem)
     if problem is not None and meir is not None and accepted is not None:
-        deviations, assumptions = result.noise.deviations, meir.impact.assumptions
+        deviations, assumptions = result.noise.deviations, meir.assumptions
         hidden = hidden_by(problem, result.recordings.rows(result.fitted), deviations, assumptions)
         accuracy = recorded_accuracy(problem, accepted.budget, hidden)
     names = measured.deviation_columns(machine.robot.coordinates)

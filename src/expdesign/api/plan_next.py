@@ -23,9 +23,6 @@ from expdesign.files.output import output_file
 from expdesign.files.table import Table
 from expdesign.identification.goodness import StatementOfFit
 from expdesign.identification.recorded_knowledge import identified_so_far, recorded_knowledge, require_readings_of
-from expdesign.model_error.impact import ModelErrorImpact
-from expdesign.model_error.next_rows import Objective, next_rows
-from expdesign.model_error.record import meir_of_problem
 from expdesign.recordings.reader import recordings_from_table, require_measured
 from expdesign.recordings.recordings import Recordings
 from expdesign.recordings.references import REFERENCE, reference_names
@@ -43,9 +40,6 @@ class PlannedNext(Result):
         frame: the plan of the next measurements, numbered on from the recordings.
         before: expected total error now, in tolerances; infinite where the recordings do not determine it.
         after: the same with each further measurement, shape (k,).
-        objective: what the measurements were chosen to lower.
-        hidden: what physics beyond the model may add without being noticed (MEIR), now and with each further
-            measurement, shape (k + 1,); None where only the total error was asked for.
         fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
             diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
@@ -57,8 +51,6 @@ class PlannedNext(Result):
     after: FloatArray
     fit: StatementOfFit | None
     undetermined: str | None
-    objective: Objective = Objective.TOTAL
-    hidden: FloatArray | None = None
 
     @property
     def summary(self) -> str:
@@ -74,11 +66,6 @@ class PlannedNext(Result):
         """Expected total error now and with each further measurement, shape (k + 1,)."""
         return np.concatenate([[self.before], self.after])
 
-    @property
-    def values(self) -> FloatArray:
-        """The objective now and with each further measurement, shape (k + 1,)."""
-        return self.totals if self.hidden is None else self.objective.of(self.totals, self.hidden)
-
     def save(self, file: PathLike, *, force: bool = False) -> Path:
         """Write the plan into a file."""
         output_file(Path(file), csv_text(self.frame), self.purpose, force=force)
@@ -92,7 +79,6 @@ def plan_next(
     count: int | None = None,
     accuracy: float | None = None,
     seed: int = 1,
-    objective: Objective | str = Objective.TOTAL,
 ) -> PlannedNext:
     """Plan the next measurements, given what was measured.
 
@@ -100,21 +86,16 @@ def plan_next(
         config: run configuration.
         recordings: what was measured so far.
         count: how many; 1 if left out, or as many as the accuracy takes (at most `MOST`).
-        accuracy: value of the objective, in tolerances, at which to stop.
+        accuracy: expected error from noise and load errors, in tolerances, at which to stop.
         seed: of the candidates that are drawn.
-        objective: `total`, the expected error from noise and load errors; `meir`, the largest error that physics beyond
-            the model may cause without being noticed; or `both`, the root of the sum of their squares.
 
     Raises:
         InputError: a file is missing or wrong, or a number is out of range.
         SingularConfigurationError: the robot is singular in a row.
     """
     _require_sensible(count, accuracy, seed)
-    aim = _objective(objective)
     purpose = purpose_of("next", config, recordings)
     problem = problem_of(config)
-    if aim is not Objective.TOTAL:
-        problem.require_elastostatic(f"`--objective {aim}` is", "`--objective total` knows every calibration")
     table = table_of(recordings, "recordings")
     measured = referenced(recordings_from_table(table, problem.loaded.robot), None, problem)
     require_measured(measured, problem.loaded.robot)
@@ -122,27 +103,9 @@ def plan_next(
     fit, undetermined = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
-    if aim is not Objective.TOTAL:
-        meir = meir_of_problem(problem)
-        impact = ModelErrorImpact(problem) if meir is None else meir.impact
-        rows = next_rows(impact, measured, known, aim, count=most, accuracy=accuracy, seed=seed)
-        frame = _continued(problem, rows.decisions, measured)
-        total = np.array([each.total for each in rows.after])
-        hidden = np.array([each.meir for each in (rows.before, *rows.after)])
-        before = rows.before.total
-        return PlannedNext(measured, frame, before, total, fit, undetermined, aim, hidden, purpose=purpose)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame = _continued(problem, found.decisions, measured)
     return PlannedNext(measured, frame, found.before, found.after, fit, undetermined, purpose=purpose)
-
-
-def _objective(objective: Objective | str) -> Objective:
-    try:
-        return Objective(objective)
-    except ValueError:
-        what = f"`{objective}` is nothing that further measurements can lower"
-        remedy = f"Choose {', '.join(each.value for each in Objective)}."
-        raise ArgumentError(what, argument="objective", remedy=remedy) from None
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:

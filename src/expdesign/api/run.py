@@ -25,7 +25,7 @@ from expdesign.design.search import Follow, Progress, joined, search
 from expdesign.errors import ArgumentError, InputError
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.output import json_text, output_folder, write_file
-from expdesign.model_error.record import recommended_accuracy
+from expdesign.model_error.planned import recommended_accuracy
 from expdesign.report.page import Page
 
 Report = Callable[[str, int, int, str], None]

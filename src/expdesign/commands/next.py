@@ -22,16 +22,8 @@ def command(
     count: Annotated[
         int | None, typer.Option(help="How many; 1 if left out, or as many as the accuracy takes.")
     ] = None,
-    accuracy: Annotated[
-        float | None, typer.Option(help="Value of the objective, in tolerances, at which to stop.")
-    ] = None,
+    accuracy: Annotated[float | None, typer.Option(help="Expected error, in tolerances, at which to stop.")] = None,
     seed: Annotated[int, typer.Option(help="Of the candidates that are drawn.")] = 1,
-    objective: Annotated[
-        str,
-        typer.Option(
-            help="What to lower: `total` (noise and load errors), `meir` (what the model may leave out) or `both`."
-        ),
-    ] = "total",
     force: Force = False,
 ) -> None:
     """Plan the next measurements, given what was measured.
@@ -39,23 +31,21 @@ def command(
     Example: expdesign next configs/hexapod-h1.yaml recordings.csv --out plan-next.csv --accuracy 0.8
     """
     require_file(out, purpose_of("next", config, recordings), force=force)
-    planned = xd.plan_next(config, recordings, count=count, accuracy=accuracy, seed=seed, objective=objective)
+    planned = xd.plan_next(config, recordings, count=count, accuracy=accuracy, seed=seed)
     planned.save(out, force=force)
     note_unknown_columns(planned.recordings)
     if planned.fit is not None and planned.fit.refuted:
         print(f"{planned.fit.sentence()} More of them will not help until `expdesign diagnose` has found why.")
     if planned.undetermined is not None:
         print(f"so far: {planned.undetermined}")
-    values = planned.values
+    totals = planned.totals
     wanted = accuracy if accuracy is not None else 1.0
-    if values[0] <= wanted:
+    if totals[0] <= wanted:
         print(f"already within {wanted:g} tolerances: no further measurement is needed")
-    totals, hidden = planned.totals, planned.hidden
     for index, total in enumerate(totals):
         when = f"with {index} more" if index else "expected total error now"
-        beside = "" if hidden is None else f"; {_tolerances(float(hidden[index]))} may be hidden beside it"
-        print(f"{when}: {_tolerances(float(total))}{beside}")
-    if accuracy is not None and values[-1] > accuracy:
+        print(f"{when}: {_tolerances(float(total))}")
+    if accuracy is not None and totals[-1] > accuracy:
         count = len(planned.after)
         print(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
     print(out)

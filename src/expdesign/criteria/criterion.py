@@ -49,14 +49,6 @@ class Criterion(ABC):
         automatic differentiation (`differentiation.py`). A maximum is written with `assessment.largest`.
         """
 
-    def working(self, assessment: Assessment) -> "Criterion":
-        """A criterion that costs a search less and has the same values at these designs; never above this one.
-
-        What it gives in turn contains what it had. A search asks again as it moves on, and judges by the whole in the
-        end.
-        """
-        return self
-
 
 def criterion_values(criterion: Criterion, assessment: Assessment) -> FloatArray:
     """Values (b,) of a criterion, recorded where the assessment is.

@@ -24,9 +24,6 @@ from expdesign.design.options import EXPECTED_GAIN, SearchOptions
 from expdesign.design.pymoo_problem import DesignPopulation
 from expdesign.design.work import Credit
 
-REVIEW = 20
-"""Generations after which objectives that look at a part of what counts are checked against the whole."""
-
 
 def operators_of(state: State, mate: Callable[[int], Population]) -> list[Operator]:
     """The operators that have anything to do in a problem."""
@@ -89,8 +86,6 @@ class Evolution(NSGA2):  # type: ignore[misc]
 
     def _infill(self) -> Population:
         state = self.state
-        if self.n_iter % REVIEW == 0:
-            self._review()
         before = state.work.seconds
         state.work.called()
         self.asked = self.credit.choose() if len(state.archive) else 0
@@ -132,19 +127,6 @@ class Evolution(NSGA2):  # type: ignore[misc]
         infills = Population.new(X=vectors)
         self.evaluator.eval(self.problem, infills)
         self._take(infills)
-
-    def _review(self) -> None:
-        """Go on with objectives that are right at the present designs, which are evaluated again where they change."""
-        state, archive = self.state, self.state.archive
-        working = state.problem.working(archive.designs) if len(archive) else state.problem
-        if working is state.problem:
-            return
-        state.renewed(working)
-        designs, values = archive.designs, state.population.criteria(archive.designs)[0]
-        state.archive = Archive(designs.shape[1:], archive.objectives, values.shape[1])
-        state.archive.add(designs, values)
-        self.pop = Population.new(X=self.pop.get("X"))
-        self.evaluator.eval(self.problem, self.pop, count_evals=False)
 
 
 def _distinct(vectors: FloatArray, archive: Archive) -> FloatArray:

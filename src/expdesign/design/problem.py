@@ -1,6 +1,6 @@
 """A design problem: everything that a run configuration says, as objects that the search and the criteria work on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -73,12 +73,6 @@ class DesignProblem:
     def criteria(self) -> dict[str, Criterion]:
         """Every known criterion, and the further ones, by name."""
         return {**known_criteria(), **{criterion.name: criterion for criterion in self.further}}
-
-    def working(self, designs: FloatArray) -> "DesignProblem":
-        """The problem with the objectives by which a search may go at designs (b, m, g); see `Criterion.working`."""
-        changed = tuple(c.working(self.assessed(designs)) for c in self.objectives)
-        same = all(mine is yours for mine, yours in zip(changed, self.objectives, strict=True))
-        return self if same else replace(self, objectives=changed)
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m), 0

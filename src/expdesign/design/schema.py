@@ -442,15 +442,12 @@ class ModelErrorsSection(Section):
     )
     sizes: dict[str, Number | dict[str, Number]] = Field(
         default_factory=dict,
-        description="Prior sizes (standard deviations over machines of this class) in place of those of the table: by "
-        "physics, one number for all its parameters, or numbers by parameter, in the unit or as the multiple that the "
-        "table has.",
+        description="Prior sizes (standard deviations over machines of this class) in place of the declared ones: by "
+        "physics, one number for all its parameters, or numbers by parameter, in the unit or as the multiple that is "
+        "declared (`expdesign physics`).",
     )
     level: Number = Field(default=0.01, description="Level α of the χ² test that notices.")
     power: Number = Field(default=0.8, description="Share of experiments 1 − β in which physics has to be noticed.")
-    form: Literal["max", "rms"] = Field(
-        default="max", description="Whether MEIR is the `max` over the physics or its root mean square (`rms`)."
-    )
 
 
 class OptimiserSection(Section):

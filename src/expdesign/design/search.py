@@ -74,7 +74,7 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None, start
     if space.decisions == 0:
         return _front(problem, drawn[:1], DesignPopulation(problem), None, 0.0)
     _require_finite(problem, drawn)
-    population = DesignPopulation(problem.working(drawn))
+    population = DesignPopulation(problem)
     found = evolution(population, drawn if start is None else np.concatenate([drawn, start]))
     known = _Known(settings.generations or 0, report)
     complete = _first_generation(found, known)

@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.effect import Effect
 from expdesign.design.problem import DesignProblem
 from expdesign.elastostatics.measurements import LoadedRobot
 from expdesign.errors import InputError
 from expdesign.model_error.settings import WHERE, Assumptions
-from expdesign.plugins import implementations
+from expdesign.models.effect_entry import effect_classes
 from expdesign.recordings.recordings import LoadedPoints
 
 MOST_STARTS = 8
@@ -60,6 +60,11 @@ class LeftOut:
         return self.effect.physics, str(self.effect.component), str(self.effect.variant)
 
 
+def offsets(physics: tuple[LeftOut, ...]) -> IntArray:
+    """First column of every entry, and the number of all columns, shape (E + 1,)."""
+    return np.cumsum([0, *(entry.columns for entry in physics)], dtype=np.int64)
+
+
 def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[LeftOut, ...]:
     """The effects that are considered, at their starts.
 
@@ -84,11 +89,6 @@ def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptio
     return tuple(found)
 
 
-def physics_of_problem(problem: DesignProblem, assumptions: Assumptions) -> tuple[LeftOut, ...]:
-    """What plans of a design problem might miss, see `effects_of_problem`."""
-    return left_out(*effects_of_problem(problem), assumptions)
-
-
 def effects_of_problem(problem: DesignProblem) -> tuple[list[Effect], LoadedPoints]:
     """Effects that plans of a design problem might miss, the same for every plan, and points of such plans.
 
@@ -98,18 +98,12 @@ def effects_of_problem(problem: DesignProblem) -> tuple[list[Effect], LoadedPoin
     configurations, loads = problem.space.decode(problem.space.sample(_SAMPLE, generator))
     points = plan_points(problem.loaded, configurations, loads)
     robot = problem.loaded.robot
-    kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
-    known = _known(problem)
-    effects = [e for kind in kinds for e in kind.candidates(robot, points) if e.slot not in known]
+    found = None if problem.found is None else problem.found.physics
+    known: set[tuple[Hashable, ...]] = set() if found is None else {effect.slot for effect in found.chain.effects}
+    effects = [e for kind in effect_classes() for e in kind.candidates(robot, points) if e.slot not in known]
     if problem.loaded.geometric_stiffness:
         effects = [effect for effect in effects if effect.physics != "geometric_stiffness"]
     return effects, points
-
-
-def _known(problem: DesignProblem) -> set[tuple[Hashable, ...]]:
-    """What the model that is planned for holds already."""
-    physics = None if problem.found is None else problem.found.physics
-    return set() if physics is None else {effect.slot for effect in physics.chain.effects}
 
 
 def plan_points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> LoadedPoints:

@@ -7,23 +7,33 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.criteria.assessment import Assessment
+from expdesign.criteria.targets import Targets
 from expdesign.design.asked_criterion import AskedCriterion
 from expdesign.design.problem import DesignProblem
 from expdesign.design.schema import ModelErrorsSection, RunSection
-from expdesign.differentiation import is_recorded
+from expdesign.differentiation import is_recorded, plain, square_root
 from expdesign.errors import InputError
 from expdesign.files.yaml_reader import YamlDocument
-from expdesign.model_error.impact import Form, ModelErrorImpact
+from expdesign.model_error.directions import Directions
+from expdesign.model_error.hidden import BaseModel, Hidden, hidden_errors, recorded_square
+from expdesign.model_error.left_out import LeftOut, effects_of_problem, left_out, offsets
+from expdesign.model_error.prior import prior_deviations, with_steps
 from expdesign.model_error.settings import Assumptions
+
+TIES = 3
+"""Effects that may be the worst together at an optimum: more than this, and it is a coincidence that costs time."""
 
 
 class Meir(AskedCriterion):
-    """The largest MEIR_e over the effects that are considered, or their root mean square.
+    """The largest MEIR_e over the effects that are considered.
 
     Args:
-        impact: the problem, the physics considered and what is assumed of it.
-        form: largest, or root mean square.
-        entries: the effects that count, with their starts, in a search; all where left out.
+        problem: whose plans are meant.
+        assumptions: of MEIR.
+        physics: what is left out; everything that the robot can have where it is not given.
+
+    Raises:
+        InputError: nothing else than the stiffness is calibrated, or the assumptions do not suit the robot.
     """
 
     name = "meir"
@@ -32,47 +42,106 @@ class Meir(AskedCriterion):
     root_mean_square = True
     costly = True
 
-    def __init__(self, impact: ModelErrorImpact, form: Form = "max", entries: IntArray | None = None) -> None:
-        self.impact, self.form, self.entries = impact, form, entries
+    def __init__(
+        self,
+        problem: DesignProblem,
+        assumptions: Assumptions | None = None,
+        physics: tuple[LeftOut, ...] | None = None,
+    ) -> None:
+        problem.require_elastostatic("MEIR is defined")
+        self.problem, self.assumptions = problem, assumptions or Assumptions()
+        if physics is None:
+            physics = with_steps(problem, left_out(*effects_of_problem(problem), self.assumptions), self.assumptions)
+        self.physics = physics
+        known = None if problem.found is None else problem.found.physics
+        self.directions = Directions(problem.loaded.robot, physics, known)
 
     @classmethod
     def asked(cls, problem: DesignProblem, section: RunSection, document: YamlDocument) -> Self:
         """Raises `InputError`: no physics is left, a name is unknown, a size not positive, or there is no such test."""
-        problem.require_elastostatic("MEIR is defined")
         given = section.model_error or ModelErrorsSection()
+        named = None if given.physics is None else frozenset(given.physics)
         try:
-            return cls(ModelErrorImpact(problem, _assumptions(given)), given.form)
+            assumptions = Assumptions(given.level, given.power, named, frozenset(given.without))
+            return cls(problem, assumptions.with_sizes(given.sizes))
         except InputError as error:
-            raise InputError(error.what, where=f"{document.source}, {error.where}", remedy=error.remedy) from None
-
-    def values(self, assessment: Assessment) -> FloatArray:
-        if self.form == "rms" or self.entries is not None:
-            return self._used.values(assessment, self.form)
-        if is_recorded(assessment.whitened):
-            return self.impact.worst(assessment).values(assessment)
-        return self.impact.largest(assessment)
-
-    def working(self, assessment: Assessment) -> "Meir":
-        """The largest over a working set: what it had, and the effects that are the worst, or nearly, in these designs.
-
-        An exchange method for the semi-infinite program that a maximum over physics is (Blankenship & Falk 1976): with
-        few effects a search costs little, and it ends where no effect outside the set is worse. A root mean square has
-        no such set.
-        """
-        if self.form == "rms":
-            return self
-        active = self.impact.close(assessment)
-        known = np.zeros(0, dtype=np.int64) if self.entries is None else self.entries
-        entries = np.union1d(known, active)
-        return self if self.entries is not None and len(entries) == len(known) else Meir(self.impact, "max", entries)
+            where = f"{document.source}, {error.where}" if error.where else document.source
+            raise InputError(error.what, where=where, remedy=error.remedy) from None
 
     @cached_property
-    def _used(self) -> ModelErrorImpact:
-        return self.impact if self.entries is None else self.impact.restricted(self.entries)
+    def errors(self) -> FloatArray:
+        """Weighted deflections of the targets per compliance (1/apK) and per parameter, (blocks, q, n_p + D)."""
+        return target_errors(self.problem, self.directions)
+
+    @cached_property
+    def deviations(self) -> FloatArray:
+        """Prior sizes of all columns, shape (D,)."""
+        flat = self.errors.reshape(-1, self.errors.shape[-1])
+        return prior_deviations(self.problem, self.physics, self.assumptions, flat)
+
+    @property
+    def scaled_errors(self) -> FloatArray:
+        """`errors` per compliance and in units of the prior sizes."""
+        return self.errors * np.concatenate([np.ones(len(self.problem.loaded.robot.stiffness)), self.deviations])
+
+    def whitened(self, assessment: Assessment) -> tuple[FloatArray, FloatArray]:
+        """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs, as numbers."""
+        assert assessment.states is not None
+        configurations, loads = (plain(part) for part in assessment.states)
+        maps = assessment.measurements.jacobians
+        rows = self.directions.at(self.problem.loaded.load, configurations, loads, maps)
+        base = plain(assessment.whitened) * self.problem.loaded.robot.compliance
+        return base, plain(assessment.white(rows))
+
+    def hidden(self, assessment: Assessment) -> Hidden:
+        """What the designs of an assessment by this problem hide."""
+        base, directions = self.whitened(assessment)
+        return hidden_errors(base, directions * self.deviations, self.scaled_errors, self.physics, self.assumptions)
+
+    def values(self, assessment: Assessment) -> FloatArray:
+        hidden = self.hidden(assessment)
+        if not is_recorded(assessment.whitened):
+            return np.sqrt(hidden.squares.max(axis=1))
+        order = np.argsort(-np.nan_to_num(hidden.squares), axis=1, kind="stable")[:, : min(TIES, len(self.physics))]
+        pieces = [self._recorded(assessment, hidden, order[:, place])[:, None] for place in range(order.shape[1])]
+        return square_root(assessment.largest(np.concatenate(pieces, axis=1), TIES))
+
+    def _recorded(self, assessment: Assessment, hidden: Hidden, entries: IntArray) -> FloatArray:
+        """MEIR_e² of one entry per design (b,), recorded."""
+        assert assessment.states is not None
+        designs, n_p, start = np.arange(assessment.batch), assessment.parameters, offsets(self.physics)
+        size = np.zeros((assessment.batch, start[-1]))
+        for design, entry in enumerate(entries):
+            size[design, start[entry] : start[entry + 1]] = hidden.sizes[entry][design]
+        along = np.repeat((size * self.deviations)[:, None], assessment.count, axis=1)
+        moved = self.directions.along(
+            self.problem.loaded.load, *assessment.states, assessment.measurements.jacobians, along
+        )
+        base = assessment.whitened * self.problem.loaded.robot.compliance
+        blocks = self.scaled_errors[hidden.target[designs, entries]]
+        block = np.concatenate([blocks[..., :n_p], blocks[..., n_p:] @ size[..., None]], axis=2)
+        square, detection = (each[designs, entries] for each in (hidden.squares, hidden.detection))
+        white = assessment.white(moved)
+        return recorded_square(base, white, BaseModel.of(plain(base)), square, detection, block)
 
 
-def _assumptions(section: ModelErrorsSection) -> Assumptions:
-    """What the section says, with the table of sizes for what it does not."""
-    physics = None if section.physics is None else frozenset(section.physics)
-    given = Assumptions(section.level, section.power, physics, frozenset(section.without))
-    return given.with_sizes(section.sizes)
+def target_errors(problem: DesignProblem, directions: Directions) -> FloatArray:
+    """√(w_t/Σw)·W_t^½·S_t·[A_t·diag(1/apK), T_t] of the axes that matter, shape (blocks, q, n_p + D).
+
+    One block of all targets where their mean counts, a block per target where the worst does.
+    """
+    targets: Targets = problem.targets
+    compliance = problem.loaded.robot.compliance
+    rows = []
+    for index, (loaded, parameters) in enumerate(problem.target_loads):
+        moved = directions.at_target(loaded.load, targets.configurations[index], parameters)
+        if targets.axes is not None:
+            moved = targets.axes[index] @ moved
+        both = np.concatenate([targets.observation[index] * compliance, moved], axis=1)
+        rows.append(np.sqrt(targets.importance[index])[:, None] * both)
+    stacked = np.array(rows)
+    if targets.aggregate == "max":
+        return stacked
+    weighted = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * stacked
+    flat = weighted.reshape(1, -1, stacked.shape[-1])
+    return flat[:, (targets.importance > 0.0).ravel()]

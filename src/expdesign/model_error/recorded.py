@@ -10,19 +10,17 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.effect import Effect
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.design.problem import DesignProblem
 from expdesign.identification.whitening import Whitening
-from expdesign.model_error.directions import RowDirections
-from expdesign.model_error.hidden import Hidden, hidden_errors
-from expdesign.model_error.hidden_physics import HiddenPhysics, hidden_physics
-from expdesign.model_error.impact import known_chain, target_errors
-from expdesign.model_error.left_out import LeftOut, left_out
-from expdesign.model_error.prior import prior_deviations, with_steps
+from expdesign.model_error.hidden import hidden_errors
+from expdesign.model_error.left_out import LeftOut, left_out, offsets
+from expdesign.model_error.meir import Meir
+from expdesign.model_error.prior import with_steps
 from expdesign.model_error.settings import Assumptions
-from expdesign.plugins import implementations
+from expdesign.model_error.statement import HiddenPhysics, hidden_physics
+from expdesign.models.effect_entry import effect_classes
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
 
@@ -66,18 +64,15 @@ def hidden_by(
     counts = ~recordings.test if counts is None else counts
     references = None if recordings.references is None else np.where(counts, recordings.references, "")
     whitening = Whitening(deviations, references=references)
-    kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
-    effects = [effect for kind in kinds for effect in kind.candidates(robot, recordings)]
+    effects = [effect for kind in effect_classes() for effect in kind.candidates(robot, recordings)]
     physics = with_steps(problem, left_out(effects, recordings, assumptions), assumptions)
-    base, directions = recorded_sensitivities(problem.loaded.robot, recordings, physics, whitening, counts)
-    errors = target_errors(problem, RowDirections(robot, physics, known_chain(problem)))
-    flat = errors.reshape(-1, errors.shape[-1])
-    sizes = prior_deviations(problem, physics, assumptions, flat)
-    n_p = len(robot.stiffness)
+    base, directions = recorded_sensitivities(robot, recordings, physics, whitening, counts)
+    meir = Meir(problem, assumptions, physics)
+    errors, sizes, n_p = meir.scaled_errors, meir.deviations, len(robot.stiffness)
     # The instrument and its markers are estimated with the compliances, and move no target.
     beside = np.zeros((*errors.shape[:-1], base.shape[1] - n_p))
-    errors = np.concatenate([errors[..., :n_p], beside, errors[..., n_p:] * sizes], axis=-1)
-    hidden: Hidden = hidden_errors(base[None], (directions * sizes)[None], errors, physics, assumptions)
+    errors = np.concatenate([errors[..., :n_p], beside, errors[..., n_p:]], axis=-1)
+    hidden = hidden_errors(base[None], (directions * sizes)[None], errors, physics, assumptions)
     found = hidden_physics(hidden, physics, sizes)
     return HiddenByRecordings(found, int(hidden.freedom[0]))
 
@@ -110,7 +105,7 @@ def recorded_sensitivities(
 
     plain = tuple(entry for entry in physics if not entry.effect.states)
     together = white(plain)
-    base, columns = together[:, : empty.base], iter(np.split(together[:, empty.base :], _ends(plain), axis=1))
+    base, columns = together[:, : empty.base], iter(np.split(together[:, empty.base :], offsets(plain)[1:], axis=1))
     # One effect with memory has kinks at which it would disturb the derivatives of another.
     directions = [next(columns) if not e.effect.states else white((e,))[:, empty.base :] for e in physics]
     knowledge = empty.knowledge()
@@ -120,8 +115,3 @@ def recorded_sensitivities(
         base = np.concatenate([base, known])
         stacked = np.concatenate([stacked, np.zeros((len(known), stacked.shape[1]))])
     return base, stacked
-
-
-def _ends(physics: tuple[LeftOut, ...]) -> list[int]:
-    """Where the columns of each entry end."""
-    return [int(end) for end in np.cumsum([entry.columns for entry in physics])]

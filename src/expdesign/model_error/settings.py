@@ -26,8 +26,6 @@ class Assumptions:
         physics: identifiers that are considered; None for all that the robot can have.
         without: identifiers that are left out of those.
         stated: prior sizes in place of the declared ones, by physics and names of parameters with `*`.
-        readings: instead of the prior sizes, the RMS of the readings in standard deviations (with what the base model
-            would explain) that each parameter alone may cause; None for the prior sizes.
     """
 
     level: float = LEVEL
@@ -35,13 +33,9 @@ class Assumptions:
     physics: frozenset[str] | None = None
     without: frozenset[str] = frozenset()
     stated: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    readings: float | None = None
 
     def __post_init__(self) -> None:
         noncentrality(1, self.level, self.power)
-        if self.readings is not None and not (self.readings > 0.0 and isfinite(self.readings)):
-            what = f"{self.readings:g} standard deviations on the readings cannot be the largest that an effect causes"
-            raise InputError(what, where=f"{WHERE}.readings", remedy="Choose a positive number, such as 10.")
 
     def with_sizes(self, changes: Mapping[str, float | dict[str, float]]) -> "Assumptions":
         """These assumptions with other sizes.

@@ -5,12 +5,10 @@ import pandas as pd
 
 from expdesign.design.front import Front, non_dominated
 from expdesign.design.problem import DesignProblem
-from expdesign.model_error.hidden_physics import HiddenPhysics
 from expdesign.model_error.meir import Meir
-from expdesign.model_error.record import hidden_by_plan, meir_of_problem
+from expdesign.model_error.planned import hidden_by_plan, meir_of_problem
 from expdesign.model_error.recorded import HiddenByRecordings
-from expdesign.model_error.statement import AccuracyStatement
-from expdesign.model_error.words import sentence
+from expdesign.model_error.statement import AccuracyStatement, HiddenPhysics, sentence
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, Section, Sentences, table_of
 from expdesign.report.figures import axis, bars_across, chart, level, points
@@ -44,17 +42,18 @@ def noticed_by(
     problem: DesignProblem, front: Front, meir: Meir, physics: tuple[HiddenPhysics, ...]
 ) -> dict[tuple[str, str, str], str]:
     """For each effect the design of least total error that notices it before it uses up the tolerance, in words."""
-    impact, total = meir.impact, front.criteria["total"]
-    squares = impact.hidden(problem.assessed(front.decisions)).squares
+    total = front.criteria["total"]
+    squares = meir.hidden(problem.assessed(front.decisions)).squares
     found = {}
     for each in physics:
-        entries = [i for i, name in enumerate(impact.names) if name == (each.physics, each.component, each.variant)]
+        name = each.physics, each.component, each.variant
+        entries = [i for i, entry in enumerate(meir.physics) if entry.key == name]
         noticing = np.flatnonzero(squares[:, entries].max(axis=1) <= 1.0)
         text = "none on the front"
         if len(noticing):
             best = int(noticing[np.argmin(total[noticing])])
             text = f"design {best + 1}, +{_dearer(front, best)} %"
-        found[each.physics, each.component, each.variant] = "this plan" if each.error <= 1.0 else text
+        found[name] = "this plan" if each.error <= 1.0 else text
     return found
 
 

@@ -29,7 +29,7 @@ _PACKAGE = re.compile(r"expdesign(\.\w+)+")
 
 @lru_cache(maxsize=1)
 def computed_by() -> dict[str, str]:
-    """Digest of the code (`code`), and the versions of Python, of the libraries and of installed extensions, each by its name."""
+    """Digest of the code (`code`), and versions of Python, the libraries and installed extensions, by their names."""
     found = {"code": code_digest(), "python": ".".join(map(str, sys.version_info[:2]))}
     for name in LIBRARIES:
         try:

@@ -104,11 +104,6 @@ class State:
         """Measurements (l, g) drawn once, half of their continuous variables at ends."""
         return extreme_measurements(self.problem, self.options.pairs[0], 0.5, self.generator)
 
-    def renewed(self, problem: DesignProblem) -> None:
-        """Go on with other objectives, of the same names."""
-        self.population.design_problem = problem
-        self.__dict__.pop("objectives", None)
-
     def evaluated(self, designs: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Those of designs (b, m, g) that are feasible, as they can be set, and their criteria (b, k)."""
         designs = self.problem.settable(designs)

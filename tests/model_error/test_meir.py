@@ -9,31 +9,30 @@ from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, pro
 from expdesign.design.problem import DesignProblem
 from expdesign.differentiation import gradient, independent, plain
 from expdesign.model_error.hidden import Hidden, hidden_errors
-from expdesign.model_error.impact import Form, ModelErrorImpact
+from expdesign.model_error.meir import Meir
 from expdesign.model_error.noticeable import noncentrality
 from expdesign.model_error.settings import Assumptions
 from expdesign.models.effect_entry import effect_classes
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("form", ["max", "rms"])
-def test_gradient_against_differences(name: str, form: Form) -> None:
+def test_gradient_against_differences(name: str) -> None:
     meir = impact(name)
     configurations, loads = plans(name, 4, seed=3)
     n_q = configurations.shape[2]
     quantities = np.concatenate([configurations, loads], axis=2)
     states = independent(quantities)
-    values = meir.values(meir.problem.assess(states[..., :n_q], states[..., n_q:]), form)
+    values = meir.values(meir.problem.assess(states[..., :n_q], states[..., n_q:]))
     found = gradient(values, np.ones(len(quantities)), quantities)
     by_configuration, by_load = found[..., :n_q], found[..., n_q:]
-    assert np.allclose(plain(values), meir.values(assessed(meir, configurations, loads), form=form))
+    assert np.allclose(plain(values), meir.values(assessed(meir, configurations, loads)))
     generator = np.random.default_rng(4)
     step = 1e-6 * generator.normal(size=configurations.shape)
     change = 1e-6 * generator.normal(size=loads.shape)
     if problem(name).loaded.load.kind == "payload":
         change[..., -3:] = 0.0  # tilted gravity would load the arm's vertical joint, and change the rank
-    above = meir.values(assessed(meir, configurations + step, loads + change), form=form)
-    below = meir.values(assessed(meir, configurations - step, loads - change), form=form)
+    above = meir.values(assessed(meir, configurations + step, loads + change))
+    below = meir.values(assessed(meir, configurations - step, loads - change))
     slope = (by_configuration * step).sum(axis=(1, 2)) + (by_load * change).sum(axis=(1, 2))
     # Where another effect, or another side of a kink, takes over within the step, there is no derivative.
     close = np.isclose((above - below) / 2.0, slope, rtol=1e-3, atol=1e-9)
@@ -129,20 +128,14 @@ def test_larger_effects_and_stricter_tests_hide_more() -> None:
         name: {size.parameter: 3.0 * size.value for physics, size in declared if physics == name} for name in few
     }
     larger = usual.with_sizes(sizes)
-    reference = ModelErrorImpact(problem("bipod"), usual).values(
-        assessed(ModelErrorImpact(problem("bipod"), usual), configurations, loads)
-    )
+    reference = Meir(problem("bipod"), usual).values(assessed(Meir(problem("bipod"), usual), configurations, loads))
     assert (
-        ModelErrorImpact(problem("bipod"), larger).values(
-            assessed(ModelErrorImpact(problem("bipod"), larger), configurations, loads)
-        )
+        Meir(problem("bipod"), larger).values(assessed(Meir(problem("bipod"), larger), configurations, loads))
         >= reference
     ).all()
     strict = replace(usual, level=0.001, power=0.95)
     assert (
-        ModelErrorImpact(problem("bipod"), strict).values(
-            assessed(ModelErrorImpact(problem("bipod"), strict), configurations, loads)
-        )
+        Meir(problem("bipod"), strict).values(assessed(Meir(problem("bipod"), strict), configurations, loads))
         >= reference
     ).all()
 
@@ -154,7 +147,7 @@ def test_largest_target_instead_of_their_mean() -> None:
     configurations, loads = plans(name, 3)
 
     def most_of(case: DesignProblem) -> Hidden:
-        return ModelErrorImpact(case, assumptions).hidden(case.assess(configurations, loads))
+        return Meir(case, assumptions).hidden(case.assess(configurations, loads))
 
     mean = most_of(problem(name)).squares
     most = most_of(largest).squares
@@ -167,30 +160,7 @@ def test_a_measurement_more_may_hide_more() -> None:
 
     The error that DUIR measures never grows when a measurement is added; the bias of a wrong model may.
     """
-    meir = ModelErrorImpact(problem("bipod"), Assumptions(physics=frozenset({"leg_coupling"})))
+    meir = Meir(problem("bipod"), Assumptions(physics=frozenset({"leg_coupling"})))
     configurations, loads = plans("bipod", 40, measurements=4)
     squares = [meir.hidden(assessed(meir, configurations[:, :m], loads[:, :m])).squares for m in (3, 4)]
     assert (squares[1] > 1.05 * squares[0]).any()
-
-
-def test_active_entries_contain_the_worst() -> None:
-    meir = impact("hexapod-h1")
-    configurations, loads = plans("hexapod-h1", 20)
-    chosen = meir.active(assessed(meir, configurations, loads), share=0.9)
-    assert 0 < len(chosen) < len(meir.physics)
-    part = meir.restricted(chosen)
-    assert np.allclose(
-        part.values(assessed(part, configurations, loads)), meir.values(assessed(meir, configurations, loads))
-    )
-
-
-def test_bound_on_the_readings_instead_of_prior_sizes() -> None:
-    """Every parameter alone may cause at most so many standard deviations on the readings."""
-    meir = ModelErrorImpact(problem("bipod"), Assumptions(physics=frozenset({"leg_coupling"}), readings=0.5))
-    configurations, loads = plans("bipod", 2)
-    _, directions = meir.whitened(assessed(meir, configurations, loads))
-    found = meir.hidden(assessed(meir, configurations, loads))
-    scale = meir.scales(directions)
-    for index, size in enumerate(found.sizes):
-        moved = directions[:, :, index] * (scale[:, index] * size[:, 0])[:, None]
-        assert (np.sqrt((moved**2).mean(axis=1)) <= 0.5 * (1.0 + 1e-9)).all()
