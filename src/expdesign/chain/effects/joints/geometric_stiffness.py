@@ -9,8 +9,8 @@ import casadi as ca
 
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import GEOMETRY, Component
-from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effects.legs.geometric_stiffness import GeometricStiffness
 from expdesign.chain.row import Row
 from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.robots.orientation import rotation_vector
@@ -23,14 +23,7 @@ class ArmGeometricStiffness(Effect):
     """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
 
     physics = "geometric_stiffness"
-    declared = Declaration(
-        left_out="change of the geometry under load",
-        phrase="the change of geometry under load",
-        usually="large deflections",
-        port="geometry",
-        inputs=(Input.FORCE, Input.PLACE),
-        sizes=(Size("fraction", 1.0, "mechanics itself: the whole of the conservative term"),),
-    )
+    declared = GeometricStiffness.declared
     measurands = (DEFLECTIONS,)
 
     @classmethod

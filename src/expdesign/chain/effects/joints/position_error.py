@@ -10,9 +10,9 @@ import casadi as ca
 from expdesign.chain.arm import links_of
 from expdesign.chain.component import Component, Part
 from expdesign.chain.components import each_joint, each_link, turning
-from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size
+from expdesign.chain.declaration import LOOSELY
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.effects.joints.geometric_error import ANGLE, LENGTH, MADE
+from expdesign.chain.effects.joints.geometric_error import ANGLE, LENGTH, GeometricError
 from expdesign.chain.variant import Variant
 from expdesign.recordings.measurand import DEFLECTIONS
 from expdesign.recordings.recordings import LoadedPoints
@@ -31,17 +31,7 @@ class ArmGeometry(Effect):
     """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
 
     physics = "joint_position_error"
-    declared = Declaration(
-        left_out="a joint or link not where the geometry has it",
-        phrase="wrong geometry at {component}",
-        usually="drawings, castings and zeros set by marks",
-        port="geometry",
-        inputs=(Input.PLACE,),
-        sizes=(
-            Size("*_rad", ANGLE, MADE),
-            Size("*_m", LENGTH, MADE),
-        ),
-    )
+    declared = GeometricError.declared
     measurands = (DEFLECTIONS,)
     forms = tuple(Moved)
     changes_geometry = True

@@ -9,8 +9,8 @@ import numpy as np
 
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import each_leg
-from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effects.legs.joint_position_error import JointPositionError
 from expdesign.chain.variant import ONLY
 from expdesign.recordings.measurand import POSES, POSITIONS
 from expdesign.robots.parallel import ParallelRobot
@@ -28,17 +28,7 @@ class LegGeometry(Effect):
     """
 
     physics = "joint_position_error"
-    declared = Declaration(
-        left_out="a joint or link not where the geometry has it",
-        phrase="wrong geometry at {component}",
-        usually="machining and assembly",
-        port="geometry",
-        inputs=(Input.PLACE,),
-        sizes=(
-            Size("leg_*", 1e-4, "assumed: legs zeroed to 0.1 mm"),
-            Size("*", 1e-4, "assumed: machined and assembled to 0.1 mm, not calibrated"),
-        ),
-    )
+    declared = JointPositionError.declared
     measurands = (POSES, POSITIONS)
     changes_geometry = True
 

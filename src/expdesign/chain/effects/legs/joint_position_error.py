@@ -29,7 +29,10 @@ class JointPositionError(Effect):
         usually="machining and assembly",
         port="geometry",
         inputs=(Input.PLACE,),
-        sizes=(Size("joint_d?_m", 1e-4, "assumed: machined and assembled to 0.1 mm, not calibrated"),),
+        sizes=(
+            Size("leg_*", 1e-4, "assumed: legs zeroed to 0.1 mm"),
+            Size("*", 1e-4, "assumed: machined and assembled to 0.1 mm, not calibrated"),
+        ),
     )
     changes_geometry = True
 
