@@ -59,6 +59,7 @@ def test_only_who_asks_for_it_pays_for_it(tmp_path: Path) -> None:
     assert "meir" not in known_criteria()
 
 
+@pytest.mark.slow
 def test_a_front_of_total_and_meir(tmp_path: Path) -> None:
     here = problem(tmp_path, SMALL, measurements=4)
     front = search(here)

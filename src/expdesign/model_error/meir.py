@@ -102,8 +102,13 @@ class Meir(AskedCriterion):
         hidden = self.hidden(assessment)
         if not is_recorded(assessment.whitened):
             return np.sqrt(hidden.squares.max(axis=1))
-        order = np.argsort(-np.nan_to_num(hidden.squares), axis=1, kind="stable")[:, : min(TIES, len(self.physics))]
-        pieces = [self._recorded(assessment, hidden, order[:, place])[:, None] for place in range(order.shape[1])]
+        squares = np.nan_to_num(hidden.squares)
+        first = [i for i, entry in enumerate(self.physics) if i == 0 or entry.key != self.physics[i - 1].key]
+        starts = np.split(squares, first[1:], axis=1)  # of one effect only the worst counts
+        worst = np.stack([start + own.argmax(axis=1) for start, own in zip(first, starts, strict=True)], axis=1)
+        order = np.argsort(-np.take_along_axis(squares, worst, axis=1), axis=1, kind="stable")[:, :TIES]
+        chosen = np.take_along_axis(worst, order, axis=1)
+        pieces = [self._recorded(assessment, hidden, entries)[:, None] for entries in chosen.T]
         return square_root(assessment.largest(np.concatenate(pieces, axis=1), TIES))
 
     def _recorded(self, assessment: Assessment, hidden: Hidden, entries: IntArray) -> FloatArray:
