@@ -22,7 +22,7 @@ from expdesign.recordings.recordings import Recordings
 API = [
     file.stem
     for file in (ROOT / "src/expdesign/api").glob("*.py")
-    if file.stem not in ("__init__", "concealed", "inputs", "outputs", "referenced", "result", "targets")
+    if file.stem not in ("__init__", "concealed", "inputs", "objects", "outputs", "referenced", "result", "targets")
 ]
 
 
