@@ -6,6 +6,7 @@ expanded one U = k·u_c (6.2.1).
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -60,12 +61,12 @@ class UncertaintyBudget:
         matters: BoolArray = np.isfinite(self.tolerance)
         return matters
 
-    @property
+    @cached_property
     def standard(self) -> FloatArray:
         """u_c (m, rad), shape (t, n)."""
         return self._root([one.deviation for one in self.contributions])
 
-    @property
+    @cached_property
     def degrees(self) -> FloatArray:
         """ν_eff of Welch and Satterthwaite (JCGM 100:2008, G.2b), shape (t, n)."""
         parts = [one.deviation**4 / one.degrees for one in self.contributions]
@@ -73,12 +74,12 @@ class UncertaintyBudget:
             degrees: FloatArray = self.standard**4 / np.sum(parts, axis=0)
         return np.where(np.isnan(degrees), np.inf, degrees)
 
-    @property
+    @cached_property
     def factor(self) -> FloatArray:
         """k, shape (t, n)."""
         return self.coverage.factors(self.degrees)
 
-    @property
+    @cached_property
     def expanded(self) -> FloatArray:
         """U = k·u_c (m, rad), shape (t, n)."""
         return self.factor * self.standard

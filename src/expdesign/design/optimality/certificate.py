@@ -19,7 +19,7 @@ from expdesign.design.optimality.series_pool import SeriesPool, takes_series
 from expdesign.design.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.design.problem import DesignProblem
 
-TOLERANCE = 1e-4
+TOLERANCE = 1e-3
 """Relative gap of the squared criterion at which the refinement of candidates ends."""
 _ROUNDS, _SHORTLIST = 25, 2000
 _FINEST = 1e-9
