@@ -7,6 +7,7 @@ from tests.oracle import Array
 
 from expdesign.criteria.criterion import known_criteria
 from expdesign.criteria.information import Information, propagated
+from expdesign.design.optimality.best_linear import best_linear_total
 from expdesign.design.problem import DesignProblem
 from expdesign.design.sequential import expected_total, information_of
 from expdesign.design.start import starting_designs
@@ -103,3 +104,49 @@ def test_known_numbers_of_the_bipod() -> None:
     inverse = np.linalg.inv(observation.T @ observation)
     noise, _ = propagated(target, inverse, np.zeros((2, 0)), np.zeros((2, 2)))
     np.testing.assert_allclose(noise[0], [1.1442042521, 1.1581359476], rtol=1e-9)
+
+
+ERRORS = [
+    {"source": "com", "std": [0.001, 0.001, 0.001], "shared": True},
+    {"source": "wrench", "std": [0.5, 0.5, 0.5, 0.05, 0.05, 0.05], "shared": False},
+]
+
+
+@pytest.mark.parametrize("sources", [[], ERRORS])
+@pytest.mark.parametrize("shared_reference", [False, True])
+def test_the_best_linear_estimator_is_the_dense_one_of_aitken(
+    shared_reference: bool, sources: list[dict[str, object]]
+) -> None:
+    """Cov = (Aᵀ·C⁻¹·A)⁻¹ with C = S⊗V + Σ_own + D·Σ_shared·Dᵀ (theory.md 10.4), S = ½(I + 11ᵀ) within a series."""
+    changes = {"experiment.deflection_noise.shared_reference": shared_reference, "experiment.load_error": sources}
+    here = problem(HEXAPOD, changes)
+    design = drawn(here, 6)
+    design[:3, here.space.of_pose] = design[0, here.space.of_pose]
+    rows, errors = here.whitened(*here.space.decode(design))
+    (m, k, p), own = rows.shape, ~here.shared_errors
+    rows = rows.reshape(m * k, p) * here.loaded.scale
+    series = np.array([0, 0, 0, 1, 2, 3])
+    same = 0.5 * (np.eye(m) + (series[:, None] == series)) if shared_reference else np.eye(m)
+    common = errors[..., ~own].reshape(m * k, -1)
+    covariance = np.kron(same, np.eye(k)) + common @ common.T
+    for place, block in enumerate(errors[..., own]):
+        part = slice(place * k, (place + 1) * k)
+        covariance[part, part] += block @ block.T
+    inverse = np.linalg.inv(rows.T @ np.linalg.inv(covariance) @ rows)
+    targets = here.targets.observation * here.loaded.scale
+    variances = np.einsum("trp,pq,trq->tr", targets, inverse, targets) * here.targets.importance
+    weights = here.targets.weights / here.targets.weights.sum()
+    assert best_linear_total(here, design) == pytest.approx(np.sqrt(weights @ variances.sum(axis=1)), rel=1e-9)
+
+
+def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
+    """Z·Σ_F·Zᵀ of one source after the other (theory.md 5.3): the budget of errors adds up to FEIR."""
+    here = problem(HEXAPOD, {"experiment.load_error": ERRORS})
+    design = drawn(here, 6)
+    rows, errors = here.whitened(*here.space.decode(design))
+    targets = here.targets.observation * here.loaded.scale
+    assessment = here.assessed(design[None])
+    for index, some in enumerate((here.shared_errors, ~here.shared_errors)):
+        _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets)
+        np.testing.assert_allclose(assessment.source_variances[0, ..., index], force, rtol=1e-9)
+    np.testing.assert_allclose(assessment.source_variances.sum(axis=-1), assessment.force_variance, rtol=1e-12)

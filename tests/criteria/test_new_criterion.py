@@ -12,9 +12,11 @@ from expdesign.criteria.assessment import Assessment
 from expdesign.criteria.criterion import Criterion, criterion_values, known_criteria
 from expdesign.design.optimality.gradient_check import gradient_check
 from expdesign.design.optimality.kktpm import kktpm
+from expdesign.design.optimality.sqp import MinimaxSearch
 from expdesign.design.problem import DesignProblem
 from expdesign.design.search import search
 from expdesign.design.start import starting_designs
+from expdesign.differentiation import is_recorded
 from expdesign.errors import InputError
 
 
@@ -119,3 +121,38 @@ def test_what_is_not_finite_or_not_one_number_per_design_is_said() -> None:
 def test_a_kink_that_is_not_stated_has_no_kkt_proximity() -> None:
     here = replace(problem(BIPOD), objectives=(Kinked(), known_criteria()["feir"]))
     assert np.isnan(kktpm(here, designs(here, 4))).all()
+
+
+class Readings(Criterion):
+    """DUIR in whole thousandths of a tolerance, as a technician reads it: steps, which have no gradient."""
+
+    name = "readings"
+    title = "DUIR as read"
+    unit = "tolerances"
+    differentiable = False
+
+    def values(self, assessment: Assessment) -> Array:
+        if is_recorded(assessment.measurements.observation):
+            raise AssertionError("a criterion that has no gradient was asked for one")
+        found = np.full(assessment.batch, np.nan)
+        known = assessment.identifies_targets
+        found[known] = np.ceil(1e3 * known_criteria()["duir"].values(assessment)[known]) / 1e3
+        return found
+
+
+def test_a_criterion_without_derivative_spans_a_front_by_exchanges(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It comes near the least DUIR that gradients find; nothing descends, and no optimality conditions are stated."""
+    options = {"population": 30, "generations": 40, "seed": 1, "polish": True}
+    smooth = search(problem(HEXAPOD, {"optimiser": options}))
+    monkeypatch.setattr(MinimaxSearch, "minimise", lambda *_, **__: pytest.fail("a descent was begun"))
+    monkeypatch.setattr("expdesign.design.search.relaxed_designs", lambda here: here.space.canonical(designs(here, 1)))
+    here = problem(HEXAPOD, {"optimiser": options})
+    here = replace(here, objectives=(Readings(), known_criteria()["feir"]), further=(Readings(),))
+    front = search(here)
+    assert np.isnan(front.kktpm).all()
+    assert len(front) > 3
+    drawn = known_criteria()["duir"].values(here.assessed(designs(here, 500)))
+    least = front.criteria["readings"].min()
+    assert smooth.criteria["duir"].min() - 1e-3 <= least < np.nanmin(drawn)
+    assert least < 1.1 * smooth.criteria["duir"].min()
+    np.testing.assert_array_equal(search(here).decisions, front.decisions)

@@ -97,19 +97,6 @@ class UncertaintyBudget:
         return np.sqrt(total)
 
 
-def source_deviations(problem: DesignProblem, assessment: Assessment) -> FloatArray:
-    """Standard deviations (m, rad) of b designs at t targets from each of s sources of load error, (b, t, n, s)."""
-    parts, start = [], 0
-    for source in problem.loaded.sources:
-        width = len(source.deviation) * (1 if source.shared else assessment.count)
-        part = (assessment.force_root[..., start : start + width] ** 2).sum(axis=-1)
-        parts.append(np.where(assessment.estimable, np.sqrt(part), np.nan))
-        start += width
-    if not parts:
-        return np.zeros((*assessment.estimable.shape, 0))
-    return np.stack(parts, axis=-1)
-
-
 def tolerances(problem: DesignProblem) -> FloatArray:
     """Tolerances of the targets (m, rad), shape (t, n), NaN where an axis does not matter."""
     importance = problem.targets.importance
@@ -119,7 +106,7 @@ def tolerances(problem: DesignProblem) -> FloatArray:
 
 def load_contributions(problem: DesignProblem, assessment: Assessment) -> tuple[Contribution, ...]:
     """One line for each source of load error of the first design of an assessment."""
-    deviations = source_deviations(problem, assessment)[0]
+    deviations = np.sqrt(assessment.source_variances[0])
     return tuple(
         Contribution(source.source, deviations[..., index], not source.shared)
         for index, source in enumerate(problem.loaded.sources)

@@ -255,19 +255,21 @@ class Assessment(TargetVariances):
         return variance
 
     @cached_property
-    def _parameter_error(self) -> FloatArray:
-        """Errors of the compliances per standard deviation of every load error, shape (b, n_p, total)."""
-        columns = []
+    def _errors_by_source(self) -> list[FloatArray]:
+        """Errors of the compliances per standard deviation of every load error of a source, (b, n_p, ·) each."""
+        found = []
         all_errors = self.gain @ (self.measurements.compliance @ self.measurements.load_errors)
         for source, shared in zip(self.measurements.sources, self.shared, strict=True):
-            per_measurement = all_errors[..., source] if len(self.shared) > 1 else all_errors
-            if shared:
-                columns.append(per_measurement.sum(axis=1))
-            else:
-                columns.append(per_measurement.swapaxes(1, 2).reshape(self.batch, self.parameters, -1))
-        if not columns:
-            return np.zeros((self.batch, self.parameters, 1))
-        return columns[0] if len(columns) == 1 else np.concatenate(columns, axis=-1)
+            own = all_errors[..., source] if len(self.shared) > 1 else all_errors
+            separate = own.swapaxes(1, 2).reshape(self.batch, self.parameters, -1) if not shared else own.sum(axis=1)
+            found.append(separate)
+        return found
+
+    @cached_property
+    def _parameter_error(self) -> FloatArray:
+        """Errors of the compliances per standard deviation of every load error, shape (b, n_p, total)."""
+        found = self._errors_by_source or [np.zeros((self.batch, self.parameters, 1))]
+        return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
     @cached_property
     def force_root(self) -> FloatArray:
@@ -281,6 +283,13 @@ class Assessment(TargetVariances):
         """(Z·Σ_F·Zᵀ)_ii, variance of the attained pose due to load errors, shape (b, t, n); NaN rows."""
         variance: FloatArray = sum_of_squares(self.force_root, -1)
         return variance
+
+    @cached_property
+    def source_variances(self) -> FloatArray:
+        """What each source of load error adds to `force_variance`, shape (b, t, n, s); NaN rows."""
+        rows = self.targets.observation
+        found = [sum_of_squares(self._where_estimable(rows @ part[:, None]), -1) for part in self._errors_by_source]
+        return np.stack(found, axis=-1) if found else np.zeros((*self.estimable.shape, 0))
 
     @cached_property
     def parameter_covariance(self) -> tuple[FloatArray, FloatArray]:

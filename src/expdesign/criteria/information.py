@@ -62,6 +62,23 @@ class Information:
         own = seen[..., ~shared]
         return cls(rows, seen[..., shared], own @ own.swapaxes(-1, -2))
 
+    @classmethod
+    def beside(cls, rows: FloatArray, nuisance: FloatArray, prior: FloatArray) -> "Information":
+        """Of whitened rows (..., r, p) whose readings change with nuisance parameters too, which are eliminated.
+
+        Args:
+            rows: change of the readings with the parameters.
+            nuisance: with the nuisance parameters, shape (..., r, s).
+            prior: one over the standard deviation of each of those, as it is known beforehand, shape (s,).
+        """
+        (count,), parameters = prior.shape, rows.shape[-1]
+        known = np.concatenate([np.diag(prior), np.zeros((count, parameters))], axis=1)
+        known = np.broadcast_to(known, (*rows.shape[:-2], *known.shape))
+        together = np.concatenate([known, np.concatenate([nuisance, rows], axis=-1)], axis=-2)
+        root = np.asarray(np.linalg.qr(together, mode="r"))[..., count:, count:]
+        none = np.zeros((*rows.shape[:-2], parameters, parameters))
+        return cls(root, none[..., :0], none)
+
     def plus(self, other: "Information") -> "Information":
         """Both together; the rows are reduced to a triangle, which keeps the condition."""
         batch = np.broadcast_shapes(self.root.shape[:-2], other.root.shape[:-2])

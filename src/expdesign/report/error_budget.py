@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.acceptance.budget import NOISE, Contribution, UncertaintyBudget, source_deviations, tolerances
+from expdesign.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
 from expdesign.acceptance.decision import Decision
 from expdesign.acceptance.planned import expected_decision
 from expdesign.arrays import FloatArray
@@ -66,7 +66,7 @@ def error_budget(problem: DesignProblem, assessment: Assessment) -> ErrorBudget:
     return ErrorBudget(
         noise=noise,
         load=np.sqrt(assessment.force_variance),
-        sources=source_deviations(problem, assessment),
+        sources=np.sqrt(assessment.source_variances),
         source_names=tuple(words.SOURCES.get(one.source, one.source) for one in problem.loaded.sources),
         axes=problem.loaded.robot.coordinates.deflection,
         tolerance=tolerances(problem),
