@@ -16,6 +16,7 @@ import expdesign as xd
 from expdesign.acceptance.decision import sentences
 from expdesign.acceptance.recommended import recommended_acceptance
 from expdesign.api.inputs import problem_of, purpose_of
+from expdesign.commands import BEGUN
 from expdesign.commands.console import note, stages
 from expdesign.commands.writing import Force, require_folder
 from expdesign.files.output import new_folder
@@ -47,7 +48,7 @@ def command(
     folder = out or new_folder(config.stem)
     require_folder(folder, xd.Run, purpose_of("run", config), force=force)
     if seconds is not None:  # what it took to get here counts too
-        seconds = max(0.0, seconds - time.process_time())
+        seconds = max(0.0, seconds - (time.perf_counter() - BEGUN))
     with _interruptible() as interrupted:
         if watch:
             result, page = _watched(config, folder, port, seconds, interrupted, force=force)
