@@ -9,8 +9,8 @@ The package reads like the command line (`docs/api.ipynb`):
     run.save("results/mine")                    # the files of `expdesign run`
 
 A function is imported from the file of its name when it is first used. It has the name of its command, except
-`plan_next`, because `next` is a builtin. Results are typed: `from expdesign import Run`. Robots and configurations can
-be made as objects, `xd.Hexapod`, `xd.Configuration` (`expdesign.api.objects`).
+`plan_next`, because `next` is a builtin. Results are typed. Robots and configurations can be made as objects
+(`xd.Hexapod`, `xd.Configuration`).
 """
 
 import functools as _functools
