@@ -32,6 +32,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.design.problem import DesignProblem
 from expdesign.errors import ArgumentError
 from expdesign.files.table import Table
+from expdesign.models.calibrated import Calibrated
 from expdesign.models.model_file import Model
 from expdesign.plausibility.finding import say
 from expdesign.plausibility.targets import correction_findings, target_findings
@@ -118,18 +119,8 @@ def compensate(
     require_history(identified, table)
     if frame not in get_args(Frame):
         raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
-    if robot.links is not None:
-        return _of_arm(identified, table, frame, problem)
-    points = points_from_table(table, robot)
-    calibrated = identified.calibrated
-    if calibrated is None and problem is not None:
-        calibrated = calibrated_by(problem)
-    say(target_findings(points, robot, calibrated), points.source)
-    found = commands_for(identified, points)
-    corrections = corrections_of(robot, points, found, calibrated)
-    if calibrated is None:
-        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
-    text = _with_commands(table.frame.copy(), points, robot, found, corrections)
+    commanded = _of_platform if robot.links is None else _of_arm
+    text, found, corrections, points = commanded(identified, table, frame, problem)
     return Commands(
         text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
     )
@@ -142,6 +133,35 @@ def _configuration(targets: TableInput | Config) -> DesignProblem | None:
     if isinstance(targets, str | Path) and Path(targets).suffix.lower() not in _CONFIGURATIONS:
         return None
     return problem_of(targets)
+
+
+def _of_platform(
+    model: Model, table: Table, frame: Frame, problem: DesignProblem | None
+) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
+    """Poses to command; they are in the base frame."""
+    robot = model.chain.robot
+    points = points_from_table(table, robot)
+    calibrated = _calibrated(model, points, problem)
+    found = commands_for(model, points)
+    corrections = _corrections(robot, points, found, calibrated)
+    return _with_commands(table.frame.copy(), points, robot, found, corrections), found, corrections, points
+
+
+def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | None) -> Calibrated | None:
+    """What was calibrated, against which the targets have been judged."""
+    calibrated = model.calibrated
+    if calibrated is None and problem is not None:
+        calibrated = calibrated_by(problem)
+    say(target_findings(points, model.chain.robot, calibrated), points.source)
+    return calibrated
+
+
+def _corrections(robot: Robot, points: LoadedPoints, found: Compensation, calibrated: Calibrated | None) -> Corrections:
+    """The corrections, which are judged where nothing says what was calibrated."""
+    corrections = corrections_of(robot, points, found, calibrated)
+    if calibrated is None:
+        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
+    return corrections
 
 
 def _with_commands(
@@ -172,19 +192,16 @@ def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections:
     frame["beyond_calibration"] = ["; ".join(map(str, corrections.beyond[int(row)])) for row in order]
 
 
-def _of_arm(model: Model, table: Table, frame: Frame, problem: DesignProblem | None) -> Commands:
+def _of_arm(
+    model: Model, table: Table, frame: Frame, problem: DesignProblem | None
+) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
     """Joint commands, and the pose to ask of a controller that has the nominal geometry."""
     robot = model.chain.robot
     targets = arm_targets(table, model, frame)
     points = targets.points
-    calibrated = model.calibrated
-    if calibrated is None and problem is not None:
-        calibrated = calibrated_by(problem)
-    say(target_findings(points, robot, calibrated), points.source)
+    calibrated = _calibrated(model, points, problem)
     found = compensate_arm(model, targets)
-    corrections = corrections_of(robot, points, found, calibrated)
-    if calibrated is None:
-        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
+    corrections = _corrections(robot, points, found, calibrated)
     nominal = _poses(robot.position(found.commands), robot.jacobians(found.commands).rotation)
     wanted = _poses(targets.positions, targets.rotations) if targets.stated is None else targets.stated
     commands, deviations, nominal, wanted, own = in_file_order(
@@ -204,7 +221,7 @@ def _of_arm(model: Model, table: Table, frame: Frame, problem: DesignProblem | N
         text[name] = deviations[:, axis]
     text = text.drop(columns=[name for name in SPATIAL.pose if name in text])
     _judge(text, points, robot, corrections)
-    return Commands(text, found, corrections, points.sequence.tolist(), robot)
+    return text, found, corrections, points
 
 
 def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:

@@ -80,7 +80,7 @@ def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
         previous = now
         # Branches stay where they are.
         commands[:, :joints] += _steps(robot, commands, twist, scale[:joints])
-        _require_small(robot, points, commands - points.configurations)
+        _require_small(robot, points, commands - points.configurations, scale[:joints])
     else:
         what = f"no command was found in {_ITERATIONS} passes"
         raise ConvergenceError(what, where=points.source, remedy="Is the load far beyond what was identified?")
@@ -120,10 +120,14 @@ def _steps(robot: Robot, commands: FloatArray, twist: FloatArray, scale: FloatAr
     return steps
 
 
-def _require_small(robot: Robot, targets: LoadedPoints, corrections: FloatArray) -> None:
+def _require_small(robot: Robot, targets: LoadedPoints, corrections: FloatArray, scale: FloatArray) -> None:
     row, joint = divmod(int(np.argmax(np.abs(corrections))), corrections.shape[1])
     if abs(corrections[row, joint]) > _STEP:
         what = f"{robot.actuators[joint]} would have to be corrected by {corrections[row, joint]:.3g} rad or m"
+        condition = float(np.linalg.cond(robot.jacobians(targets.configurations[[row]]).forward[0] * scale))
+        if len(scale) >= 6 and condition > CONDITION_LIMIT:
+            what = f"the arm is singular or nearly so there (condition number {condition:.3g}): {what}"
+            raise SingularConfigurationError(what, where=targets.where(row), remedy="Choose another configuration.")
         raise ConvergenceError(what, where=targets.where(row), remedy="Is the load far beyond what was identified?")
 
 
