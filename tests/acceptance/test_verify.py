@@ -270,6 +270,19 @@ def test_a_certificate_that_does_not_pass_states_no_risk_and_says_how_many_readi
     assert found.record["readings_needed"] == found.result.readings_needed
 
 
+def test_a_mean_beyond_its_tolerance_by_less_than_its_uncertainty_says_nothing_of_their_number() -> None:
+    """One reading in which noise alone may be beyond the tolerance: more readings move the mean."""
+    frame = measured(commands(1), np.random.default_rng(2), error={"dx_m": 3.2e-6})
+    found = xd.verify(model(), frame, config=case()).result
+    assert found.verdict == "not proven"
+    assert found.readings_needed is None
+    said = " ".join(statement(found))
+    assert "cannot be said yet" in said
+    assert "No number of readings" not in said
+    failed = measured(commands(1), np.random.default_rng(2), error={"dx_m": 9e-6})
+    assert "No number of readings" in " ".join(statement(xd.verify(model(), failed, config=case()).result))
+
+
 def test_a_certificate_that_passes_states_its_risk() -> None:
     found = xd.verify(model(), measured(commands(3), np.random.default_rng(1)), config=case())
     assert found.result.readings_needed == 3

@@ -1,5 +1,6 @@
 """`expdesign compensate`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,11 @@ import pytest
 import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file
 
+import expdesign as xd
+from expdesign.api.targets import targets_table
+from expdesign.chain.chain import Chain
+from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.models.model_file import read_model
 from expdesign.robots.parallel import ParallelRobot
 from expdesign.robots.robot_file import read_robot
 
@@ -143,3 +149,17 @@ def test_a_model_keeps_the_ranges_of_its_recordings(tmp_path: Path) -> None:
     assert content["com_y_m"] == [-0.05, 0.05]
     assert content["force_N"] == pytest.approx([0.0, 26.5 * 9.80665])
     assert content["moment_Nm"][1] == pytest.approx(26.5 * 9.80665 * np.hypot(0.1, 0.05), rel=0.05)
+
+
+def test_springs_are_calibrated_wherever_the_configuration_measures_and_added_physics_where_it_was_recorded(
+    tmp_path: Path,
+) -> None:
+    """The plan stays within x ± 10 mm, the configuration within ± 30 mm, and its targets are at ± 20 mm."""
+    model = read_model(model_file(tmp_path))
+    own, alone = (xd.compensate(model, given).frame for given in (CONFIG, targets_table(xd.load(CONFIG)).frame))
+    assert own["beyond_calibration"].isna().all()
+    assert alone["beyond_calibration"].str.startswith("x_m").all()
+    play = LegBacklash.from_text(model.chain.robot, "leg 1", "middle")
+    values, covariance = np.append(model.values, 2e-6), np.pad(model.covariance, (0, 1))
+    added = replace(model, chain=Chain(model.chain.robot, (play,)), values=values, covariance=covariance, subspace=None)
+    assert xd.compensate(added, CONFIG).frame["beyond_calibration"].str.startswith("x_m").all()

@@ -1,6 +1,7 @@
 """`expdesign diagnose`, and what is done with the model it writes."""
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,12 @@ import pandas as pd
 import pytest
 from tests.commands.calls import ROOT, call
 
+import expdesign as xd
+from expdesign.api.diagnose import STAGES
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.row import row_data
+from expdesign.commands.console import ProgressReport
 from expdesign.files.csv_writer import csv_text
 from expdesign.files.table import parse_table
 from expdesign.recordings.reader import points_from_table
@@ -231,4 +235,42 @@ def test_files_that_are_not_there_end_with_2(tmp_path: Path, capsys: pytest.Capt
     for arguments in ((tmp_path / "none.yaml", path), (ROBOT, tmp_path / "none.csv"), (path, path)):
         assert call("diagnose", *arguments, "--out", tmp_path / "out") == 2
         assert "Traceback" not in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("stage", ["looking for effect 2", "checking on held-out recordings", "weighing alternatives"])
+def test_what_is_interrupted_ends_with_the_best_model_so_far(
+    stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ctrl-C during a stage: the search has found the play by then."""
+    shown = ProgressReport.update
+
+    def pressed(self: ProgressReport, done: int, total: int, note: str) -> None:
+        shown(self, done, total, note)
+        assert f"stage {done} of at most {len(STAGES)}" in note
+        if note.endswith(stage):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(ProgressReport, "update", pressed)
+    assert call("diagnose", ROBOT, recordings(tmp_path), "--out", tmp_path / "out") == 0
+    said = capsys.readouterr()
+    assert "interrupted: the best model so far is written" in said.err
+    sentence = f"Ended by hand during this step: {stage}."
+    assert said.out.startswith(sentence)
+    assert sentence in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    record = record_of(tmp_path / "out")
+    assert record["ended"] == stage
+    assert [effect["physics"] for effect in record["effects"]] == ["leg_backlash"]
+    check_record(record)
+    assert call("check", tmp_path / "out" / "model.yaml") == 0
+    with pytest.raises(KeyboardInterrupt):  # in Python only where it is asked for
+        xd.diagnose(ROBOT, tmp_path / "recordings.csv", report=lambda text: signal.raise_signal(signal.SIGINT))
+
+
+def test_what_is_interrupted_before_there_is_a_model_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(ProgressReport, "update", lambda *given: signal.raise_signal(signal.SIGINT))
+    assert call("diagnose", ROBOT, recordings(tmp_path), "--out", tmp_path / "out") == 130
+    assert "interrupted. Nothing was written." in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

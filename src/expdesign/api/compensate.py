@@ -148,10 +148,14 @@ def _of_platform(
 
 
 def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | None) -> Calibrated | None:
-    """What was calibrated, against which the targets have been judged."""
+    """What was calibrated, against which the targets have been judged.
+
+    Springs alone act alike wherever the configuration lets them be measured: where its plan stays in some corners, the
+    poses and loads between them count as calibrated as well. What a diagnosis has added holds where it was recorded.
+    """
     calibrated = model.calibrated
-    if calibrated is None and problem is not None:
-        calibrated = calibrated_by(problem)
+    if problem is not None and (calibrated is None or not model.chain.effects):
+        calibrated = calibrated_by(problem).including(calibrated)
     say(target_findings(points, model.chain.robot, calibrated), points.source)
     return calibrated
 

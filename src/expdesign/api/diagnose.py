@@ -1,7 +1,7 @@
 """`diagnose`: where and why the model and the recordings differ."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -32,6 +32,18 @@ from expdesign.report.page import Page
 from expdesign.robots.same_robot import require_same_robot
 
 NEXT_PLAN = "plan-next.csv"
+STAGES = (
+    "fitting the base model",
+    "preparing the library",
+    "all effects at once",
+    "looking for effect",
+    "checking on held-out recordings",
+    "weighing alternatives",
+    "preparing laws at ports",
+    "weighing laws at ports",
+    "looking for what may still be hidden",
+)
+"""How the sentences begin that `report` is called with, in their order; not every diagnosis has all of these stages."""
 
 
 def silent(text: str) -> None:
@@ -65,7 +77,10 @@ class Diagnosed(Result):
     @property
     def summary(self) -> str:
         """The verdict and what is there."""
-        return ", ".join([self.verdict, *(f"{each.physics} at {each.component}" for each in self.result.findings)])
+        ended = ["ended by hand"] if self.result.ended else []
+        return ", ".join(
+            [*ended, self.verdict, *(f"{each.physics} at {each.component}" for each in self.result.findings)]
+        )
 
     def as_model(self) -> Model:
         """The model with what was found."""
@@ -145,6 +160,7 @@ def diagnose(
     targets: Config | None = None,
     without: Collection[str] = (),
     other_robot: bool = False,
+    interruptible: bool = False,
     report: Callable[[str], None] = silent,
 ) -> Diagnosed:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -160,7 +176,8 @@ def diagnose(
         without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
             it is then taken for, and how well a law at a port stands in for it.
         other_robot: whether a configuration of another geometry than the robot's is meant.
-        report: called with a sentence on what is being done.
+        interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
+        report: called with a sentence on what is being done (`STAGES`).
 
     Raises:
         InputError: a file is missing or wrong.
@@ -172,7 +189,9 @@ def diagnose(
     machine = robot_of(robot)
     problem = None if targets is None else _problem_for(targets, machine, confirmed=other_robot)
     measured = referenced(complete_positions(recordings_of(recordings, machine)), shared_reference, problem)
-    result = diagnose_recordings(machine.robot, measured, without=frozenset(without), report=report)
+    result = diagnose_recordings(
+        machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=report
+    )
     names = measured.deviation_columns(machine.robot.coordinates)
     model = Model.from_fit(
         result.known,
@@ -185,13 +204,18 @@ def diagnose(
     )
     accepted = None if problem is None else accept_diagnosed(problem, result)
     hidden, accuracy = None, None
-    if problem is not None and result.verdict == "consistent":
+    if problem is not None and result.verdict == "consistent" and not result.ended:
         report("looking for what may still be hidden")
-        meir = meir_of_problem(problem)
-        assumptions = None if meir is None else meir.assumptions
-        hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
-        if accepted is not None:
-            accuracy = recorded_accuracy(problem, accepted.budget, hidden)
+        try:
+            meir = meir_of_problem(problem)
+            assumptions = None if meir is None else meir.assumptions
+            hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
+            if accepted is not None:
+                accuracy = recorded_accuracy(problem, accepted.budget, hidden)
+        except KeyboardInterrupt:
+            if not interruptible:
+                raise
+            result = replace(result, ended="looking for what may still be hidden")
     purpose = purpose_of("diagnose", robot, recordings)
     return Diagnosed(machine, result, model, series, hidden, accuracy, accepted, purpose=purpose)
 

@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
+from expdesign.api.diagnose import STAGES
 from expdesign.api.identify import recordings_of
 from expdesign.api.inputs import purpose_of, robot_of
-from expdesign.commands.console import note_unknown_columns, progress
+from expdesign.commands.console import note, note_unknown_columns, progress
 from expdesign.commands.writing import Force, require_folder
 
 GROUP = ("way", 6)
@@ -40,19 +41,19 @@ def command(
 ) -> None:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 
+    Ctrl-C ends it with the best model so far, a second Ctrl-C without.
+
     Example: expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
     require_folder(out, xd.Diagnosed, purpose_of("diagnose", robot, recordings), force=force)
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    steps = 0
     with progress("diagnosing") as bar:
 
         def report(text: str) -> None:
-            nonlocal steps
-            steps += 1
-            bar.update(steps, 0, text)
+            stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
+            bar.update(stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
 
         result = xd.diagnose(
             machine,
@@ -61,9 +62,12 @@ def command(
             shared_reference=shared_reference,
             targets=targets,
             other_robot=other_robot,
+            interruptible=True,
             report=report,
         )
     page = result.save(out, force=force)
+    if result.result.ended:
+        note("interrupted: the best model so far is written")
     for line in result.lines:
         print(line)
     print(page)

@@ -22,7 +22,7 @@ from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.probability import FITTING, MOST, TENTATIVE
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.selection import ACCEPTANCE, Model, Search
 from expdesign.diagnosis.stability import Stability, stability
 from expdesign.diagnosis.statement import Widening, statement, tested, widened, widening
 from expdesign.diagnosis.support_findings import support_findings
@@ -35,7 +35,7 @@ from expdesign.diagnosis.together import (
     group_findings,
     verdict_together,
 )
-from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
+from expdesign.diagnosis.verdict import HALVED, at_limits, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.identification.coverage import reading_deviations
 from expdesign.identification.fit import Fit
 from expdesign.identification.goodness import StatementOfFit
@@ -67,6 +67,7 @@ class Diagnosis:
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
         scatter: RMS of readings in blocks that were left out, by all effects at once; 0 where these are not the model.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
+        ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
     """
 
     robot: Robot
@@ -87,6 +88,7 @@ class Diagnosis:
     caveats: tuple[Remark, ...] = ()
     scatter: float = 0.0
     stability: Stability | None = None
+    ended: str = ""
 
     @property
     def refuted(self) -> bool:
@@ -120,6 +122,7 @@ def diagnose(
     recordings: Recordings,
     *,
     without: frozenset[str] = frozenset(),
+    interruptible: bool = False,
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Say where the base model and the recordings differ, which physics was left out, and whether adding it helps.
@@ -128,6 +131,7 @@ def diagnose(
         robot: the robot.
         recordings: what was measured.
         without: identifiers of physics that the library shall not offer.
+        interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         report: is told what is being done.
 
     Raises:
@@ -135,11 +139,41 @@ def diagnose(
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
-    frame = framed(robot, recordings, without=without, report=report)
+    doing = [""]
+
+    def told(text: str) -> None:
+        doing[0] = text
+        report(text)
+
+    frame = framed(robot, recordings, without=without, interruptible=interruptible, report=told)
+    if frame.ended:
+        return _so_far(frame, frame.ended)
+    try:
+        return _diagnosed(frame, told, outliers=OUTLIER not in without)
+    except KeyboardInterrupt:
+        if not interruptible:
+            raise
+        return _so_far(frame, doing[0])
+
+
+def _so_far(frame: Frame, doing: str) -> Diagnosis:
+    """The diagnosis with the best model that a search has fitted before it was ended."""
+    search = frame.search
+    possible = [model for model in search.models.values() if not at_limits(model)]
+    best = min(possible, key=lambda model: model.misfit, default=search.base)
+    if search.base.misfit - best.misfit < ACCEPTANCE:
+        best = search.base
+    errors = _held_out(search, frame.base, best.fit, frame.judged, best.outliers)
+    result = _with_verdict(frame, _Named(best, errors, Nameable(best, "", ())))
+    return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
+
+
+def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -> Diagnosis:
+    """The diagnosis of a frame; `outliers` says whether rows may be set aside as single mistakes."""
     at_once = _at_once(frame)
     if at_once is not None and at_once.alone:
         return at_once.diagnosis
-    named = _named(frame, outliers=OUTLIER not in without)
+    named = _named(frame, outliers=outliers)
     if at_once is not None and at_once.beats(named.model):
         return at_once.diagnosis
     report("weighing alternatives")

@@ -14,7 +14,7 @@ from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.many import Many
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Search
-from expdesign.diagnosis.together import Method, together
+from expdesign.diagnosis.together import ONE_AT_A_TIME, Method, together
 from expdesign.errors import InputError
 from expdesign.identification.estimability import require_regular_rows
 from expdesign.identification.fit import Data, Fit, fit
@@ -39,6 +39,7 @@ class Frame:
         search: for it.
         many: all effects at once, where the recordings call for that.
         method: the way of working that they call for.
+        ended: what was being done when somebody ended it; empty otherwise.
     """
 
     robot: Robot
@@ -51,6 +52,7 @@ class Frame:
     search: Search
     many: Many | None
     method: Method
+    ended: str = ""
 
 
 def framed(
@@ -58,6 +60,7 @@ def framed(
     recordings: Recordings,
     *,
     without: frozenset[str],
+    interruptible: bool,
     report: Callable[[str], None],
 ) -> Frame:
     """The frame of a diagnosis; for arguments and what is raised see `diagnose`."""
@@ -76,10 +79,17 @@ def framed(
     report("preparing the library")
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    many, method = together(robot, sample, base, entries, report)
+    ended = ""
+    try:
+        many, method = together(robot, sample, base, entries, report)
+    except KeyboardInterrupt:
+        if not interruptible:
+            raise
+        ended = "all effects at once"
+        many, method = None, Method(ONE_AT_A_TIME, "all effects at once were not finished")
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, search, many, method)
+    return Frame(robot, recordings, noise, kind, base, judged, entries, search, many, method, ended)
 
 
 def _sampler(robot: Robot, recordings: Recordings) -> Callable[[FloatArray], Sample]:

@@ -51,6 +51,13 @@ class Calibrated:
                 ranges[name] = low, float(known.max())
         return cls(ranges)
 
+    def including(self, other: "Calibrated | None") -> "Calibrated":
+        """The ranges that hold both, of what both know."""
+        if other is None:
+            return self
+        both = {name: (*own, *other.ranges[name]) for name, own in self.ranges.items() if name in other.ranges}
+        return Calibrated({name: (min(values), max(values)) for name, values in both.items()})
+
     def beyond(self, points: LoadedPoints, robot: Robot) -> list[tuple[Beyond, ...]]:
         """What lies outside the ranges at every point, in the order of the points.
 

@@ -20,6 +20,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
     stable = diagnosis.stability
     return {
         "verdict": diagnosis.verdict,
+        **({"ended": diagnosis.ended} if diagnosis.ended else {}),
         "method": {"name": diagnosis.method.name, "reason": diagnosis.method.reason},
         "tests": {
             "chi2": diagnosis.before.chi2,

@@ -35,7 +35,7 @@ def terminal_lines(result: Diagnosis, hidden: str | None, accepted: Decision | N
         hidden: what may still be hidden at the targets.
         accepted: of the targets, with the model that was found.
     """
-    lines = [f"Verdict: {result.verdict}."]
+    lines = [*ended_sentences(result), f"Verdict: {result.verdict}."]
     if result.verdict == "unexplained":
         lines += [mismatch(result), next_recording(result)]
     lines += [
@@ -50,9 +50,19 @@ def terminal_lines(result: Diagnosis, hidden: str | None, accepted: Decision | N
     return lines + ([MEASURE_NEXT] if result.rival is not None else [])
 
 
+def ended_sentences(result: Diagnosis) -> list[str]:
+    """That somebody ended the diagnosis before it was finished."""
+    if not result.ended:
+        return []
+    return [
+        f"Ended by hand during this step: {result.ended}. This is the best model so far; "
+        "what a finished diagnosis would find is open."
+    ]
+
+
 def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
     """What the page says first: what may be hidden where nothing is missing, the verdict, and the findings."""
-    texts = [] if hidden is None else [hidden]
+    texts = ended_sentences(result) + ([] if hidden is None else [hidden])
     texts.append(VERDICTS[result.verdict])
     texts += [_finding(one) for one in result.findings]
     if result.verdict != "consistent":

@@ -44,10 +44,10 @@ def stiffness_table(result: Diagnosis) -> DataTable:
 
 def stiffness_lines(result: Diagnosis) -> list[str]:
     """The same for a terminal."""
-    unit = unit_of_stiffness(result.robot)
-    frame = stiffness_frame(result)
+    units = ["N/m" if unit == "m" else "N*m/rad" for unit in result.robot.units]
+    frame = stiffness_frame(result)[["actuator", "stiffness", "low", "high"]]
     return [
         f"{name}: {value:.4g} {unit} (95 %: {low:.4g} to {high:.4g})" if np.isfinite([low, high]).all() and low > 0.0
-        else f"{name}: {value:.4g} {unit} (not determined by these recordings)"
-        for name, value, low, high in frame[["actuator", "stiffness", "low", "high"]].itertuples(index=False, name=None)
+        else f"{name}: not determined by these recordings"
+        for unit, (name, value, low, high) in zip(units, frame.itertuples(index=False, name=None), strict=True)
     ]  # fmt: skip

@@ -103,6 +103,11 @@ def _readings_needed(result: Verification) -> list[str]:
     count = result.readings_needed
     if result.verdict == "pass":
         return [f"{words.sentence(words.count(count or 0, 'independent reading'))} of every target proved it."]
+    if count is None and result.verdict == "not proven":
+        return [
+            "How many readings would prove conformity cannot be said yet: of an axis the mean error is beyond the "
+            "tolerance, though by less than its uncertainty, or its uncertainty is not known. Take more readings."
+        ]
     if count is None:
         return ["No number of readings would prove conformity with the mean errors as they are."]
     readings = words.count(count, "independent reading")
