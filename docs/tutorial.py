@@ -1,5 +1,7 @@
 """Do what docs/tutorial.md says, in an empty folder: `python docs/tutorial.py` puts the outputs into the page.
 
+`python docs/tutorial.py walk` does so with docs/walk.md.
+
 The page's files (blocks with a title) are written, its commands (lines that begin with `$`) are executed one after the
 other, and what they print is what stands below them. Lines of progress are left out.
 """
@@ -93,5 +95,6 @@ def rewritten(text: str, folder: Path) -> str:
 
 
 if __name__ == "__main__":
+    page = PAGE.with_stem(sys.argv[1]) if len(sys.argv) > 1 else PAGE
     with tempfile.TemporaryDirectory() as scratch:
-        PAGE.write_text(rewritten(PAGE.read_text(encoding="utf-8"), Path(scratch)), encoding="utf-8")
+        page.write_text(rewritten(page.read_text(encoding="utf-8"), Path(scratch)), encoding="utf-8")

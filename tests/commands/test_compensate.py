@@ -10,6 +10,7 @@ import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file
 
 import expdesign as xd
+from expdesign.api.inputs import problem_of
 from expdesign.api.targets import targets_table
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
@@ -156,7 +157,7 @@ def test_springs_are_calibrated_wherever_the_configuration_measures_and_added_ph
 ) -> None:
     """The plan stays within x ± 10 mm, the configuration within ± 30 mm, and its targets are at ± 20 mm."""
     model = read_model(model_file(tmp_path))
-    own, alone = (xd.compensate(model, given).frame for given in (CONFIG, targets_table(xd.load(CONFIG)).frame))
+    own, alone = (xd.compensate(model, given).frame for given in (CONFIG, targets_table(problem_of(CONFIG)).frame))
     assert own["beyond_calibration"].isna().all()
     assert alone["beyond_calibration"].str.startswith("x_m").all()
     play = LegBacklash.from_text(model.chain.robot, "leg 1", "middle")

@@ -1,14 +1,18 @@
 """From a robot given by radii and a tracker's list of points to a certificate, by the commands alone."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.commands.calls import call
+from tests.commands.calls import ROOT, call
+from tests.docs.test_tutorial import loaded
 
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+LIMITS = (ROOT / "docs" / "limits.md").read_text(encoding="utf-8")
 POINTS = np.array([[0.25, 0.0, 0.02], [-0.15, 0.2, 0.02], [-0.15, -0.2, 0.02], [0.0, 0.0, 0.12]])
 POSE = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 NOISE = 3e-6
@@ -107,3 +111,20 @@ def test_from_radii_and_a_list_of_points_to_a_certificate(
         found = json.loads(Path("verified/verification.json").read_text(encoding="utf-8"))
         assert (found["verdict"], found["model_test"]["consistent"]) == (verdict, consistent)
         assert "Certificate of verification" in Path("verified/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_page_shows_what_its_commands_print(tmp_path: Path) -> None:
+    """To the word, and its figures to a twentieth: another linear algebra leads to another optimum."""
+    tutorial = loaded("tutorial")
+    page = tutorial.PAGE.with_stem("walk").read_text(encoding="utf-8")
+    steps = list(tutorial.follow(page, tmp_path))
+    assert len(steps) == 12
+    for step in steps:
+        assert NUMBER.sub("#", step.printed) == NUMBER.sub("#", step.shown), step.command
+        printed, shown = (np.array(NUMBER.findall(text), dtype=float) for text in (step.printed, step.shown))
+        np.testing.assert_allclose(printed, shown, rtol=0.05, err_msg=step.command)
+    low, high = (1e6 * float(text) for text in re.findall(r"pages of ([\d.]+) to ([\d.]+) MB", LIMITS)[0])
+    sizes = [(tmp_path / name / "report.html").stat().st_size for name in ("planned", "identified", "diagnosed")]
+    assert low <= min(sizes)
+    assert max(sizes) <= high
