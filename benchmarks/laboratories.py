@@ -187,8 +187,12 @@ def page(found: list[Laboratory], command: str, seconds: float) -> str:
         "| physics | decided by | pass | fail | not decided or not proven | passes that fail, of all | of passes |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]  # fmt: skip
-    for name, group in (("none hidden", [x for x in found if not x.hidden]),
-                        ("one hidden", [x for x in found if x.hidden])):  # fmt: skip
+    groups = {
+        "none hidden": [x for x in found if not x.hidden],
+        "one hidden": [x for x in found if x.hidden],
+        "all": found,
+    }
+    for name, group in groups.items():
         for way, decision, error in (
             ("`identify`", "identified", "identified_error"),
             ("`diagnose`", "diagnosed", "diagnosed_error"),
@@ -202,7 +206,11 @@ def page(found: list[Laboratory], command: str, seconds: float) -> str:
                 f"| {name} | {way} | {len(passes)} | {fails} | {len(done) - len(passes) - fails} | "
                 f"{share(wrong, len(done))} | {share(wrong, len(passes))} |"
             )
-    lines += ["", f"Stated: at most {100.0 * RISK:.2f} % of all."]
+    lines += [
+        "",
+        f"Stated: at most {100.0 * RISK:.2f} % of all, if the model is right. `diagnose` says beside a pass what "
+        "physics that the recordings do not show could cost at the targets.",
+    ]
     bad = [x for x in found if "pass" in (x.diagnosed, x.verified) and x.diagnosed_error > 1.0]
     if bad:
         lines += ["", "Robots that fail and passed with the model of `diagnose`, or its check readings:", ""]
