@@ -25,6 +25,10 @@ class Actuators(Port):
     def components_of_motion(self) -> int:
         return len(self.robot.stiffness)
 
+    @property
+    def outputs(self) -> Sequence[str]:
+        return self.robot.actuators
+
     def actuator(self, elongation: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return elongation + extra
 
