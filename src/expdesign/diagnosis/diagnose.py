@@ -333,7 +333,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
     changed = replace(result, laws=laws)
     errors = _held_out(search, base, laws.fit, judged, found.aside) if found.wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
-    if found.wins and errors.test_after <= errors.test_before:
+    if found.wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
         model = Model(named, found.aside, laws.fit, float("nan"))
         changed = replace(
@@ -379,7 +379,7 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
 def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
     base = search.base
-    if errors.test_after <= HALVED * errors.test_before and not _guarded(search, model, base.fit):
+    if errors.remains <= HALVED and not errors.refuted and not _guarded(search, model, base.fit):
         return model, errors
     return base, _held_out(search, base.fit, base.fit, test, base.outliers)
 

@@ -12,7 +12,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.blocks import blocks_of
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
@@ -168,9 +168,7 @@ def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool)
         sample: rows that count.
         known_noise: whether the noise is stated.
     """
-    axes = len(sample.recordings.axes)
-    kept = np.repeat(sample.counts, axes)
-    blocks = np.repeat(measured_of(sample, known_noise=known_noise).blocks, axes)[kept]
+    kept, blocks = np.repeat(sample.counts, len(sample.recordings.axes)), readings_of(blocks_of(sample), sample)
     start = fit(base.chain, sample)
     before, after = (base_alone(each, sample, kept).left_out(blocks) for each in (start, fitted))
     return LeftOut(before, after, blocks)
@@ -213,7 +211,7 @@ def sought_laws(
                 scales[len(dictionary.atoms)] = known[1]
                 dictionary.atoms.append(known[0])
     present = base_alone(base, sample, kept)
-    blocks = np.repeat(measured.blocks, len(sample.recordings.axes))[kept]
+    blocks = readings_of(measured.blocks, sample)
     search = LawSearch(dictionary, present, blocks)
     report("weighing laws at ports")
     chosen = search.run()

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from expdesign.arrays import FloatArray, IntArray, as_matrix
+from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import Score, reduced_score
@@ -59,20 +60,12 @@ class _Option:
         return self.columns[start]
 
 
-def tenths(sample: Sample) -> IntArray:
-    """The tenth of every row: series together where there are enough, else consecutive rows; shape (N,)."""
-    series = np.unique(sample.rows.series, return_inverse=True)[1]
-    if series.max() + 1 >= REFITS:
-        return np.asarray(series * REFITS // (series.max() + 1), dtype=np.int64)
-    return np.arange(len(series)) * REFITS // len(series)
-
-
 def stability(search: Search, model: Model) -> Stability | None:
     """Shares of the refits that name the effects of a model; None where it has none, or a tenth holds no row."""
     if not model.candidates:
         return None
     sample = search.sample.restricted(~model.outliers)
-    blocks = tenths(sample)
+    blocks = blocks_of(sample, REFITS)
     if len(np.unique(blocks[sample.counts])) < REFITS:
         return None
     problem = _Problem(search, model, sample, blocks)

@@ -12,7 +12,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
-from expdesign.diagnosis.blocks import blocks_of
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.dispersion import ALIKE, dispersion
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.sample import Sample
@@ -74,9 +74,8 @@ class Support(AtOnce):
 
     def beats(self, named: Fit, sample: Sample) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
-        axes = len(sample.recordings.axes)
-        kept = np.repeat(sample.counts, axes)
-        errors = base_alone(named, sample, kept).left_out(np.repeat(blocks_of(sample), axes)[kept])
+        kept = np.repeat(sample.counts, len(sample.recordings.axes))
+        errors = base_alone(named, sample, kept).left_out(readings_of(blocks_of(sample), sample))
         return self.after < _WINS * float(np.sqrt((errors**2).mean()))
 
 
@@ -95,7 +94,7 @@ def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
     atoms = _one_guide(dictionary.atoms, present)
     if not atoms:
         return None
-    blocks = np.repeat(blocks_of(sample), len(sample.recordings.axes))[kept]
+    blocks = readings_of(blocks_of(sample), sample)
     slopes = np.hstack([atom.directions for atom in atoms])
     forms = list(dict.fromkeys(_form(atom) for atom in atoms))
     group = np.concatenate([np.full(atom.width, forms.index(_form(atom))) for atom in atoms])

@@ -71,7 +71,9 @@ def together(
 def errors_together(many: AtOnce, base: Fit, sample: Sample, test: BoolArray, *, known_noise: bool) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
     if test.any():
-        return held_out(base, many.fit, sample, test, many.aside, known_noise=known_noise, scatter=many.after)
+        return held_out(
+            base, many.fit, sample, test, many.aside, known_noise=known_noise, scatter=many.after, later=False
+        )
     train = [float(np.sqrt((f.residuals**2).sum() / sample.readings)) for f in (base, many.fit)]
     surprise = many.after / max(many.noise, 1.0)
     return HeldOut(train[0], train[1], many.before, many.after, surprise, "blocks left out, the groups as they are")

@@ -15,6 +15,7 @@ from expdesign.symbolic import BatchFunction
 
 _STATES = {"stop": 2, "lag": 2, "latched": 3}
 """Quantities with memory, and how many states each carries: the force of the row before is one of them."""
+_TIMES = ("clock", "elapsed", "started")
 _LEAST_OVERLAP = 1e-3
 """m, rad; a guide is not drawn out farther."""
 
@@ -38,6 +39,11 @@ class Quantity:
     def states(self) -> int:
         """States carried from row to row of a series."""
         return _STATES.get(self.kind, 0)
+
+    @property
+    def is_time(self) -> bool:
+        """Whether it goes on, so that what is known of it ends with the last row."""
+        return self.kind in _TIMES
 
     def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.
