@@ -103,7 +103,7 @@ def test_beyond_the_range_of_its_inputs_a_law_fades_and_says_so() -> None:
 
 
 def test_a_drift_stays_at_its_last_value_and_grows_less_certain() -> None:
-    """Beyond the last row it is what it was there; after as long again its prediction is unsure by its own size."""
+    """Soon after the last row it is what it was there; after as long again its prediction is unsure by its own size."""
     here, end, size = robot(BIPOD), 100.0, 2e-6
     basis = basis_of("wiener", np.array([end]), np.linspace(0.0, end, 21)[:, None], 12)
     assert basis is not None
@@ -114,7 +114,7 @@ def test_a_drift_stays_at_its_last_value_and_grows_less_certain() -> None:
     (clock,) = (i for i, name in enumerate(_names(chain)) if name == "clock")
     values = np.concatenate([np.ones(2), np.random.default_rng(0).standard_normal(basis.rank) * size, [0.0]])
     seen, slopes = [], []
-    for time in (0.5 * end, end, 2.0 * end, 5.0 * end):
+    for time in (0.5 * end, 1.1 * end, 2.0 * end, 5.0 * end):
         numbers = rows.values.copy()
         numbers[:, clock] = time
         moved = type(rows)(numbers, rows.series, rows.position)
@@ -124,7 +124,7 @@ def test_a_drift_stays_at_its_last_value_and_grows_less_certain() -> None:
     assert np.abs(seen[1] - seen[0]).max() > 1e-7
     for later in seen[2:]:
         np.testing.assert_allclose(later, seen[1], rtol=0.0, atol=1e-15)
-    assert max(slopes[:2]) < 1e-6
+    assert slopes[0] < 1e-6
     assert slopes[3] / slopes[2] == pytest.approx(2.0, rel=1e-6)
 
 

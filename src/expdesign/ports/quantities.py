@@ -15,7 +15,7 @@ from expdesign.symbolic import BatchFunction
 
 _STATES = {"stop": 2, "lag": 2, "latched": 3}
 """Quantities with memory, and how many states each carries: the force of the row before is one of them."""
-_TIMES = ("clock", "elapsed", "started")
+_DRIFTS = ("clock", "elapsed", "started", "temperature", "warmth")
 _LEAST_OVERLAP = 1e-3
 """m, rad; a guide is not drawn out farther."""
 
@@ -41,9 +41,9 @@ class Quantity:
         return _STATES.get(self.kind, 0)
 
     @property
-    def is_time(self) -> bool:
-        """Whether it goes on, so that what is known of it ends with the last row."""
-        return self.kind in _TIMES
+    def drifts(self) -> bool:
+        """Whether it goes on changing beyond what was recorded, as time and temperature do."""
+        return self.kind in _DRIFTS
 
     def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.
@@ -140,6 +140,8 @@ _VALUES = {
     "elapsed": lambda row, robot: row.elapsed,
     "started": lambda row, robot: row.clock - row.elapsed,
     "warming": lambda row, robot: row.warming,
+    "temperature": lambda row, robot: row.warmth + row.warming,
+    "warmth": lambda row, robot: row.warmth,
     "loaded": lambda row, robot: ca.SX(row.payload),
     "gravity": lambda row, robot: row.gravity,
     "carried": lambda row, robot: _carried(row),

@@ -47,7 +47,7 @@ _USUAL = {
 }
 _UNITS = {
     "effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "started": "s",
-    "settling": "", "warming": "K",
+    "settling": "", "warming": "K", "temperature": "degC", "warmth": "degC",
 }  # fmt: skip
 
 
@@ -77,6 +77,8 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "elapsed": "the time since the series' first row",
         "started": "the time of the series' first row",
         "warming": "the warming",
+        "temperature": "the temperature",
+        "warmth": "the temperature of the series' first row",
         "deflection": f"the deflection along {robot.coordinates.deflection[index % robot.coordinates.n]}",
         "carried": f"{robot.coordinates.wrench[index % robot.coordinates.n]} along the platform's axes",
         "latched": "the direction of the last force that was large enough",
@@ -124,6 +126,7 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "elapsed": "time_in_series",
         "started": "time",
         "warming": "temperature_change",
+        "warmth": "temperature",
         "deflection": f"deflection_{robot.coordinates.deflection[index % robot.coordinates.n]}",
         "carried": f"{wrench[index % len(wrench)]}_along_platform",
         "latched": "force_history",
