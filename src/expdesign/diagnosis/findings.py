@@ -16,6 +16,8 @@ from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
 
+LISTED = 0.03
+"""Share of the excess of χ² below which what an effect or a law takes away is no finding: it only predicts."""
 _NOTEWORTHY = 1.5
 """Dispersion below which the residuals are taken for independent noise as stated."""
 _NORMAL_95 = 1.959963984540054
@@ -67,6 +69,9 @@ def findings(
     inflation = 1.0
     if spread is not None and spread.inflation > _NOTEWORTHY:
         scale = inflation = spread.inflation
+    rows = search.sample.restricted(~model.outliers)
+    base = search.base.fit.residuals[rows.counts]
+    excess = max(float((base**2).sum()) - (rows.readings - search.base.fit.rank) * scale, 1e-9)
     for index, candidate in enumerate(model.candidates):
         without = search.without(model, index)
         stands = standing(model, index, without, alternatives[index], inflation)
@@ -84,9 +89,9 @@ def findings(
             gain=None if held is None else held[index],
             share=None if stable is None else stable.shares[index],
         )
-        found.append((without.misfit - model.misfit, finding))
+        found.append(((without.fit.chi2 - model.fit.chi2) / excess, finding))
     found.sort(key=lambda item: -item[0])
-    result = [finding for _, finding in found]
+    result = [finding for share, finding in found if share >= LISTED] or [finding for _, finding in found[:1]]
     if model.outliers.any():
         gain = search.including(model).misfit - model.misfit
         probability = MOST / (1.0 + float(np.exp(-0.5 * gain / TEMPERATURE)))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.diagnosis.findings import Finding, reported
+from expdesign.diagnosis.findings import LISTED, Finding, reported
 from expdesign.diagnosis.laws import Laws, Part
 from expdesign.diagnosis.probability import NAMED_BESIDE_LAWS
 from expdesign.ports.curve import Curve
@@ -13,10 +13,9 @@ from expdesign.ports.location import OPEN
 from expdesign.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.robots.robot import Robot
 
-LISTED = 0.03
-"""Share of the excess of χ² below which what a law or an effect takes away is no explanation to tell people."""
 BESIDE_A_LAW_THERE = 0.5
-"""The same where a law of the same component was needed: physics of that component has a form that has no name."""
+"""Factor on the probability of a named effect where a law of the same component was needed as well: physics of that
+component has a form that has no name."""
 
 
 @dataclass(frozen=True)

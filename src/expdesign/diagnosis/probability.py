@@ -55,7 +55,8 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     chosen = model.candidates[index].effect
     others = {m.keys: m for m in (without, *alternatives) if m.keys != model.keys}
     misfits = np.array([model.misfit, *(m.misfit for m in others.values())])
-    weights = np.exp(-0.5 * (misfits - misfits.min()) / (TEMPERATURE * inflation))
+    # What held-out rows passed over, however small its misfit, is at most as likely as what they chose.
+    weights = np.exp(-0.5 * np.maximum(misfits - model.misfit, 0.0) / (TEMPERATURE * inflation))
     same = [True]
     rivals: dict[str, float] = {}
     nearest: Model | None = None
