@@ -14,7 +14,6 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.law_findings import LawFinding, sentence
-from expdesign.diagnosis.laws import sought_laws
 from expdesign.diagnosis.library import library
 from expdesign.errors import InputError
 from expdesign.ports.features import basis_of
@@ -182,12 +181,3 @@ def test_every_effort_of_a_memory_has_a_name() -> None:
     count = len(here.stiffness) + 2 * here.coordinates.n
     names = [quantity_name(Quantity("stop", index, (1.0,)), here) for index in range(count)]
     assert len(set(names)) == count
-
-
-def test_laws_are_believed_only_where_they_explain_more_than_named_physics_that_fits() -> None:
-    result = found()
-    laws, sample = result.laws, result.search.sample
-    assert laws is not None
-    for worth, expected in ((laws.gain - 1.0, True), (laws.gain + 1.0, False)):
-        again = sought_laws(result.robot, sample, result.base, result.search.library, known_noise=True, worth=worth)
-        assert (again is not None) is expected

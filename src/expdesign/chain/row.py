@@ -133,7 +133,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     order = np.lexsort((position, series))
     previous[order[1:]] = order[:-1]
     previous = np.where(later, previous, np.arange(count))
-    temperature = np.zeros((count, max(n_p, 1)))
+    temperature: FloatArray = np.zeros((count, max(n_p, 1)))
     if points.leg_temperature is not None and n_p:
         temperature = points.leg_temperature
     elif points.temperature is not None:

@@ -14,7 +14,7 @@ from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import CONTESTED, Laws, laws_beside, left_out_alone
+from expdesign.diagnosis.laws import Laws, left_out_alone, sought_laws, without_mistakes
 from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
@@ -37,7 +37,7 @@ from expdesign.diagnosis.together import (
 )
 from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.identification.coverage import reading_deviations
-from expdesign.identification.fit import Fit
+from expdesign.identification.fit import Fit, fit
 from expdesign.identification.goodness import StatementOfFit
 from expdesign.identification.noise_level import NoiseLevel
 from expdesign.recordings.recordings import Recordings
@@ -316,26 +316,26 @@ def _guarded(search: Search, model: Model, base: Fit) -> str:
 
 
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
-    """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
-    search, base = result.search, result.base
-    rival = result.predictive if result.predictive.candidates else search.base
-    explained = result.verdict == "explained"
-    worth = 0.5 * (search.base.misfit - result.model.misfit) + CONTESTED if explained else 0.0
-    found = laws_beside(
-        search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report, worth=worth
+    """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them."""
+    search, base, known_noise = result.search, result.base, result.noise.known
+    aside = without_mistakes(search.sample, result.model.outliers)
+    sample = search.sample.restricted(~aside)
+    start = fit(base.chain, sample) if aside.any() else base
+    laws = sought_laws(
+        result.robot, sample, start, search.library, known_noise=known_noise, named=result.model, report=report
     )
-    if explained and not found.wins:
+    wins = laws is not None and laws.predicts
+    if result.verdict == "explained" and not wins:
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
-    if found.laws is None:
+    if laws is None:
         return result
-    laws = found.laws
     changed = replace(result, laws=laws)
-    errors = _held_out(search, base, laws.fit, judged, found.aside) if found.wins else result.errors
+    errors = _held_out(search, base, laws.fit, judged, aside) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
-    if found.wins and not errors.refuted:
+    if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
-        model = Model(named, found.aside, laws.fit, float("nan"))
+        model = Model(named, aside, laws.fit, float("nan"))
         changed = replace(
             changed,
             model=model,
@@ -343,7 +343,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
             errors=errors,
             findings=law_findings(laws, result.robot, 1.0),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            after=statement(laws.fit, search.sample.restricted(~found.aside), result.noise),
+            after=statement(laws.fit, search.sample.restricted(~aside), result.noise),
             verdict=verdict_with(laws, errors),
             stability=None,
         )
