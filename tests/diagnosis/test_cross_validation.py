@@ -8,7 +8,8 @@ from tests.chain.bodies import BODY, recordings
 
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import _blocks
-from expdesign.diagnosis.cross_validation import SEVERAL, blocks_of, last_part, readings_of
+from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_of
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Data
 from expdesign.identification.whitening import Whitening
@@ -29,7 +30,7 @@ def test_no_series_and_no_station_is_divided() -> None:
     for chosen, groups in ((sample(60, 12), 12), (sample(60, 2, 6), 6)):
         assert len(np.unique(blocks_of(chosen))) == groups
         whole = np.arange(60) * groups // 60
-        for most in (SEVERAL, 6):
+        for most in (OPTIONS.groups, 6):
             blocks = blocks_of(chosen, most)
             assert len(np.unique(blocks)) == most
             assert all(len(np.unique(blocks[whole == group])) == 1 for group in range(groups))

@@ -12,18 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.diagnosis.cross_validation import SEVERAL, blocks_of
+from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.identification.fit import Fit
 from expdesign.ports.guard import LEVEL, LeftOut
-
-BLOCKS = 12
-"""Blocks into which held-out rows are divided, at least `_SHORTEST` rows each."""
-_SHORTEST = 4
-_BETTER = 0.98
-"""Factor on the held-out error that a further effect has to go for, once a model is pruned."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
             if hierarchical(other.effects)
         ]
         best = min(trials, key=lambda trial: trial[0].remains)
-        if not errors.refuted and best[0].remains > _BETTER * errors.remains:
+        if not errors.refuted and best[0].remains > OPTIONS.better * errors.remains:
             break
         gone = next(iter(set(model.keys) - set(best[1].keys)))
         errors, model = best
@@ -106,8 +101,8 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
 
 def _blocks(sample: Sample) -> IntArray | None:
     """Block of every row that counts; None where there are too few."""
-    most = min(BLOCKS, int(sample.counts.sum()) // _SHORTEST)
-    return blocks_of(sample, most)[sample.counts] if most >= SEVERAL else None
+    most = min(OPTIONS.refits, int(sample.counts.sum()) // OPTIONS.shortest_block)
+    return blocks_of(sample, most)[sample.counts] if most >= OPTIONS.groups else None
 
 
 def _errors(fitted: Fit, sample: Sample) -> FloatArray:

@@ -4,12 +4,11 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 
 STATION = "station"
 """Column of recordings that numbers groups of rows which were measured together (file-formats.md, Recordings)."""
-SEVERAL = 5
-"""Groups from which they are left out as wholes."""
 
 
 def blocks_of(sample: Sample, most: int | None = None) -> IntArray:
@@ -21,7 +20,7 @@ def blocks_of(sample: Sample, most: int | None = None) -> IntArray:
         sample: the rows that count; the others belong to some block as well.
         most: how many blocks there are, each of several groups; one for every group if left out.
     """
-    fewest = SEVERAL if most is None else most
+    fewest = OPTIONS.groups if most is None else most
     for groups in (_stations(sample), sample.rows.series):
         if groups is not None and len(np.unique(groups[sample.counts])) >= fewest:
             ranks = np.unique(groups, return_inverse=True)[1].astype(np.int64)

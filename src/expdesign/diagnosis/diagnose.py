@@ -9,7 +9,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
-from expdesign.diagnosis.dispersion import ALIKE, dispersion
+from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
@@ -19,23 +19,16 @@ from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
-from expdesign.diagnosis.probability import FITTING, MOST, TENTATIVE
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability, stability
 from expdesign.diagnosis.statement import Widening, statement, tested, widened, widening
 from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws
-from expdesign.diagnosis.together import (
-    LAWS,
-    TOGETHER,
-    Method,
-    errors_together,
-    group_findings,
-    verdict_together,
-)
-from expdesign.diagnosis.verdict import HALVED, doubt, fits, verdict_with, verdict_without, within_noise
+from expdesign.diagnosis.together import LAWS, TOGETHER, Method, errors_together, group_findings, verdict_together
+from expdesign.diagnosis.verdict import doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.identification.coverage import reading_deviations
 from expdesign.identification.fit import Fit, fit
 from expdesign.identification.goodness import StatementOfFit
@@ -228,7 +221,7 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     found = findings(search, model, gains(search, model, frame.judged), spread, stable)
     if result.verdict == "unexplained":
         before, after = tested(frame.base, search.sample), tested(model.fit, kept)
-        found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
+        found = _doubted(found, OPTIONS.fitting if fits(before, after) else OPTIONS.tentative)
     return replace(result, findings=found, stability=stable)
 
 
@@ -288,7 +281,7 @@ def _of_all(frame: Frame, at_once: AtOnce, found: tuple[Finding, ...], errors: H
         before=statement(base, search.sample, frame.noise),
         after=statement(fitted, sample, frame.noise),
         location=locate(base, sample, frame.robot, frame.entries, variance),
-        findings=(*found, *set_aside(search.sample, at_once.aside, MOST)),
+        findings=(*found, *set_aside(search.sample, at_once.aside, OPTIONS.most)),
         errors=errors,
         search=search,
         laws=None,
@@ -368,7 +361,7 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
     model, errors = pruned(search, model, base, test)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     kept = sample.restricted(~model.outliers)
-    alike = dispersion(model.fit.residuals, kept).correlation > ALIKE
+    alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.alike
     trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
         model = confirmed(search, model, test)
@@ -379,7 +372,7 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
 def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
     base = search.base
-    if errors.remains <= HALVED and not errors.refuted and not _guarded(search, model, base.fit):
+    if errors.remains <= OPTIONS.halved and not errors.refuted and not _guarded(search, model, base.fit):
         return model, errors
     return base, _held_out(search, base.fit, base.fit, test, base.outliers)
 

@@ -10,16 +10,13 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.confirmation import Gain
 from expdesign.diagnosis.dispersion import Dispersion
-from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.probability import standing
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
 
-LISTED = 0.03
-"""Share of the excess of χ² below which what an effect or a law takes away is no finding: it only predicts."""
-_NOTEWORTHY = 1.5
-"""Dispersion below which the residuals are taken for independent noise as stated."""
 _NORMAL_95 = 1.959963984540054
 _UNBOUNDED = 1e300
 
@@ -67,7 +64,7 @@ def findings(
     if not search.known_noise:
         scale = model.fit.chi2 / max(search.sample.readings - model.fit.rank, 1)
     inflation = 1.0
-    if spread is not None and spread.inflation > _NOTEWORTHY:
+    if spread is not None and spread.inflation > OPTIONS.noteworthy:
         scale = inflation = spread.inflation
     rows = search.sample.restricted(~model.outliers)
     base = search.base.fit.residuals[rows.counts]
@@ -91,10 +88,10 @@ def findings(
         )
         found.append(((without.fit.chi2 - model.fit.chi2) / excess, finding))
     found.sort(key=lambda item: -item[0])
-    result = [finding for share, finding in found if share >= LISTED] or [finding for _, finding in found[:1]]
+    result = [finding for share, finding in found if share >= OPTIONS.listed] or [finding for _, finding in found[:1]]
     if model.outliers.any():
         gain = search.including(model).misfit - model.misfit
-        probability = MOST / (1.0 + float(np.exp(-0.5 * gain / TEMPERATURE)))
+        probability = OPTIONS.most / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
         result += set_aside(search.sample, model.outliers, probability)
     return tuple(result)
 

@@ -6,16 +6,11 @@ import numpy as np
 
 from expdesign.arrays import BoolArray
 from expdesign.diagnosis.cross_validation import blocks_of, last_part
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.statement import widened, widening
 from expdesign.identification.coverage import HeldOutRows
 from expdesign.identification.fit import Fit, fit
-
-FOLDS = 5
-LATER = 1.1
-"""Factor by which a model may predict the last rows worse than the base model: so few say little."""
-_ENOUGH = 1e-2
-"""Fall of χ² in one step below which a refit has settled: errors of left-out rows show no less."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +43,7 @@ class HeldOut:
     @property
     def refuted(self) -> bool:
         """Whether the base model predicts rows that were not fitted better, or clearly better those that come later."""
-        return self.test_after > self.test_before or self.later_after > LATER * self.later_before
+        return self.test_after > self.test_before or self.later_after > OPTIONS.later * self.later_before
 
     @property
     def remains(self) -> float:
@@ -97,7 +92,7 @@ def held_out(
             *within_intervals(model, sample.restricted(kept), test, known_noise=known_noise, scatter=scatter)
         )
         return HeldOut(train_before, train_after, before, after, surprise, how, share, *errors)
-    folds = blocks_of(sample, FOLDS)
+    folds = blocks_of(sample, OPTIONS.groups)
     squares, within = np.zeros(3), np.zeros(2)
     count = 0
     for fold in range(int(folds.max()) + 1):
@@ -112,18 +107,18 @@ def held_out(
         squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         count += int(left_out.sum())
     before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
-    how = f"cross-validation in {FOLDS} blocks of series"
+    how = f"cross-validation in {OPTIONS.groups} blocks of series"
     return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within), *errors)
 
 
 def _refitted(original: Fit, sample: Sample) -> Fit:
     start = original.values if original.chain.effects else None
-    return fit(original.chain, sample, start, enough=_ENOUGH)
+    return fit(original.chain, sample, start, enough=OPTIONS.settled)
 
 
 def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[float, float]:
     """Errors of both on the last fifth, predicted from the rows before it."""
-    last, first = last_part(sample.restricted(kept), FOLDS)
+    last, first = last_part(sample.restricted(kept), OPTIONS.groups)
     if not (last.any() and first.any()):
         return float("nan"), float("nan")
     before = Sample.of(sample, first)

@@ -14,6 +14,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model
 from expdesign.identification.fit import Fit, fit
@@ -28,11 +29,6 @@ from expdesign.ports.location import Place, places
 from expdesign.ports.measured import Measured
 from expdesign.ports.selection import Chosen, LawSearch
 from expdesign.robots.robot import Robot
-
-FEWEST = 12
-"""Rows below which no law is sought."""
-_SINGLE = 0.02
-"""Share of the rows that may be single mistakes beside laws."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +125,7 @@ def without_mistakes(sample: Sample, outliers: BoolArray) -> BoolArray:
 
     Where physics is missing such a model sets aside rows that show it: only few are taken for single mistakes.
     """
-    few = outliers.sum() <= max(1.0, _SINGLE * sample.counts.sum())
+    few = outliers.sum() <= max(1.0, OPTIONS.single_mistakes * sample.counts.sum())
     return outliers if few else np.zeros_like(outliers)
 
 
@@ -155,7 +151,7 @@ def sought_laws(
             linearised about it.
         report: is told what is being done.
     """
-    if int(sample.counts.sum()) < FEWEST:
+    if int(sample.counts.sum()) < OPTIONS.fewest_rows:
         return None
     report("preparing laws at ports")
     measured = measured_of(sample, known_noise=known_noise)

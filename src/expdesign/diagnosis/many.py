@@ -13,10 +13,11 @@ from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.settling import Settling, most_evident, settling
-from expdesign.diagnosis.stability import REFITS, Stability, shares_of
+from expdesign.diagnosis.stability import Stability, shares_of
 from expdesign.identification.fit import Fit, fit
 from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Atom, Dictionary
@@ -222,7 +223,7 @@ class _Problem:
 
     def refits(self, found: Everything) -> list[frozenset[str]]:
         """Names of the groups that nine tenths of the rows keep."""
-        parts = readings_of(blocks_of(self.sample, REFITS), self.sample)
+        parts = readings_of(blocks_of(self.sample, OPTIONS.refits), self.sample)
         every = np.unique(self.priors.group[self.priors.group >= 0]).tolist()
         names = {g: _group_name(self.chain, int(np.flatnonzero(self.priors.group == g)[0])) for g in every}
         kept = kept_groups(found, self.priors, self.blocks, parts)
