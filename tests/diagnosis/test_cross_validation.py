@@ -9,6 +9,7 @@ from tests.chain.bodies import BODY, recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import _blocks
 from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_of
+from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Data
@@ -61,3 +62,11 @@ def test_the_last_part_of_a_campaign_is_whole_series_where_there_are_several() -
     last, before = last_part(sample(60, 1), 5)
     assert np.flatnonzero(last).tolist() == list(range(48, 60))
     assert (last ^ before).all()
+
+
+def test_what_comes_later_refutes_only_where_it_is_clearly_worse_and_no_noise() -> None:
+    """The base model predicts the last rows to the noise where these do not show what the others show."""
+    for later, refuted in (((1.0, 1.25), False), ((3.0, 3.2), False), ((3.0, 3.4), True), ((1.0, 1.5), True)):
+        errors = HeldOut(6.0, 1.0, 6.0, 1.0, 1.0, "", later_before=later[0], later_after=later[1])
+        assert errors.refuted is refuted
+    assert HeldOut(6.0, 1.0, 6.0, 6.1, 1.0, "").refuted

@@ -86,8 +86,8 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
             for other in smaller
             if hierarchical(other.effects)
         ]
-        best = min(trials, key=lambda trial: trial[0].remains)
-        if not errors.refuted and best[0].remains > OPTIONS.better * errors.remains:
+        best = min(trials, key=lambda trial: (trial[0].refuted, trial[0].test_after))
+        if not errors.refuted and best[0].test_after > OPTIONS.better * errors.test_after:
             break
         gone = next(iter(set(model.keys) - set(best[1].keys)))
         errors, model = best

@@ -318,7 +318,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
         result.robot, sample, start, search.library, known_noise=known_noise, named=result.model, report=report
     )
     wins = laws is not None and laws.predicts
-    if result.verdict == "explained" and not wins:
+    if result.verdict == "explained" and not (wins and laws is not None and laws.replaces(result.model)):
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
     if laws is None:
@@ -372,7 +372,8 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
 def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
     base = search.base
-    if errors.remains <= OPTIONS.halved and not errors.refuted and not _guarded(search, model, base.fit):
+    halved = errors.test_after <= OPTIONS.halved * errors.test_before
+    if halved and not errors.refuted and not _guarded(search, model, base.fit):
         return model, errors
     return base, _held_out(search, base.fit, base.fit, test, base.outliers)
 

@@ -42,14 +42,12 @@ class HeldOut:
 
     @property
     def refuted(self) -> bool:
-        """Whether the base model predicts rows that were not fitted better, or clearly better those that come later."""
-        return self.test_after > self.test_before or self.later_after > OPTIONS.later * self.later_before
+        """Whether the base model predicts rows that were not fitted better, or clearly better those that come later.
 
-    @property
-    def remains(self) -> float:
-        """Error in that of the base model, the larger one of rows that were not fitted and of those that come later."""
-        shares = [self.test_after / max(self.test_before, 1e-300), self.later_after / self.later_before]
-        return float(np.nanmax(shares))
+        Those are few, and what predicts them nearly to the noise is not refuted by them.
+        """
+        later = self.later_after > OPTIONS.later * max(self.later_before, OPTIONS.predicts)
+        return self.test_after > self.test_before or later
 
     def divided_by(self, level: float) -> "HeldOut":
         """The same errors in units of another noise level, given as a multiple of the present one."""

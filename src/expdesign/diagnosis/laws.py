@@ -85,6 +85,13 @@ class Laws:
         """Whether left-out readings are predicted well enough to be predicted with the laws."""
         return not self.left_out.doubt
 
+    def replaces(self, named: Model) -> bool:
+        """Whether these may stand in place of names that explain: with a law among them, and fitted in full no worse.
+
+        The search takes effects as linear, and one that may have one sign only can come out with the other.
+        """
+        return any(part.named is None for part in self.parts) and self.fit.chi2 < named.fit.chi2
+
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
         listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
