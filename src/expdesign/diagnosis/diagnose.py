@@ -314,11 +314,13 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
     aside = without_mistakes(search.sample, result.model.outliers)
     sample = search.sample.restricted(~aside)
     start = fit(base.chain, sample) if aside.any() else base
+    explained = result.verdict == "explained"
     laws = sought_laws(
-        result.robot, sample, start, search.library, known_noise=known_noise, named=result.model, report=report
-    )
+        result.robot, sample, start, search.library,
+        known_noise=known_noise, named=result.model, explained=explained, report=report,
+    )  # fmt: skip
     wins = laws is not None and laws.predicts
-    if result.verdict == "explained" and not (wins and laws is not None and laws.replaces(result.model)):
+    if explained and not (wins and laws is not None and laws.replaces(result.model)):
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
     if laws is None:

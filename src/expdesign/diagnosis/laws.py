@@ -144,6 +144,7 @@ def sought_laws(
     *,
     known_noise: bool,
     named: Model | None = None,
+    explained: bool = False,
     report: Callable[[str], None] = lambda text: None,
 ) -> Laws | None:
     """The laws that these rows show; None where they show none, or are too few.
@@ -154,8 +155,9 @@ def sought_laws(
         base: fit of the base model.
         library: named physics.
         known_noise: whether the noise is stated.
-        named: the best model with named effects, from which laws are sought as well as from none: the problem is
-            linearised about it.
+        named: the best model with named effects, from which laws are sought as well as from none.
+        explained: whether it explains the recordings: the problem is linearised about it then. About what imitates,
+            laws would be weighed by readings of which its own curvature is a part.
         report: is told what is being done.
     """
     if int(sample.counts.sum()) < OPTIONS.fewest_rows:
@@ -175,7 +177,8 @@ def sought_laws(
                 dictionary.atoms.append(known[0])
     present, seeds = base_alone(base, sample, kept), []
     if named is not None and named.candidates:
-        present, found = _about(named, sample, kept)
+        about, found = _about(named, sample, kept)
+        present = about if explained else present
         for candidate, values, directions in found:
             known = known_form(candidate.effect.component, Dense(directions), (candidate, values))
             if known is not None:
