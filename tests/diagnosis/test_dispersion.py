@@ -5,7 +5,6 @@ import pytest
 from tests.chain.bodies import BODY, recordings
 
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.confirmation import _blocks, _gain
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Data
@@ -42,17 +41,3 @@ def test_rows_that_do_not_count_and_ends_of_series_join_nothing() -> None:
     counts = np.arange(60) % 2 == 0
     alternating = np.ones((60, 2)) * counts[:, None]
     assert dispersion(alternating, chosen.restricted(counts)).correlation == 0.0
-
-
-def test_gain_of_nothing_is_not_significant_and_a_halved_error_is() -> None:
-    generator = np.random.default_rng(1)
-    blocks = _blocks(np.ones(120, dtype=bool))
-    assert blocks is not None
-    noise = generator.standard_normal((200, 2, 120)) ** 2
-    p_values = np.array([_gain(a, b, blocks).p_value for a, b in noise])
-    assert 0.02 < (p_values < 0.05).mean() < 0.09  # 5 % of 200, standard error 1.5 %
-    assert _gain(4.0 * noise[0, 0], noise[0, 1], blocks).p_value < 1e-2
-
-
-def test_few_held_out_rows_say_nothing_of_single_effects() -> None:
-    assert _blocks(np.arange(100) < 10) is None

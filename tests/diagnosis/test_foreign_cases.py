@@ -51,7 +51,6 @@ def require_found(case: Case, result: Diagnosis) -> None:
         assert estimate - 2.0 * (estimate - low) <= truth <= estimate + 2.0 * (high - estimate), name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [

@@ -9,7 +9,8 @@ from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 from expdesign.diagnosis.library import Candidate, candidates, library
-from expdesign.diagnosis.locate import LEVEL, locate
+from expdesign.diagnosis.locate import locate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.identification.fit import linear_fit
 
 COUNT = 200
@@ -35,8 +36,8 @@ def test_where_nothing_is_wrong_the_tables_hold_their_level(name: str) -> None:
         found = locate(
             linear_fit(base.chain, base.values, start, base.sensitivities), sample, robot(name), entries, 1.0
         )
-        wrong += [any(p.p_value < LEVEL for p in table) for table in (found.components, found.patterns)]
-    assert (wrong <= COUNT * LEVEL + 4.0 * np.sqrt(COUNT * LEVEL * (1.0 - LEVEL))).all()
+        wrong += [any(p.p_value < OPTIONS.level for p in table) for table in (found.components, found.patterns)]
+    assert (wrong <= COUNT * OPTIONS.level + 4.0 * np.sqrt(COUNT * OPTIONS.level * (1.0 - OPTIONS.level))).all()
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_the_part_that_is_wrong_comes_first(
     sample = sample_of("irregular", simulated("irregular", one, parameters=parameters))
     found = locate(base_fit("irregular", sample), sample, robot("irregular"), library_of("irregular"), 1.0)
     assert found.components[0].name == component
-    assert found.components[0].p_value < LEVEL
+    assert found.components[0].p_value < OPTIONS.level
 
 
 def test_axes_are_those_whose_residuals_exceed_the_noise() -> None:

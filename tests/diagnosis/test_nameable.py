@@ -17,12 +17,14 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import pruned
+from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.nameable import nameable
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Search
-from expdesign.diagnosis.stability import REFITS, stability, tenths
+from expdesign.diagnosis.stability import stability
 from expdesign.identification.fit import Data, fit
 from expdesign.identification.whitening import Whitening
 from expdesign.recordings.recordings import Recordings
@@ -144,7 +146,7 @@ def test_clear_effects_are_named_by_every_nine_tenths() -> None:
     model = search.run()
     found = stability(search, model)
     assert found is not None
-    assert (found.refits, found.same, found.shares) == (REFITS, 1.0, (1.0, 1.0))
+    assert (found.refits, found.same, found.shares) == (OPTIONS.refits, 1.0, (1.0, 1.0))
 
 
 def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name() -> None:
@@ -155,8 +157,8 @@ def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name(
     found = stability(search, model)
     assert found is not None
     assert 0.0 < found.same < 1.0
-    blocks, named = tenths(search.sample), []
-    for tenth in range(REFITS):
+    blocks, named = blocks_of(search.sample, OPTIONS.refits), []
+    for tenth in range(OPTIONS.refits):
         part = Search(search.robot, search.sample.restricted(blocks != tenth), search.library, known_noise=True)
         named.append(part.run(outliers=False).keys == model.keys)
     assert abs(float(np.mean(named)) - found.same) <= 0.1 + 1e-9

@@ -12,8 +12,9 @@ from expdesign.diagnosis import selection as selection_module
 from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
-from expdesign.diagnosis.selection import ACCEPTANCE, Search
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.probability import standing
+from expdesign.diagnosis.selection import Search
 from expdesign.identification.fit import Fit
 from expdesign.recordings.recordings import Recordings
 
@@ -33,7 +34,7 @@ def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
     search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
     model = search.run()
     assert [effect.physics for effect in model.effects] == ["leg_backlash"]
-    assert search.base.misfit - model.misfit > ACCEPTANCE
+    assert search.base.misfit - model.misfit > OPTIONS.acceptance
     assert model.fit.values[-1] == pytest.approx(1.5e-5, rel=0.2)
     kept = [entry for entry in search.log.entries if entry["kept"]]
     assert kept
@@ -92,7 +93,7 @@ def test_the_standing_of_an_effect() -> None:
     assert "leg_backlash" not in stands.indistinguishable
     alone = standing(model, 0, without, [])
     assert alone.probability == pytest.approx(
-        MOST / (1.0 + np.exp(-0.5 / TEMPERATURE * (without.misfit - model.misfit)))
+        OPTIONS.most / (1.0 + np.exp(-0.5 / OPTIONS.temperature * (without.misfit - model.misfit)))
     )
     assert alone.probability >= stands.probability
 
@@ -105,7 +106,7 @@ def test_two_names_for_one_thing_share_the_probability() -> None:
     search = search_of(recordings, effects=[base, mount])
     model = search.run()
     (finding,) = findings(search, model)
-    assert finding.probability == pytest.approx(0.5 * MOST, abs=0.01)
+    assert finding.probability == pytest.approx(0.5 * OPTIONS.most, abs=0.01)
     assert len(finding.indistinguishable) == 1
     assert {finding.physics, *finding.indistinguishable} == {"base_compliance", "platform_compliance"}
     assert finding.rival is not None

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 import yaml
 from tests.cases import robot
-from tests.ports.machines import BIPOD, lengths_of_leg_1, recordings_of, softened
+from tests.ports.machines import BIPOD, LEG_1, lengths_of_leg_1, recordings_of, softened
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.law_findings import LawFinding, sentence
-from expdesign.diagnosis.laws import sought_laws
 from expdesign.diagnosis.library import library
 from expdesign.errors import InputError
-from expdesign.ports.law import _WITHIN, Law, _within, form_data, form_of
+from expdesign.ports.features import basis_of
+from expdesign.ports.law import _WITHIN, Form, Law, _within, form_data, form_of
+from expdesign.ports.port import Channel
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.words import quantity_name
 from expdesign.report.diagnosis_record import diagnosis_record
@@ -100,6 +101,32 @@ def test_beyond_the_range_of_its_inputs_a_law_fades_and_says_so() -> None:
     assert spread[1] > 3.0 * spread[0]
 
 
+def test_a_drift_stays_at_its_last_value_and_grows_less_certain() -> None:
+    """Soon after the last row it is what it was there; after as long again its prediction is unsure by its own size."""
+    here, end, size = robot(BIPOD), 100.0, 2e-6
+    basis = basis_of("wiener", np.array([end]), np.linspace(0.0, end, 21)[:, None], 12)
+    assert basis is not None
+    channel = Channel(0, 0, (Quantity("clock"),))
+    ends = np.array([[0.0]]), np.array([[end]])
+    law = Law(here, Form("actuators", LEG_1, "offset", (channel,), basis, *ends, size))
+    chain, rows = Chain(here, (law,)), row_data(recordings_of(None), here)
+    (clock,) = (i for i, name in enumerate(_names(chain)) if name == "clock")
+    values = np.concatenate([np.ones(2), np.random.default_rng(0).standard_normal(basis.rank) * size, [0.0]])
+    seen, slopes = [], []
+    for time in (0.5 * end, 1.1 * end, 2.0 * end, 5.0 * end):
+        numbers = rows.values.copy()
+        numbers[:, clock] = time
+        moved = type(rows)(numbers, rows.series, rows.position)
+        reading, slope = chain.predict_with_sensitivities(moved, values)
+        seen.append(reading)
+        slopes.append(np.abs(slope[..., -1]).max())
+    assert np.abs(seen[1] - seen[0]).max() > 1e-7
+    for later in seen[2:]:
+        np.testing.assert_allclose(later, seen[1], rtol=0.0, atol=1e-15)
+    assert slopes[0] < 1e-6
+    assert slopes[3] / slopes[2] == pytest.approx(2.0, rel=1e-6)
+
+
 def _names(chain: Chain) -> list[str]:
     """Name of every number of a row, in the order of `Row.flat`."""
     row = chain.row_symbols()
@@ -154,12 +181,3 @@ def test_every_effort_of_a_memory_has_a_name() -> None:
     count = len(here.stiffness) + 2 * here.coordinates.n
     names = [quantity_name(Quantity("stop", index, (1.0,)), here) for index in range(count)]
     assert len(set(names)) == count
-
-
-def test_laws_are_believed_only_where_they_explain_more_than_named_physics_that_fits() -> None:
-    result = found()
-    laws, sample = result.laws, result.search.sample
-    assert laws is not None
-    for worth, expected in ((laws.gain - 1.0, True), (laws.gain + 1.0, False)):
-        again = sought_laws(result.robot, sample, result.base, result.search.library, known_noise=True, worth=worth)
-        assert (again is not None) is expected

@@ -53,3 +53,18 @@ def test_a_displacement_that_follows_the_clock_is_nothing_at_the_first_row_of_a_
     assert (now[~first] > then[~first]).all()
     since = since_start(sight, [Channel(0, 0, (Quantity("elapsed"),))])
     assert len(since) == 1
+
+
+def test_what_follows_the_temperature_counts_from_the_first_row_of_its_series() -> None:
+    """Temperatures as recorded are what a stiffness depends on; a displacement shows from where its series began."""
+    here = robot("bipod")
+    points = recordings_of(None)
+    celsius = 20.0 + np.random.default_rng(0).standard_normal(len(points))
+    data = row_data(replace(points, temperature=celsius, leg_temperature=None), here)
+    names = [Quantity("temperature", 1), Quantity("warmth", 1), Quantity("warming", 1)]
+    seen = evaluate(names, data, row_symbols(here), here)
+    np.testing.assert_allclose(seen[:, 0], celsius)
+    np.testing.assert_allclose(seen[:, 1] + seen[:, 2], celsius)
+    first = data.position == 0
+    np.testing.assert_allclose(seen[first, 1], celsius[first])
+    assert all(len(np.unique(seen[data.series == number, 1])) == 1 for number in np.unique(data.series))

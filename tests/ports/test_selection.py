@@ -1,6 +1,7 @@
 """Which laws are there: components are compared by what their laws explain together, and by what they predict."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,8 @@ from expdesign.ports.columns import Dense
 from expdesign.ports.dictionary import Atom
 from expdesign.ports.evidence import Present
 from expdesign.ports.location import places
+from expdesign.ports.port import Channel, Entry
+from expdesign.ports.quantities import Quantity
 from expdesign.ports.selection import Chosen, LawSearch
 
 ROWS = 120
@@ -21,7 +24,7 @@ BLOCKS = np.repeat(np.arange(20), 6)
 def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> LawSearch:
     base = np.random.default_rng(seed).standard_normal((ROWS, 2))
     scaled = [(component, law / np.sqrt((law**2).sum() / ROWS)) for component, law in laws]
-    atoms = [Atom(component, Dense(law), law.T @ law, named=(None, 0)) for component, law in scaled]
+    atoms = [Atom(component, Dense(law), law.T @ law, named=(None, np.zeros(1))) for component, law in scaled]
     dictionary = SimpleNamespace(atoms=atoms)
     return LawSearch(dictionary, Present(base, np.zeros(2), readings), BLOCKS)  # type: ignore[arg-type]
 
@@ -78,3 +81,30 @@ def test_a_law_that_took_a_share_of_two_gives_way_to_the_one_elsewhere_that_is_l
     search = _search([(PLATFORM, wide), (PLATFORM, other), (BASE, one)], readings, seed)
     chosen = search.run()
     assert sorted(chosen.indices) == [1, 2]
+
+
+def _contested(seed: int, *, apart: float) -> LawSearch:
+    """Physics of known form, a law of another part that does nearly the same, and a law of a third; readings by two."""
+    generator = np.random.default_rng(seed)
+    known, other = (generator.standard_normal((ROWS, 1)) for _ in range(2))
+    alike = known + apart * generator.standard_normal((ROWS, 1))
+    readings = 5.0 * (known + other)[:, 0] + generator.standard_normal(ROWS)
+    search = _search([(PLATFORM, known), (INSTRUMENT, alike), (BASE, other)], readings, seed)
+    law = Entry("port", BASE, "law", (Channel(0, 0, (Quantity("length"),)),), "constant", (1.0,), 1)
+    for index in (1, 2):
+        own = replace(law, component=search.atoms[index].component)
+        search.atoms[index] = replace(search.atoms[index], named=None, entry=own)
+    search.dictionary.made = lambda entry: None  # type: ignore[method-assign]
+    return search
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_has_a_name_stays_beside_a_law_that_is_needed_and_one_that_does_the_same(seed: int) -> None:
+    chosen = _contested(seed, apart=0.0).run(seeds=[0])
+    assert sorted(chosen.indices) == [0, 2]
+    assert chosen.nameless
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_seed_that_explains_worse_than_another_gives_way(seed: int) -> None:
+    assert sorted(_contested(seed, apart=1.0).run(seeds=[1]).indices) == [0, 2]

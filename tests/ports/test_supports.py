@@ -14,7 +14,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
-from expdesign.diagnosis.blocks import blocks_of
+from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws

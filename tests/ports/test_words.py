@@ -9,6 +9,7 @@ from tests.chain.arms import read_arm
 from tests.chain.bodies import BODY
 
 from expdesign.ports import quantities
+from expdesign.ports.law import ports_of
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.words import columns, depends_on, identifier
 from expdesign.robots.robot import Robot
@@ -47,3 +48,26 @@ def test_every_quantity_has_words(name: str, tmp_path: Path) -> None:
 
 def test_the_moment_of_the_seventh_joint_is_named(tmp_path: Path) -> None:
     assert depends_on((Quantity("joint_moment", 20),), read_arm(tmp_path)) == ["the moment about z of joint 7"]
+
+
+def test_angles_of_joints_are_in_radians(tmp_path: Path) -> None:
+    arm = read_arm(tmp_path)
+    assert depends_on((Quantity("length", 1),), arm) == ["the angle of joint 2"]
+    assert columns((Quantity("length", 1), Quantity("effort", 1)), arm) == ("angle_rad", "moment_Nm")
+    assert columns((Quantity("length", 1), Quantity("effort", 1)), robot("H1")) == ("length_m", "force_N")
+
+
+def test_every_port_names_what_its_laws_add(tmp_path: Path) -> None:
+    """What acts on the platform is a wrench, a centre of mass a shift, and geometry the coordinates of its joints."""
+    for here in (robot("bipod"), robot("H1"), read_arm(tmp_path)):
+        named = {port.name: tuple(port.outputs) for port in ports_of(here)}
+        assert all(
+            len(named[port.name]) == port.width == len(set(named[port.name]))
+            for port in ports_of(here)
+            if port.name != "joints"
+        )
+        assert named["payload"] == here.coordinates.wrench
+    assert named["centre of mass"] == ("com_dx_m", "com_dy_m", "com_dz_m")
+    parallel = {port.name: tuple(port.outputs) for port in ports_of(robot("H1"))}
+    assert parallel["geometry"][0] == "base_1_x_m"
+    assert parallel["actuators"][0] == "leg 1"

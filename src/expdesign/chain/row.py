@@ -33,6 +33,7 @@ class Row:
         pose_map: J̌ (n, n_p).
         lengths: commanded actuator lengths (n_p,), m or rad.
         warming: temperature above that of the series' first row, per actuator (n_p,), K; one for a body.
+        warmth: temperature of that first row, likewise, °C.
         elapsed: time since the series' first row (1,), s.
         clock: time as recorded, since the first row of the recordings that the model is from (1,), s.
         interval: time since the row before in the series (1,), s.
@@ -59,6 +60,7 @@ class Row:
     pose_map: ca.SX
     lengths: ca.SX
     warming: ca.SX
+    warmth: ca.SX
     elapsed: ca.SX
     clock: ca.SX
     interval: ca.SX
@@ -85,6 +87,7 @@ def row_symbols(robot: Robot, markers: int = 0, *, oriented: bool = False) -> Ro
         "weight": (n, 1), "marker": (markers, 1), "gravity": (d, 1),
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
+        "warmth": (max(n_p, 1), 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
         "number": (1, 1), "reference": (1, 1), "aim": (9 * oriented, 1),
     }  # fmt: skip
@@ -130,11 +133,11 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     order = np.lexsort((position, series))
     previous[order[1:]] = order[:-1]
     previous = np.where(later, previous, np.arange(count))
-    warming = np.zeros((count, max(n_p, 1)))
+    temperature: FloatArray = np.zeros((count, max(n_p, 1)))
     if points.leg_temperature is not None and n_p:
-        warming = points.leg_temperature - points.leg_temperature[first_row]
+        temperature = points.leg_temperature
     elif points.temperature is not None:
-        warming = np.repeat((points.temperature - points.temperature[first_row])[:, None], max(n_p, 1), axis=1)
+        temperature = np.repeat(points.temperature[:, None], max(n_p, 1), axis=1)
 
     def columns_first(matrices: FloatArray) -> FloatArray:
         return matrices.swapaxes(-1, -2).reshape(count, -1)
@@ -158,7 +161,8 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             columns_first(jacobians.forward),
             columns_first(jacobians.pose),
             robot.actuator_coordinates(points.configurations),
-            warming,
+            temperature - temperature[first_row],
+            temperature[first_row],
             (time - time[first_row])[:, None],
             time[:, None],
             (time - time[previous])[:, None],

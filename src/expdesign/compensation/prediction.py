@@ -90,7 +90,7 @@ def require_history(model: Model, table: Table) -> None:
     reading, following = chain.expression(row, state, theta)
     everything = ca.vertcat(reading, following)
     timed = ca.depends_on(everything, ca.vertcat(row.elapsed, row.clock, row.interval))
-    warmed = ca.depends_on(everything, row.warming)
+    warmed = ca.depends_on(everything, ca.vertcat(row.warming, row.warmth))
     names = ", ".join(sorted({effect.physics for effect in chain.effects}))
     needed: list[str] = []
     if chain.states or timed or warmed or ca.depends_on(everything, ca.vertcat(row.first, row.number)):

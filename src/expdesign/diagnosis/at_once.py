@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from expdesign.arrays import BoolArray
-from expdesign.diagnosis.probability import MOST, NAMED_BESIDE_LAWS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
 from expdesign.ports.curve import Curve
@@ -28,7 +28,7 @@ class GroupAtOnce:
 
     def probability(self, *, beside_laws: bool) -> float:
         """That it is there: that it predicts what was left out, as far as no other law may stand in for it."""
-        return (NAMED_BESIDE_LAWS if beside_laws else MOST) * (1.0 - self.p_value)
+        return (OPTIONS.beside_laws if beside_laws else OPTIONS.most) * (1.0 - self.p_value)
 
 
 @dataclass(frozen=True, kw_only=True)

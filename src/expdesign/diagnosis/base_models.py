@@ -12,15 +12,13 @@ import numpy as np
 from expdesign.arrays import BoolArray, as_matrix
 from expdesign.chain.component import Part
 from expdesign.chain.readings.reading import Reading
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.errors import NotIdentifiableError
 from expdesign.identification.estimability import idle_actuators
 from expdesign.identification.fit import RANK_TOLERANCE, Fit
 from expdesign.identification.suspicions import require_positive
 from expdesign.recordings.recordings import Recordings
 from expdesign.robots.robot import Robot
-
-_UNKNOWN = 0.5
-"""Share of its standard deviation beforehand above which a parameter counts as not determined."""
 
 
 class BaseModel(ABC):
@@ -114,7 +112,7 @@ class PlacedRobot(BaseModel):
             for parameter, variance in zip(fitted.chain.parameters, np.diag(fitted.covariance), strict=True)
             if np.isfinite(parameter.spread)
             and parameter.spread > 1e-5
-            and variance > (_UNKNOWN * parameter.spread) ** 2
+            and variance > (OPTIONS.unknown * parameter.spread) ** 2
         ]
 
 

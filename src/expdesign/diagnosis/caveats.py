@@ -3,15 +3,14 @@
 import numpy as np
 
 from expdesign.diagnosis.base_models import base_model
-from expdesign.diagnosis.dispersion import ALIKE, Dispersion
+from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import AliasedParameters, Extrapolation, SerialCorrelation, WithoutMoment
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model
 from expdesign.recordings.remark import Remark
 
-_EXPLODES = 10.0
-"""Factor between held-out and fitted error above which the held-out rows ask for what was not determined."""
 _NO_MOMENT = 1e-6
 """Share of the largest moments below which those about a direction are the rounding of a file."""
 
@@ -24,9 +23,9 @@ def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -
     if aliased:
         found.append(AliasedParameters(tuple(aliased)))
     found += _without_moment(sample, model)
-    if errors.test_after > _EXPLODES * max(errors.train_after, 1.0):
+    if errors.test_after > OPTIONS.explodes * max(errors.train_after, 1.0):
         found.append(Extrapolation(errors.test_after, errors.train_after))
-    if spread.correlation > ALIKE:
+    if spread.correlation > OPTIONS.alike:
         found.append(SerialCorrelation(spread.correlation, spread.rows, spread.effective_rows))
     return tuple(found)
 

@@ -10,22 +10,15 @@ correlated), and the effect stays where the mean difference exceeds zero by a on
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.identification.fit import Fit
-
-LEVEL = 0.05
-BLOCKS = 12
-"""Blocks into which held-out rows are divided, at least `_SHORTEST` rows each."""
-_SHORTEST = 4
-_BETTER = 0.98
-"""Factor on the held-out error that a further effect has to go for, once a model is pruned."""
-_FEWEST = 5
-"""Blocks below which held-out rows say too little of a single effect."""
+from expdesign.ports.guard import LEVEL, LeftOut
 
 
 @dataclass(frozen=True)
@@ -44,15 +37,16 @@ class Gain:
 
 def gains(search: Search, model: Model, test: BoolArray) -> list[Gain] | None:
     """Gain of every effect of a model, in the order of its candidates; None where too few rows are held out."""
-    blocks = _blocks(test)
+    sample = Sample.of(search.sample, test)
+    blocks = _blocks(sample)
     if blocks is None:
         return None
-    sample = Sample.of(search.sample, np.ones(len(test), dtype=bool))
-    own = _squares(model.fit, sample)
+    of_readings = np.repeat(blocks, len(sample.recordings.axes))
+    own = _errors(model.fit, sample)
     found = []
     for index in range(len(model.candidates)):
-        other = _squares(search.without(model, index).fit, sample)
-        found.append(_gain(other[test], own[test], blocks))
+        both = LeftOut(_errors(search.without(model, index).fit, sample), own, of_readings)
+        found.append(Gain(both.rms_before, both.rms_after, both.p_value))
     return found
 
 
@@ -84,7 +78,7 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
     elimination, so that one effect that describes the fitted rows alone does not take the others with it.
     """
     errors = held_out(base, model.fit, search.sample, test, model.outliers, known_noise=search.known_noise)
-    worse = errors.test_after > errors.test_before
+    worse = errors.refuted
     while worse and model.candidates:
         smaller = [search.without(model, index) for index in range(len(model.candidates))]
         trials = [
@@ -92,8 +86,8 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
             for other in smaller
             if hierarchical(other.effects)
         ]
-        best = min(trials, key=lambda trial: trial[0].test_after)
-        if errors.test_after <= errors.test_before and best[0].test_after > _BETTER * errors.test_after:
+        best = min(trials, key=lambda trial: (trial[0].refuted, trial[0].test_after))
+        if not errors.refuted and best[0].test_after > OPTIONS.better * errors.test_after:
             break
         gone = next(iter(set(model.keys) - set(best[1].keys)))
         errors, model = best
@@ -105,28 +99,12 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
     return model, errors
 
 
-def _squares(fitted: Fit, sample: Sample) -> FloatArray:
-    """Mean square of every row's whitened residuals, shape (N,)."""
-    squares: FloatArray = (sample.residuals(fitted.chain, fitted.values) ** 2).mean(axis=1)
-    return squares
+def _blocks(sample: Sample) -> IntArray | None:
+    """Block of every row that counts; None where there are too few."""
+    most = min(OPTIONS.refits, int(sample.counts.sum()) // OPTIONS.shortest_block)
+    return blocks_of(sample, most)[sample.counts] if most >= OPTIONS.groups else None
 
 
-def _gain(without: FloatArray, with_it: FloatArray, blocks: IntArray) -> Gain:
-    # The spread of a few wild rows must not decide: differences are of logarithms of the blocks' mean squares.
-    count = int(blocks.max()) + 1
-    means = [np.bincount(blocks, values) / np.bincount(blocks) for values in (without, with_it)]
-    differences = np.log(np.maximum(means[0], 1e-12) / np.maximum(means[1], 1e-12))
-    spread = float(differences.std(ddof=1)) / np.sqrt(count)
-    ratio = float(differences.mean()) / max(spread, 1e-12)
-    return Gain(
-        float(np.sqrt(without.mean())), float(np.sqrt(with_it.mean())), float(t_distribution.sf(ratio, count - 1))
-    )
-
-
-def _blocks(test: BoolArray) -> IntArray | None:
-    """Block of every held-out row: consecutive ones together, shape (n_test,); None where there are too few."""
-    rows = np.flatnonzero(test)
-    if len(rows) < _FEWEST * _SHORTEST:
-        return None
-    length = max(_SHORTEST, int(np.ceil(len(rows) / BLOCKS)))
-    return np.arange(len(rows)) // length
+def _errors(fitted: Fit, sample: Sample) -> FloatArray:
+    """Whitened residuals of the readings that count, shape (M,)."""
+    return sample.residuals(fitted.chain, fitted.values)[sample.counts].ravel()

@@ -9,35 +9,28 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
-from expdesign.diagnosis.dispersion import ALIKE, dispersion
+from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import CONTESTED, Laws, laws_beside, left_out_alone
+from expdesign.diagnosis.laws import Laws, left_out_alone, sought_laws, without_mistakes
 from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import Location, drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
-from expdesign.diagnosis.probability import FITTING, MOST, TENTATIVE
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import ACCEPTANCE, Model, Search
+from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability, stability
 from expdesign.diagnosis.statement import Widening, statement, tested, widened, widening
 from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws
-from expdesign.diagnosis.together import (
-    LAWS,
-    TOGETHER,
-    Method,
-    errors_together,
-    group_findings,
-    verdict_together,
-)
-from expdesign.diagnosis.verdict import HALVED, at_limits, doubt, fits, verdict_with, verdict_without, within_noise
+from expdesign.diagnosis.together import LAWS, TOGETHER, Method, errors_together, group_findings, verdict_together
+from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.identification.coverage import reading_deviations
-from expdesign.identification.fit import Fit
+from expdesign.identification.fit import Fit, fit
 from expdesign.identification.goodness import StatementOfFit
 from expdesign.identification.noise_level import NoiseLevel
 from expdesign.recordings.recordings import Recordings
@@ -161,7 +154,7 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
     search = frame.search
     possible = [model for model in search.models.values() if not at_limits(model)]
     best = min(possible, key=lambda model: model.misfit, default=search.base)
-    if search.base.misfit - best.misfit < ACCEPTANCE:
+    if search.base.misfit - best.misfit < OPTIONS.acceptance:
         best = search.base
     errors = _held_out(search, frame.base, best.fit, frame.judged, best.outliers)
     result = _with_verdict(frame, _Named(best, errors, Nameable(best, "", ())))
@@ -262,7 +255,7 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     found = findings(search, model, gains(search, model, frame.judged), spread, stable)
     if result.verdict == "unexplained":
         before, after = tested(frame.base, search.sample), tested(model.fit, kept)
-        found = _doubted(found, FITTING if fits(before, after) else TENTATIVE)
+        found = _doubted(found, OPTIONS.fitting if fits(before, after) else OPTIONS.tentative)
     return replace(result, findings=found, stability=stable)
 
 
@@ -322,7 +315,7 @@ def _of_all(frame: Frame, at_once: AtOnce, found: tuple[Finding, ...], errors: H
         before=statement(base, search.sample, frame.noise),
         after=statement(fitted, sample, frame.noise),
         location=locate(base, sample, frame.robot, frame.entries, variance),
-        findings=(*found, *set_aside(search.sample, at_once.aside, MOST)),
+        findings=(*found, *set_aside(search.sample, at_once.aside, OPTIONS.most)),
         errors=errors,
         search=search,
         laws=None,
@@ -350,26 +343,28 @@ def _guarded(search: Search, model: Model, base: Fit) -> str:
 
 
 def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
-    """The diagnosis with laws at ports, where these predict left-out rows better than what was found without them."""
-    search, base = result.search, result.base
-    rival = result.predictive if result.predictive.candidates else search.base
+    """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them."""
+    search, base, known_noise = result.search, result.base, result.noise.known
+    aside = without_mistakes(search.sample, result.model.outliers)
+    sample = search.sample.restricted(~aside)
+    start = fit(base.chain, sample) if aside.any() else base
     explained = result.verdict == "explained"
-    worth = 0.5 * (search.base.misfit - result.model.misfit) + CONTESTED if explained else 0.0
-    found = laws_beside(
-        search, base, result.model.outliers, rival, known_noise=result.noise.known, report=report, worth=worth
-    )
-    if explained and not found.wins:
+    laws = sought_laws(
+        result.robot, sample, start, search.library,
+        known_noise=known_noise, named=result.model, explained=explained, report=report,
+    )  # fmt: skip
+    wins = laws is not None and laws.predicts
+    if explained and not (wins and laws is not None and laws.replaces(result.model)):
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
-    if found.laws is None:
+    if laws is None:
         return result
-    laws = found.laws
     changed = replace(result, laws=laws)
-    errors = _held_out(search, base, laws.fit, judged, found.aside) if found.wins else result.errors
+    errors = _held_out(search, base, laws.fit, judged, aside) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
-    if found.wins and errors.test_after <= errors.test_before:
+    if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
-        model = Model(named, found.aside, laws.fit, float("nan"))
+        model = Model(named, aside, laws.fit, float("nan"))
         changed = replace(
             changed,
             model=model,
@@ -377,7 +372,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
             errors=errors,
             findings=law_findings(laws, result.robot, 1.0),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            after=statement(laws.fit, search.sample.restricted(~found.aside), result.noise),
+            after=statement(laws.fit, search.sample.restricted(~aside), result.noise),
             verdict=verdict_with(laws, errors),
             stability=None,
         )
@@ -402,7 +397,7 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
     model, errors = pruned(search, model, base, test)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     kept = sample.restricted(~model.outliers)
-    alike = dispersion(model.fit.residuals, kept).correlation > ALIKE
+    alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.alike
     trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
         model = confirmed(search, model, test)
@@ -413,7 +408,8 @@ def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: B
 def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
     base = search.base
-    if errors.test_after <= HALVED * errors.test_before and not _guarded(search, model, base.fit):
+    halved = errors.test_after <= OPTIONS.halved * errors.test_before
+    if halved and not errors.refuted and not _guarded(search, model, base.fit):
         return model, errors
     return base, _held_out(search, base.fit, base.fit, test, base.outliers)
 

@@ -13,8 +13,6 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.sample import Sample
 
-ALIKE = 0.3
-"""Correlation of consecutive residuals above which rows are no longer taken for independent."""
 _STRONGEST = 0.98
 _FEWEST = 20
 """Pairs of consecutive rows below which a correlation is not estimated."""

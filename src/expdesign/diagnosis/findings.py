@@ -10,14 +10,13 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.confirmation import Gain
 from expdesign.diagnosis.dispersion import Dispersion
-from expdesign.diagnosis.probability import MOST, TEMPERATURE, standing
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.probability import standing
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
 from expdesign.identification.fit import Fit
 
-_NOTEWORTHY = 1.5
-"""Dispersion below which the residuals are taken for independent noise as stated."""
 _NORMAL_95 = 1.959963984540054
 _UNBOUNDED = 1e300
 
@@ -65,8 +64,11 @@ def findings(
     if not search.known_noise:
         scale = model.fit.chi2 / max(search.sample.readings - model.fit.rank, 1)
     inflation = 1.0
-    if spread is not None and spread.inflation > _NOTEWORTHY:
+    if spread is not None and spread.inflation > OPTIONS.noteworthy:
         scale = inflation = spread.inflation
+    rows = search.sample.restricted(~model.outliers)
+    base = search.base.fit.residuals[rows.counts]
+    excess = max(float((base**2).sum()) - (rows.readings - search.base.fit.rank) * scale, 1e-9)
     for index, candidate in enumerate(model.candidates):
         without = search.without(model, index)
         stands = standing(model, index, without, alternatives[index], inflation)
@@ -84,12 +86,12 @@ def findings(
             gain=None if held is None else held[index],
             share=None if stable is None else stable.shares[index],
         )
-        found.append((without.misfit - model.misfit, finding))
+        found.append(((without.fit.chi2 - model.fit.chi2) / excess, finding))
     found.sort(key=lambda item: -item[0])
-    result = [finding for _, finding in found]
+    result = [finding for share, finding in found if share >= OPTIONS.listed] or [finding for _, finding in found[:1]]
     if model.outliers.any():
         gain = search.including(model).misfit - model.misfit
-        probability = MOST / (1.0 + float(np.exp(-0.5 * gain / TEMPERATURE)))
+        probability = OPTIONS.most / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
         result += set_aside(search.sample, model.outliers, probability)
     return tuple(result)
 

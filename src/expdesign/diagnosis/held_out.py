@@ -4,15 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, IntArray
+from expdesign.arrays import BoolArray
+from expdesign.diagnosis.cross_validation import blocks_of, last_part
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.statement import widened, widening
 from expdesign.identification.coverage import HeldOutRows
 from expdesign.identification.fit import Fit, fit
-
-FOLDS = 5
-_ENOUGH = 1e-2
-"""Fall of χ² in one step below which a refit has settled: errors of left-out rows show no less."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +26,8 @@ class HeldOut:
         how: in words.
         coverage: share of those readings within the 95 % intervals of the model with effects, that of the prediction
             and the noise of a reading together, both as `widening` has them. NaN where no prediction is determined.
+        later_before, later_after: on the last fifth of the fitted rows, predicted from what came before it; NaN where
+            that was not asked for. What imitates something that changes with time shows there, whatever it depends on.
     """
 
     train_before: float
@@ -37,6 +37,17 @@ class HeldOut:
     test_surprise: float
     how: str
     coverage: float = float("nan")
+    later_before: float = float("nan")
+    later_after: float = float("nan")
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the base model predicts rows that were not fitted better, or clearly better those that come later.
+
+        Those are few, and what predicts them nearly to the noise is not refuted by them.
+        """
+        later = self.later_after > OPTIONS.later * max(self.later_before, OPTIONS.predicts)
+        return self.test_after > self.test_before or later
 
     def divided_by(self, level: float) -> "HeldOut":
         """The same errors in units of another noise level, given as a multiple of the present one."""
@@ -47,6 +58,8 @@ class HeldOut:
             test_before=self.test_before / level,
             test_after=self.test_after / level,
             test_surprise=self.test_surprise / level,
+            later_before=self.later_before / level,
+            later_after=self.later_after / level,
         )
 
 
@@ -59,22 +72,25 @@ def held_out(
     *,
     known_noise: bool = True,
     scatter: float = 0.0,
+    later: bool = True,
 ) -> HeldOut:
     """Errors of two fitted models on fitted and on held-out rows.
 
     Rows set aside as outliers belong to no physics and count for neither model; all rows stay in the history of their
-    series. `known_noise` and `scatter` are for the intervals, as in `widening`.
+    series. `known_noise` and `scatter` are for the intervals, as in `widening`; `later` says whether the last rows are
+    predicted from those before, which takes further fits.
     """
     kept = sample.counts & ~outliers
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
+    errors = _later(base, model, sample, kept) if later else (float("nan"), float("nan"))
     if test.any():
         before, after = (_rms_on(f, sample, test) for f in (base, model))
         surprise, how = _surprise_on(model, sample, test), f"{int(test.sum())} rows marked `test`"
         share = _share(
             *within_intervals(model, sample.restricted(kept), test, known_noise=known_noise, scatter=scatter)
         )
-        return HeldOut(train_before, train_after, before, after, surprise, how, share)
-    folds = folds_of(sample)
+        return HeldOut(train_before, train_after, before, after, surprise, how, share, *errors)
+    folds = blocks_of(sample, OPTIONS.groups)
     squares, within = np.zeros(3), np.zeros(2)
     count = 0
     for fold in range(int(folds.max()) + 1):
@@ -83,15 +99,29 @@ def held_out(
         if not left_out.any() or not fitted.counts.any():
             continue
         for index, original in enumerate((base, model)):
-            start = original.values if original.chain.effects else None
-            refitted = fit(original.chain, fitted, start, enough=_ENOUGH)
+            refitted = _refitted(original, fitted)
             squares[index] += _rms_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         within += within_intervals(refitted, fitted, left_out, known_noise=known_noise)
         squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
         count += int(left_out.sum())
     before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
-    how = f"cross-validation in {FOLDS} blocks of series"
-    return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within))
+    how = f"cross-validation in {OPTIONS.groups} blocks of series"
+    return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within), *errors)
+
+
+def _refitted(original: Fit, sample: Sample) -> Fit:
+    start = original.values if original.chain.effects else None
+    return fit(original.chain, sample, start, enough=OPTIONS.settled)
+
+
+def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[float, float]:
+    """Errors of both on the last fifth, predicted from the rows before it."""
+    last, first = last_part(sample.restricted(kept), OPTIONS.groups)
+    if not (last.any() and first.any()):
+        return float("nan"), float("nan")
+    before = Sample.of(sample, first)
+    errors = [_rms_on(_refitted(each, before), sample, last) for each in (base, model)]
+    return errors[0], errors[1]
 
 
 def within_intervals(
@@ -113,14 +143,6 @@ def within_intervals(
 
 def _share(part: float, whole: float) -> float:
     return float(part / whole) if whole else float("nan")
-
-
-def folds_of(sample: Sample) -> IntArray:
-    """Fold of every row: whole series together where there are enough of them, else blocks of consecutive rows."""
-    series = sample.rows.series
-    if len(np.unique(series)) >= FOLDS:
-        return series % FOLDS
-    return np.arange(len(series)) * FOLDS // len(series)
 
 
 def _rms_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:

@@ -6,17 +6,12 @@ import numpy as np
 
 from expdesign.diagnosis.findings import Finding, reported
 from expdesign.diagnosis.laws import Laws, Part
-from expdesign.diagnosis.probability import NAMED_BESIDE_LAWS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.ports.curve import Curve
 from expdesign.ports.law import Law
 from expdesign.ports.location import OPEN
 from expdesign.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.robots.robot import Robot
-
-LISTED = 0.03
-"""Share of the excess of χ² below which what a law or an effect takes away is no explanation to tell people."""
-BESIDE_A_LAW_THERE = 0.5
-"""The same where a law of the same component was needed: physics of that component has a form that has no name."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +31,7 @@ class LawFinding(Finding):
 
 def law_findings(laws: Laws, robot: Robot, scale: float) -> tuple[Finding, ...]:
     """Findings of laws and of the named effects beside them that explain something; `scale` multiplies covariances."""
-    told = [index for index, part in enumerate(laws.parts) if part.share >= LISTED] or [0]
+    told = [index for index, part in enumerate(laws.parts) if part.share >= OPTIONS.listed] or [0]
     return tuple(_finding(laws, index, robot, scale) for index in told)
 
 
@@ -48,7 +43,7 @@ def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
     effect = part.effect
     if not isinstance(effect, Law):
         beaten = any(isinstance(p.effect, Law) and p.effect.component == effect.component for p in laws.parts)
-        factor = NAMED_BESIDE_LAWS * (BESIDE_A_LAW_THERE if beaten else 1.0)
+        factor = OPTIONS.beside_laws * (OPTIONS.beside_its_law if beaten else 1.0)
         values = reported(effect, laws.fit, laws.fit.chain.slices[where], scale)
         return Finding(
             effect.physics, str(effect.component), str(effect.variant), values, factor * probability, (),

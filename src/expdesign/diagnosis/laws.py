@@ -12,11 +12,11 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.diagnosis.blocks import blocks_of
-from expdesign.diagnosis.held_out import held_out
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.selection import Model
 from expdesign.identification.fit import Fit, fit
 from expdesign.ports.columns import Dense
 from expdesign.ports.curve import Curve, curve_of
@@ -29,16 +29,6 @@ from expdesign.ports.location import Place, places
 from expdesign.ports.measured import Measured
 from expdesign.ports.selection import Chosen, LawSearch
 from expdesign.robots.robot import Robot
-
-FEWEST = 12
-"""Rows below which no law is sought."""
-CONTESTED = 10.0
-"""Log evidence by which laws have to exceed named physics that fits: what machines are known to do is likelier."""
-_SINGLE = 0.02
-"""Share of the rows that may be single mistakes beside laws."""
-_GAINS = 0.98
-"""Factor on the left-out error that laws have to reach before predictions are made with them: where a named form
-predicts as well, it stays."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +85,13 @@ class Laws:
         """Whether left-out readings are predicted well enough to be predicted with the laws."""
         return not self.left_out.doubt
 
+    def replaces(self, named: Model) -> bool:
+        """Whether these may stand in place of names that explain: with a law among them, and fitted in full no worse.
+
+        The search takes effects as linear, and one that may have one sign only can come out with the other.
+        """
+        return any(part.named is None for part in self.parts) and self.fit.chi2 < named.fit.chi2
+
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
         listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
@@ -115,50 +112,6 @@ def measured_of(sample: Sample, *, known_noise: bool) -> Measured:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Beside:
-    """What laws do beside what was found without them.
-
-    Attributes:
-        laws: that were found, or None.
-        aside: rows that were set aside for them, shape (N,).
-        wins: whether left-out rows are predicted better with them.
-    """
-
-    laws: Laws | None
-    aside: BoolArray
-    wins: bool
-
-
-def laws_beside(
-    search: Search,
-    base: Fit,
-    outliers: BoolArray,
-    rival: Model,
-    *,
-    known_noise: bool,
-    report: Callable[[str], None],
-    worth: float = 0.0,
-) -> Beside:
-    """Laws at ports, compared with a model without them, where their log evidence exceeds `worth`.
-
-    Rows marked `test` judge, and must not choose: the comparison is by rows left out of the fitted ones. Where physics
-    is missing, a model without it sets aside rows that show it, so that only few are taken for single mistakes; both
-    models are judged by the same rows.
-    """
-    aside = outliers
-    if aside.sum() > max(1.0, _SINGLE * search.sample.counts.sum()):
-        aside = np.zeros_like(aside)
-    sample = search.sample.restricted(~aside)
-    start = fit(base.chain, sample) if aside.any() else base
-    laws = sought_laws(search.robot, sample, start, search.library, known_noise=known_noise, report=report, worth=worth)
-    if laws is None or not laws.predicts:
-        return Beside(laws, aside, False)
-    none = np.zeros_like(aside)
-    alone = held_out(base, rival.fit, search.sample, none, aside).test_after
-    return Beside(laws, aside, laws.after < _GAINS * alone)
-
-
 def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool) -> LeftOut:
     """Errors of left-out series by the base model and by one with named effects, linear about their parameters.
 
@@ -168,12 +121,19 @@ def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool)
         sample: rows that count.
         known_noise: whether the noise is stated.
     """
-    axes = len(sample.recordings.axes)
-    kept = np.repeat(sample.counts, axes)
-    blocks = np.repeat(measured_of(sample, known_noise=known_noise).blocks, axes)[kept]
+    kept, blocks = np.repeat(sample.counts, len(sample.recordings.axes)), readings_of(blocks_of(sample), sample)
     start = fit(base.chain, sample)
     before, after = (base_alone(each, sample, kept).left_out(blocks) for each in (start, fitted))
     return LeftOut(before, after, blocks)
+
+
+def without_mistakes(sample: Sample, outliers: BoolArray) -> BoolArray:
+    """The rows set aside beside laws, shape (N,), of those that a model without laws sets aside.
+
+    Where physics is missing such a model sets aside rows that show it: only few are taken for single mistakes.
+    """
+    few = outliers.sum() <= max(1.0, OPTIONS.single_mistakes * sample.counts.sum())
+    return outliers if few else np.zeros_like(outliers)
 
 
 def sought_laws(
@@ -183,8 +143,9 @@ def sought_laws(
     library: list[Candidate],
     *,
     known_noise: bool,
+    named: Model | None = None,
+    explained: bool = False,
     report: Callable[[str], None] = lambda text: None,
-    worth: float = 0.0,
 ) -> Laws | None:
     """The laws that these rows show; None where they show none, or are too few.
 
@@ -194,10 +155,12 @@ def sought_laws(
         base: fit of the base model.
         library: named physics.
         known_noise: whether the noise is stated.
+        named: the best model with named effects, from which laws are sought as well as from none.
+        explained: whether it explains the recordings: the problem is linearised about it then. About what imitates,
+            laws would be weighed by readings of which its own curvature is a part.
         report: is told what is being done.
-        worth: gain of log evidence that laws have to exceed.
     """
-    if int(sample.counts.sum()) < FEWEST:
+    if int(sample.counts.sum()) < OPTIONS.fewest_rows:
         return None
     report("preparing laws at ports")
     measured = measured_of(sample, known_noise=known_noise)
@@ -208,33 +171,62 @@ def sought_laws(
     for candidate in library:
         for start, directions in enumerate(candidate.directions):
             columns = Dense(directions, some)
-            known = known_form(candidate.effect.component, columns, (candidate, start))
+            known = known_form(candidate.effect.component, columns, (candidate, candidate.starts[start]))
             if known is not None:
                 scales[len(dictionary.atoms)] = known[1]
                 dictionary.atoms.append(known[0])
-    present = base_alone(base, sample, kept)
-    blocks = np.repeat(measured.blocks, len(sample.recordings.axes))[kept]
+    present, seeds = base_alone(base, sample, kept), []
+    if named is not None and named.candidates:
+        about, found = _about(named, sample, kept)
+        present = about if explained else present
+        for candidate, values, directions in found:
+            known = known_form(candidate.effect.component, Dense(directions), (candidate, values))
+            if known is not None:
+                seeds.append(len(dictionary.atoms))
+                scales[seeds[-1]] = known[1]
+                dictionary.atoms.append(known[0])
+    blocks = readings_of(measured.blocks, sample)
     search = LawSearch(dictionary, present, blocks)
     report("weighing laws at ports")
-    chosen = search.run()
+    chosen = search.run(seeds=seeds)
     gain = chosen.evidence - present.log_evidence
-    if not chosen.indices or gain <= worth:
-        return None
-    if worth > 0.0 and all(search.atoms[index].named is not None for index in chosen.indices):
+    if not chosen.indices or set(chosen.indices) <= set(seeds):
         return None
     left_out = LeftOut(present.left_out(blocks), chosen.state.left_out(blocks), blocks)
     return _fitted(robot, sample, base, scales, search, chosen, left_out, gain)
 
 
+def _about(
+    named: Model, sample: Sample, kept: BoolArray
+) -> tuple[Present, list[tuple[Candidate, FloatArray, FloatArray]]]:
+    """The base model with readings as they are without the effects of a fitted model, to first order about it.
+
+    And each of these with its values when it vanishes, shapes as they were fitted, and its directions (M, d).
+    """
+    chain, values = named.fit.chain, named.fit.values
+    residuals, slopes = sample.residuals_with_sensitivities(chain, values)
+    design, readings, found = as_matrix(slopes)[kept], residuals.ravel()[kept], []
+    for candidate, part in zip(named.candidates, chain.slices, strict=True):
+        free = np.array([not p.shape for p in candidate.effect.parameters])
+        vanishing = np.where(free, candidate.effect.neutral(), values[part])
+        readings = readings + design[:, part] @ (values[part] - vanishing)
+        found.append((candidate, vanishing, design[:, part][:, free]))
+    alone = Chain(chain.robot, reading=sample.reading)
+    return _present(alone, design[:, : chain.base], readings), found
+
+
 def base_alone(base: Fit, sample: Sample, kept: BoolArray) -> Present:
     """The base model, with what is known of its parameters."""
-    directions = as_matrix(base.sensitivities)[kept]
-    knowledge = base.chain.knowledge()
+    return _present(base.chain, as_matrix(base.sensitivities)[kept], base.residuals.ravel()[kept])
+
+
+def _present(chain: Chain, directions: FloatArray, readings: FloatArray) -> Present:
+    knowledge = chain.knowledge()
     precision = np.zeros(directions.shape[1]) if knowledge is None else 1.0 / knowledge[1] ** 2
     # A parameter that the rows do not determine must not make the equations singular.
     sizes = (directions**2).sum(axis=0)
     precision = np.maximum(precision, 1e-12 * np.where(sizes > 0.0, sizes, 1.0))
-    return Present(directions, precision, base.residuals.ravel()[kept])
+    return Present(directions, precision, readings)
 
 
 def _fitted(
@@ -263,7 +255,7 @@ def _fitted(
         if atom.entry is None:
             assert atom.named is not None
             candidate, start = atom.named
-            values = candidate.starts[start].copy()
+            values = start.copy()
             free = np.array([not p.shape for p in candidate.effect.parameters])
             values[free] += scales[index] * own
             found.append((candidate.effect, values, where, share, candidate))

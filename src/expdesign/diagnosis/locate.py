@@ -16,12 +16,12 @@ from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
 from expdesign.identification.fit import Fit
 from expdesign.robots.robot import Robot
 
-LEVEL = 0.01
 _FORCE_BINS = 5
 _ACROSS = {"joint_compliance"}
 _LOAD = {"payload_com_offset", "load_direction_tilt"}
@@ -166,13 +166,13 @@ def _axes(base: Fit, sample: Sample, robot: Robot, noise_variance: float) -> tup
     share = base.rank / len(sample.recordings.axes)
     p_values = chi2_distribution.sf(sums, max(rows - share, 1.0)) * len(sums)
     names = [sample.recordings.components(robot.coordinates)[axis] for axis in sample.recordings.axes]
-    chosen = [name for name, p in zip(names, p_values, strict=True) if p < LEVEL]
+    chosen = [name for name, p in zip(names, p_values, strict=True) if p < OPTIONS.level]
     return tuple(chosen) if chosen else (names[int(np.argmax(sums))],)
 
 
 def _region(patterns: tuple[Probe, ...]) -> str:
     """On what the mismatch depends most, in words."""
-    significant = [probe.name for probe in patterns if probe.p_value < LEVEL]
+    significant = [probe.name for probe in patterns if probe.p_value < OPTIONS.level]
     if not significant:
         return "spread over all poses, loads and times"
     return "varies most with " + ", ".join(significant[:3])

@@ -10,13 +10,14 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, Component, Part
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
-from expdesign.diagnosis.held_out import folds_of
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.settling import SERIES, Settling, most_evident, settling
-from expdesign.diagnosis.stability import Stability, shares_of, tenths
+from expdesign.diagnosis.settling import Settling, most_evident, settling
+from expdesign.diagnosis.stability import Stability, shares_of
 from expdesign.identification.fit import Fit, fit
 from expdesign.ports.curve import Curve, curve_of
 from expdesign.ports.dictionary import Atom, Dictionary
@@ -189,7 +190,7 @@ class _Problem:
     def __init__(self, sample: Sample, chain: Chain, base: Fit) -> None:
         self.sample, self.chain, self.base = sample, chain, base
         self.kept = np.repeat(sample.counts, len(sample.recordings.axes))
-        self.blocks = _blocks(sample, self.kept)
+        self.blocks = readings_of(blocks_of(sample), sample)
         self.neutral = np.concatenate([base.values, *(effect.neutral() for effect in chain.effects)])
         self._residuals, self._slopes = self.linearised(Settling())(self.neutral)
         self.priors = _priors(chain, base, self._slopes)
@@ -222,7 +223,7 @@ class _Problem:
 
     def refits(self, found: Everything) -> list[frozenset[str]]:
         """Names of the groups that nine tenths of the rows keep."""
-        parts = np.repeat(tenths(self.sample), len(self.sample.recordings.axes))[self.kept]
+        parts = readings_of(blocks_of(self.sample, OPTIONS.refits), self.sample)
         every = np.unique(self.priors.group[self.priors.group >= 0]).tolist()
         names = {g: _group_name(self.chain, int(np.flatnonzero(self.priors.group == g)[0])) for g in every}
         kept = kept_groups(found, self.priors, self.blocks, parts)
@@ -359,14 +360,6 @@ def _without(base: Fit) -> Priors:
     deviation = np.full(count, np.inf) if knowledge is None else knowledge[1]
     low, high = base.chain.bounds()
     return Priors(base.values, deviation, np.full(count, -1, dtype=np.int64), low, high)
-
-
-def _blocks(sample: Sample, kept: BoolArray) -> IntArray:
-    """Stations or blocks of time that are left out together, of every reading that counts."""
-    series = sample.rows.series
-    several = len(np.unique(series[sample.counts])) >= SERIES
-    blocks = series if several else folds_of(sample)
-    return np.repeat(blocks, len(sample.recordings.axes))[kept]
 
 
 def _as_fit(chain: Chain, sample: Sample, found: Everything) -> Fit:

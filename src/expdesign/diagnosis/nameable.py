@@ -7,8 +7,9 @@ on without them; most of its models are known by then.
 
 from dataclasses import dataclass
 
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
-from expdesign.diagnosis.selection import ACCEPTANCE, Model, Search
+from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.time_confounded import confounded_with, drift_tests, unsupported
 from expdesign.diagnosis.verdict import at_limits
 from expdesign.recordings.remark import Remark
@@ -53,7 +54,7 @@ def nameable(search: Search, *, outliers: bool = True) -> Nameable:
     else:
         model = search.run(outliers=outliers)
         model = search.restricted(model, {*at_limits(model), *unsupported(search, model, other)})
-    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - ACCEPTANCE else ""
+    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - OPTIONS.acceptance else ""
     remarks: tuple[Remark, ...] = ()
     if other is not None and (imitations or drift_tests(search, model, other)):
         remarks = (ConfoundedTime(other.name, other.share, tuple(imitations)),)

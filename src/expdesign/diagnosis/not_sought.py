@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.diagnosis.laws import FEWEST
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import NotSought, Sought, TooFewForLaws
 from expdesign.diagnosis.sample import Sample
 from expdesign.recordings.remark import Remark
@@ -14,8 +14,8 @@ def not_sought(sample: Sample) -> tuple[Remark, ...]:
     """Kinds of laws that were not sought in these rows; empty where every kind was."""
     counts, recordings = sample.counts, sample.recordings
     rows = int(counts.sum())
-    if rows < FEWEST:
-        return (TooFewForLaws(rows, FEWEST),)
+    if rows < OPTIONS.fewest_rows:
+        return (TooFewForLaws(rows, OPTIONS.fewest_rows),)
     missing = {
         Sought.TIME: recordings.time is None,
         Sought.MEMORY: int(sample.rows.position[counts].max(initial=0)) < 1,

@@ -5,19 +5,14 @@ from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.identification.fit import Fit
 from expdesign.ports.everything import Everything, Priors
 
 _SHUFFLES = 2000
-_LEVEL = 0.0025
-"""Probability below which rows set aside have too much in common for single mistakes; there are four such tests."""
 _FEWEST = 3
-_SINGLE = 0.02
-"""Share of the rows that may be single mistakes where all effects are there at once."""
-_USUAL = 0.05
-"""Share of mistakes among recordings beyond which they are no longer single ones."""
 
 
 def row_distances(result: Fit) -> FloatArray:
@@ -61,7 +56,7 @@ def single_mistakes(found: Everything, priors: Priors, row_of: IntArray, axes: i
         axes: readings of a row.
     """
     rows = len(np.unique(row_of))
-    price, most = outlier_price(len(row_of), axes, rows), max(1, int(_SINGLE * rows))
+    price, most = outlier_price(len(row_of), axes, rows), max(1, int(OPTIONS.single_mistakes * rows))
     aside: list[int] = []
     left = np.ones(len(row_of), dtype=bool)
     while len(aside) <= most:
@@ -94,22 +89,22 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
     count, rows = chosen.size, len(outliers)
     if count < _FEWEST:
         return ""
-    if binom.sf(count - 1, rows, _USUAL) < _LEVEL:
+    if binom.sf(count - 1, rows, OPTIONS.usual_mistakes) < OPTIONS.mistakes_level:
         return "they are too many"
     directions = residuals[chosen] / np.linalg.norm(residuals[chosen], axis=1, keepdims=True)
     width = directions.shape[1]
     resultant = float((directions.sum(axis=0) ** 2).sum()) * width / count
-    if chi2_distribution.sf(resultant, width) < _LEVEL:
+    if chi2_distribution.sf(resultant, width) < OPTIONS.mistakes_level:
         return "they point the same way"
     generator = np.random.default_rng(0)
     draws = [generator.permutation(rows)[:count] for _ in range(_SHUFFLES)]
-    if np.mean([_pairs(series[draw]) >= _pairs(series[chosen]) for draw in draws]) < _LEVEL:
+    if np.mean([_pairs(series[draw]) >= _pairs(series[chosen]) for draw in draws]) < OPTIONS.mistakes_level:
         return "they are of the same series"
     if drivers:
         scores = _rank_scores(drivers)
         observed = np.abs(scores[:, chosen].sum(axis=1))
         usual = np.abs(scores[:, np.array(draws)].sum(axis=2)).max(axis=0)
-        if np.mean(usual >= observed.max()) < _LEVEL:
+        if np.mean(usual >= observed.max()) < OPTIONS.mistakes_level:
             return f"they depend on {list(drivers)[int(np.argmax(observed)) % len(drivers)]}"
     return ""
 

@@ -3,9 +3,9 @@
 Every model that was fitted in full during the search, or in its place afterwards, has a posterior weight
 exp(−½·penalised misfit) (the penalty carries the prior, see `selection`). The weights are spread by a temperature above
 one, because models of real mechanisms are never exact: what separates them is partly what all of them lack. And however
-large the evidence, what stands in no library may be behind it: no probability exceeds `MOST`.
+large the evidence, what stands in no library may be behind it: no probability exceeds `most`.
 
-`TEMPERATURE`, `MOST`, `FITTING` and `TENTATIVE` were set on development sets of `benchmarks/concealed`, none of which
+`temperature`, `most`, `fitting` and `tentative` were set on development sets of `benchmarks/concealed`, none of which
 belongs to the proof that is kept under `results/concealed`.
 """
 
@@ -13,18 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.selection import Model
-
-TEMPERATURE = 3.0
-MOST = 0.98
-"""Share that is right of the conclusions for which nothing else comes near."""
-FITTING, TENTATIVE = 0.5, 0.25
-"""Factors on the probabilities in an unexplained case: where the recordings are fitted, by effects that are doubted for
-another reason, and where a mismatch remains, part of which they may imitate."""
-NAMED_BESIDE_LAWS = 0.6
-"""Factor on the probability of a named effect that stands beside laws, part of which it may imitate."""
-INDISTINGUISHABLE = 7.0
-"""Penalised misfits that differ by less leave two explanations open."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +45,8 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     chosen = model.candidates[index].effect
     others = {m.keys: m for m in (without, *alternatives) if m.keys != model.keys}
     misfits = np.array([model.misfit, *(m.misfit for m in others.values())])
-    weights = np.exp(-0.5 * (misfits - misfits.min()) / (TEMPERATURE * inflation))
+    # What held-out rows passed over, however small its misfit, is at most as likely as what they chose.
+    weights = np.exp(-0.5 * np.maximum(misfits - model.misfit, 0.0) / (OPTIONS.temperature * inflation))
     same = [True]
     rivals: dict[str, float] = {}
     nearest: Model | None = None
@@ -67,8 +58,8 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
             if effect.physics != chosen.physics:
                 gap = (other.misfit - model.misfit) / inflation
                 rivals[effect.physics] = min(gap, rivals.get(effect.physics, np.inf))
-                if gap < INDISTINGUISHABLE and (nearest is None or other.misfit < nearest.misfit):
+                if gap < OPTIONS.indistinguishable and (nearest is None or other.misfit < nearest.misfit):
                     nearest = other
-    probability = MOST * float(weights[np.array(same)].sum() / weights.sum())
-    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < INDISTINGUISHABLE)
+    probability = OPTIONS.most * float(weights[np.array(same)].sum() / weights.sum())
+    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < OPTIONS.indistinguishable)
     return Standing(probability, tuple(physics for _, physics in close), nearest)

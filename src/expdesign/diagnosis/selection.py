@@ -17,21 +17,13 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate, beside
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import outlier_price, returning_distances, row_distances
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
 from expdesign.identification.fit import Fit, fit
 from expdesign.robots.robot import Robot
 
-ACCEPTANCE = 6.0
-"""By how much the penalised misfit must fall for an effect to be accepted: odds of e³, about 20 to 1."""
-FITS_PER_STEP = 10
-"""Places that are fitted in full in each step, best scores first."""
-_PROMISING, _ALWAYS = 0.5, 3
-"""Instead of an effect only those are tried whose score promises this share of its gain, and always the best three."""
-_KINDS = 20.0
-_ENOUGH = 1e-2
-"""Fall of χ² in one step below which a fit of the search has settled; decisions turn on differences of several."""
 _MOST_KEPT = 300_000_000
 """Bytes of derivatives of models that are kept; beyond, those not asked for longest are fitted anew if needed."""
 
@@ -137,7 +129,7 @@ class Search:
         while len(current.candidates) < self.most_effects:
             self.report(f"looking for effect {len(current.candidates) + 1}")
             grown = self._grow(current, outliers=outliers)
-            if grown is None or current.misfit - grown.misfit < ACCEPTANCE:
+            if grown is None or current.misfit - grown.misfit < OPTIONS.acceptance:
                 break
             self.log.add("forward", grown, True, f"misfit falls by {current.misfit - grown.misfit:.1f}")
             current = self._exchange(grown)
@@ -229,7 +221,7 @@ class Search:
 
     def _replacements(self, model: Model, index: int) -> list[Model]:
         smaller = self.without(model, index)
-        wanted = _PROMISING * (smaller.misfit - model.misfit)
+        wanted = OPTIONS.promising * (smaller.misfit - model.misfit)
         grown = [self._extended(smaller, candidate) for candidate in self._promising(smaller, wanted)]
         return [other for other in grown if hierarchical(other.effects)]
 
@@ -257,7 +249,7 @@ class Search:
             ranked.append((gain, candidate.effect.key, candidate, start))
         ranked.sort(key=lambda item: (-item[0], item[1]))
         best = self._best_of_each(ranked)
-        return [item[2:] for index, item in enumerate(best) if index < _ALWAYS or item[0] >= wanted]
+        return [item[2:] for index, item in enumerate(best) if index < OPTIONS.always or item[0] >= wanted]
 
     def ranked(self) -> list[Candidate]:
         """The library, what explains most beside the base model first."""
@@ -288,7 +280,7 @@ class Search:
             if taken.get(physics, 0) < 3:
                 kept.append(item)
                 taken[physics] = taken.get(physics, 0) + 1
-            if len(kept) == FITS_PER_STEP:
+            if len(kept) == OPTIONS.fits_per_step:
                 break
         return kept
 
@@ -338,7 +330,7 @@ class Search:
         chain = self._chains[names]
         sample = self.sample.restricted(~outliers)
         own = smaller.fit.values[: chain.base] if smaller is not None else chain.start()[: chain.base]
-        result = fit(chain, sample, np.concatenate([own, *parts]) if chosen else None, enough=_ENOUGH)
+        result = fit(chain, sample, np.concatenate([own, *parts]) if chosen else None, enough=OPTIONS.settled)
         misfit = self.log_misfit(result.chi2, sample.readings)
         if chosen:
             misfit += self._price(result.rank - self.base.fit.rank) + sum(
@@ -361,7 +353,7 @@ class Search:
 
     def prior_of(self, candidate: Candidate) -> float:
         """−2·log of the share of the prior probability that one place of one kind of physics has."""
-        return float(2.0 * np.log(candidate.places) + 2.0 * np.log(_KINDS))
+        return float(2.0 * np.log(candidate.places) + 2.0 * np.log(OPTIONS.kinds))
 
     def _outlier_penalty(self) -> float:
         """Of one row set aside."""

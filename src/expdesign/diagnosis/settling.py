@@ -16,13 +16,10 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.ports.everything import Linear, Priors, Sizes, log_evidence, sized
 
-SERIES = 5
-"""Series from which the machine may have settled between them, and from which they are left out as wholes."""
-_SAME_POSE = 0.01
-"""Share of the range of a coordinate in all rows within which rows of a series are at one pose."""
 _RATIOS = tuple(float(ratio) for ratio in np.geomspace(1e-4, 10.0, 11))
 """φ that are compared, deviations being such that each motion alone would show as much as the base model misses."""
 _SINGULAR = 1e-9
@@ -77,7 +74,7 @@ def settling(chain: Chain, sample: Sample, kept: BoolArray, residuals: FloatArra
     pose = [i for i, name in enumerate(names) if name.startswith("instrument ")]
     axes = len(sample.recordings.axes)
     moving = [np.flatnonzero(np.repeat(rows, axes)[kept]) for rows in _moving(sample)]
-    if len(moving) < SERIES or not pose:
+    if len(moving) < OPTIONS.groups or not pose:
         return Settling()
     directions = slopes[:, pose]
     shows = np.sqrt((directions**2).mean(axis=0))
@@ -95,7 +92,7 @@ def settling(chain: Chain, sample: Sample, kept: BoolArray, residuals: FloatArra
 def _moving(sample: Sample) -> list[BoolArray]:
     """Rows of every series that was read at several poses, shape (N,) each."""
     poses = sample.recordings.configurations
-    ranges = _SAME_POSE * np.ptp(poses[sample.counts], axis=0)
+    ranges = OPTIONS.same_pose * np.ptp(poses[sample.counts], axis=0)
     found = []
     for number in np.unique(sample.rows.series[sample.counts]):
         rows: BoolArray = (sample.rows.series == number) & sample.counts

@@ -17,13 +17,13 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from expdesign.arrays import FloatArray, IntArray, as_matrix
+from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import Score, reduced_score
-from expdesign.diagnosis.selection import ACCEPTANCE, Model, Search, hierarchical
+from expdesign.diagnosis.selection import Model, Search, hierarchical
 
-REFITS = 10
-"""Tenths of the rows, each left out once."""
 _MOST_COLUMNS = 1500
 """Directions of candidates that are considered; beyond, those that explain least beside the base model are not."""
 _OWN_COLUMNS = 750
@@ -59,25 +59,17 @@ class _Option:
         return self.columns[start]
 
 
-def tenths(sample: Sample) -> IntArray:
-    """The tenth of every row: series together where there are enough, else consecutive rows; shape (N,)."""
-    series = np.unique(sample.rows.series, return_inverse=True)[1]
-    if series.max() + 1 >= REFITS:
-        return np.asarray(series * REFITS // (series.max() + 1), dtype=np.int64)
-    return np.arange(len(series)) * REFITS // len(series)
-
-
 def stability(search: Search, model: Model) -> Stability | None:
     """Shares of the refits that name the effects of a model; None where it has none, or a tenth holds no row."""
     if not model.candidates:
         return None
     sample = search.sample.restricted(~model.outliers)
-    blocks = tenths(sample)
-    if len(np.unique(blocks[sample.counts])) < REFITS:
+    blocks = blocks_of(sample, OPTIONS.refits)
+    if len(np.unique(blocks[sample.counts])) < OPTIONS.refits:
         return None
     problem = _Problem(search, model, sample, blocks)
     names = [(c.effect.physics, c.effect.component) for c in model.candidates]
-    named = [{(c.effect.physics, c.effect.component) for c in problem.named(tenth)} for tenth in range(REFITS)]
+    named = [{(c.effect.physics, c.effect.component) for c in problem.named(tenth)} for tenth in range(OPTIONS.refits)]
     return shares_of(names, named)
 
 
@@ -118,9 +110,9 @@ class _Problem:
             start += count * width
         matrix = np.column_stack([*columns, readings])
         owner = np.repeat(blocks, len(sample.recordings.axes))
-        self.products = np.stack([matrix[owner == b].T @ matrix[owner == b] for b in range(REFITS)])
+        self.products = np.stack([matrix[owner == b].T @ matrix[owner == b] for b in range(OPTIONS.refits)])
         axes = len(sample.recordings.axes)
-        self.counts = [axes * int((sample.counts & (blocks == b)).sum()) for b in range(REFITS)]
+        self.counts = [axes * int((sample.counts & (blocks == b)).sum()) for b in range(OPTIONS.refits)]
         self._known(model)
 
     def _known(self, model: Model) -> None:
@@ -144,7 +136,7 @@ class _Problem:
         present: dict[int, int] = {}
         while len(present) < self.search.most_effects:
             best = self._best(gram, readings, present)
-            if best is None or best[0] < ACCEPTANCE:
+            if best is None or best[0] < OPTIONS.acceptance:
                 break
             present[best[1]] = best[2]
             present = self._pruned(gram, readings, self._exchanged(gram, readings, present))

@@ -12,9 +12,10 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
-from expdesign.diagnosis.blocks import blocks_of
-from expdesign.diagnosis.dispersion import ALIKE, dispersion
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
+from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.identification.fit import Fit
 from expdesign.ports.curve import Curve
@@ -32,14 +33,6 @@ _NOISE = 0.03
 """Noise at which ends of guides are compared before anything is fitted, in misfits of the base model."""
 
 _POINTS = 31
-_FEWEST = 60
-"""Rows that laws of many weights cannot be learnt from."""
-_EXCESS, _GAINS = 2.0, 0.9
-"""RMS of what the base model leaves, in standard deviations, from which laws are sought, and the factor on left-out
-errors that they have to reach."""
-_NAMELESS = 1.5
-"""Noise beside all laws at once, in stated standard deviations; see `Support.nameless`."""
-_WINS = 0.98
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,14 +63,13 @@ class Support(AtOnce):
         A named law that changes too fast for laws of limited rank leaves remainders that do not depend on the row
         before; where rows are alike, something is missing that no law of the load, its history or time can stand for.
         """
-        return self.noise > _NAMELESS and dispersion(self.fit.residuals, sample).correlation > ALIKE
+        return self.noise > OPTIONS.noteworthy and dispersion(self.fit.residuals, sample).correlation > OPTIONS.alike
 
     def beats(self, named: Fit, sample: Sample) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
-        axes = len(sample.recordings.axes)
-        kept = np.repeat(sample.counts, axes)
-        errors = base_alone(named, sample, kept).left_out(np.repeat(blocks_of(sample), axes)[kept])
-        return self.after < _WINS * float(np.sqrt((errors**2).mean()))
+        kept = np.repeat(sample.counts, len(sample.recordings.axes))
+        errors = base_alone(named, sample, kept).left_out(readings_of(blocks_of(sample), sample))
+        return self.after < OPTIONS.better * float(np.sqrt((errors**2).mean()))
 
 
 def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
@@ -87,7 +79,7 @@ def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
     where left-out stations are hardly predicted better.
     """
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
-    if not robot.on_support or int(sample.counts.sum()) < _FEWEST or excess < _EXCESS:
+    if not robot.on_support or int(sample.counts.sum()) < OPTIONS.all_rows or excess < OPTIONS.all_excess:
         return None
     dictionary = Dictionary(robot, measured_of(sample, known_noise=False), base.values, only=(PORT,))
     kept = np.repeat(sample.counts, len(sample.recordings.axes))
@@ -95,7 +87,7 @@ def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
     atoms = _one_guide(dictionary.atoms, present)
     if not atoms:
         return None
-    blocks = np.repeat(blocks_of(sample), len(sample.recordings.axes))[kept]
+    blocks = readings_of(blocks_of(sample), sample)
     slopes = np.hstack([atom.directions for atom in atoms])
     forms = list(dict.fromkeys(_form(atom) for atom in atoms))
     group = np.concatenate([np.full(atom.width, forms.index(_form(atom))) for atom in atoms])
@@ -107,7 +99,7 @@ def support_laws(robot: Robot, sample: Sample, base: Fit) -> Support | None:
         lambda weights: (present.readings - slopes @ weights, slopes), priors, np.zeros(width), blocks
     )
     after = float(np.sqrt((found.left_out(blocks, priors) ** 2).mean()))
-    if after > _GAINS * misfit or not (priors.group >= 0).any():
+    if after > OPTIONS.all_gains * misfit or not (priors.group >= 0).any():
         return None
     gains = group_gains(found, priors, blocks)
     return _in_chain(robot, sample, base, dictionary, atoms, found, priors, gains, (misfit, after))

@@ -16,16 +16,12 @@ from scipy.stats import chi2 as chi2_distribution
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.row import RowData, row_data
 from expdesign.diagnosis.locate import drivers
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.robots.robot import Robot
 
-CONFOUNDED = 0.8
-"""Share of the variance of time that one quantity predicts, from which time is confounded with it (inflation 5)."""
-LEVEL = 0.01
-_SHARE = 0.5
-"""Part of a drift that has to show in what the other quantity leaves of time."""
 _LEVELS = 12
 """Values of a quantity up to which each is a level of its own."""
 _DRIFTS = "thermal_drift"
@@ -63,7 +59,7 @@ class DriftTest:
 
 
 def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
-    """The quantity that predicts the times of the rows best, where it predicts `CONFOUNDED` of their variance."""
+    """The quantity that predicts the times of the rows best, where it predicts `confounded` of their variance."""
     counts = sample.counts
     time = _times(sample)
     best: Confounded | None = None
@@ -75,7 +71,7 @@ def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
             continue
         variance = float(time[counts].var())
         share = 1.0 - float(((time - predicted)[counts] ** 2).mean()) / variance if variance > 0.0 else 0.0
-        if share >= CONFOUNDED and (best is None or share > best.share):
+        if share >= OPTIONS.confounded and (best is None or share > best.share):
             best = Confounded(name, share, predicted)
     return best
 
@@ -167,4 +163,4 @@ def _drift_test(search: Search, model: Model, index: int, other: Confounded) -> 
     free = np.array([not parameter.shape for parameter in model.candidates[index].effect.parameters])
     whole = (alone[free] * sizes)[shown]
     share = float((within * sizes[shown]) @ whole) / max(float(whole @ whole), 1e-300)
-    return DriftTest(index, p_value < LEVEL and share > _SHARE, p_value)
+    return DriftTest(index, p_value < OPTIONS.level and share > OPTIONS.drift_shows, p_value)

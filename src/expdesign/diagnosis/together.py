@@ -19,21 +19,14 @@ from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.many import Group, Many, many_effects, many_laws, start_with_everything
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.verdict import PREDICTS
 from expdesign.identification.fit import Fit
 from expdesign.ports.words import columns, identifier
 from expdesign.robots.robot import Robot
 
 ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
 """Ways of working, as `method` says them."""
-
-_FEWEST = 60
-"""Rows that fewer parameters than effects of all places cannot be learnt from."""
-_EXCESS = 2.0
-"""RMS of what the base model leaves, in standard deviations, below which little can be told of many effects."""
-_GAINS = 0.9
-"""Factor on the left-out error of the base model that all effects at once have to reach."""
 
 
 @dataclass(frozen=True)
@@ -52,17 +45,18 @@ def together(
         return None, Method(ONE_AT_A_TIME, "deflections are measured, to which only what yields contributes")
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
-    if excess < _EXCESS:
+    if excess < OPTIONS.all_excess:
         why = f"the base model leaves {excess:.3g} standard deviations, too little to tell many effects apart"
         return None, Method(ONE_AT_A_TIME, why)
-    if count < _FEWEST:
-        return None, Method(ONE_AT_A_TIME, f"{count} rows are too few for all effects at once ({_FEWEST} are needed)")
+    if count < OPTIONS.all_rows:
+        why = f"{count} rows are too few for all effects at once ({OPTIONS.all_rows} are needed)"
+        return None, Method(ONE_AT_A_TIME, why)
     laws = many_laws(robot, sample, base)
     found = start_with_everything(robot, sample, base, (*many_effects(library), *laws), report)
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with all"
     if found.few:
         return None, Method(ONE_AT_A_TIME, f"one or two groups of effects do nearly what all do together ({errors})")
-    if found.after > _GAINS * found.before:
+    if found.after > OPTIONS.all_gains * found.before:
         return None, Method(ONE_AT_A_TIME, f"all effects at once predict no better ({errors})")
     why = f"no two groups of effects predict nearly as well as {len(found.groups)} groups together ({errors})"
     return found, Method(TOGETHER, why)
@@ -71,7 +65,9 @@ def together(
 def errors_together(many: AtOnce, base: Fit, sample: Sample, test: BoolArray, *, known_noise: bool) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
     if test.any():
-        return held_out(base, many.fit, sample, test, many.aside, known_noise=known_noise, scatter=many.after)
+        return held_out(
+            base, many.fit, sample, test, many.aside, known_noise=known_noise, scatter=many.after, later=False
+        )
     train = [float(np.sqrt((f.residuals**2).sum() / sample.readings)) for f in (base, many.fit)]
     surprise = many.after / max(many.noise, 1.0)
     return HeldOut(train[0], train[1], many.before, many.after, surprise, "blocks left out, the groups as they are")
@@ -79,7 +75,7 @@ def errors_together(many: AtOnce, base: Fit, sample: Sample, test: BoolArray, *,
 
 def verdict_together(errors: HeldOut) -> str:
     """`modelled` where rows that were not fitted are predicted to the noise."""
-    return "modelled" if max(errors.test_surprise, errors.test_after) <= PREDICTS else "unexplained"
+    return "modelled" if max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts else "unexplained"
 
 
 def group_findings(many: Many) -> tuple[Finding, ...]:

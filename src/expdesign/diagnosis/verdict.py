@@ -3,7 +3,7 @@
 Whatever is in no library is imitated by what is, the better the more effects may stand together. Four things betray an
 imitation: it leaves a misfit over; it predicts badly what was not fitted; it needs values that no machine has; it needs
 many effects. On development sets of 30 mechanisms outside the library (`benchmarks/concealed`), imitations left between
-7 and 100 % of the excess of χ² over, but for one that touched a single row. So an excess of which `RESIDUAL_SHARE`
+7 and 100 % of the excess of χ² over, but for one that touched a single row. So an excess of which `residual_share`
 would show above the noise is needed before as many effects are believed as the search allows, since a single unknown
 cause is more likely beforehand than that number of known ones at once.
 """
@@ -13,17 +13,9 @@ from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.selection import Model
 from expdesign.identification.goodness import FIT, StatementOfFit
-
-RESIDUAL_SHARE = 0.05
-"""Share of the excess of χ² that may remain in an explained case: no library is exact to the last percent."""
-PREDICTS = 1.3
-"""`HeldOut.test_surprise` above which a model describes the recordings but does not predict."""
-HALVED = 0.7
-"""Factor on held-out RMS that halves its square: what an imitation has to reach to be the predictive model."""
-_SHOWS = 3.0
-"""Standard deviations of χ² that count as visible."""
 
 
 def verdict_without(statement: StatementOfFit) -> str:
@@ -33,7 +25,7 @@ def verdict_without(statement: StatementOfFit) -> str:
 
 def verdict_with(laws: Laws, errors: HeldOut) -> str:
     """Verdict where laws at ports are predicted with: whether they bring rows that were not fitted to the noise."""
-    if errors.test_surprise > PREDICTS:
+    if errors.test_surprise > OPTIONS.predicts:
         return "unexplained"
     return "modelled" if any(part.named is None for part in laws.parts) else "explained"
 
@@ -62,14 +54,15 @@ def doubt(
     beyond = next(iter(at_limits(model).values()), at_limit)
     if beyond:
         return f"{beyond} at the limit of what is physically possible describes the recordings better"
-    if errors.test_surprise > PREDICTS:
+    if errors.test_surprise > OPTIONS.predicts:
         return "recordings that were not fitted are not predicted"
     many = len(model.candidates) >= most
     if not known_noise:
         return "so many effects at once imitate something else" if many else ""
     if not fits(before, after):
         return "a mismatch remains"
-    visible = RESIDUAL_SHARE * (before[0] / before[1] - 1.0) * after[1] > _SHOWS * np.sqrt(2.0 * after[1])
+    remains = OPTIONS.residual_share * (before[0] / before[1] - 1.0) * after[1]
+    visible = remains > OPTIONS.shows * np.sqrt(2.0 * after[1])
     if many and not (visible and within_noise(after)):
         return "so many effects at once may imitate something else"
     return ""
@@ -83,7 +76,7 @@ def within_noise(after: tuple[float, int]) -> bool:
 def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:
     """Whether what remains of a mismatch is within the noise, or a small share of it."""
     remaining, excess = after[0] / after[1] - 1.0, before[0] / before[1] - 1.0
-    return within_noise(after) or remaining <= RESIDUAL_SHARE * excess
+    return within_noise(after) or remaining <= OPTIONS.residual_share * excess
 
 
 def at_limits(model: Model) -> dict[str, str]:

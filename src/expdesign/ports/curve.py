@@ -90,7 +90,7 @@ def curve_of(
         if whole:
             factor = robot.compliance[channel.output]
             rows[:, channel.output] = factor if _whole(law) == "compliance" else factor * grid[:, 0]
-        outputs += [_output_name(law, robot, channel.output)] * len(grid)
+        outputs += [law.port.outputs[channel.output]] * len(grid)
         varied += which
         points.append(grid)
         means.append(rows @ values)
@@ -114,15 +114,6 @@ def _whole(law: Law) -> str | None:
     if form.kind == "force law" and len(inputs) == 1 and inputs[0].kind == "effort":
         return "elongation"
     return None
-
-
-def _output_name(law: Law, robot: Robot, output: int) -> str:
-    if law.form.port == "actuators":
-        return robot.actuators[output]
-    if law.form.port == "joints":
-        return robot.coordinates.deflection[output % robot.coordinates.n]
-    names = (*robot.coordinates.wrench,) if law.form.port == "payload" else (*robot.coordinates.deflection,)
-    return names[output] if output < len(names) else f"parameter {output + 1}"
 
 
 def _grid(low: FloatArray, high: FloatArray, middle: FloatArray) -> tuple[FloatArray, list[int]]:

@@ -34,7 +34,7 @@ class Atom:
         entry: the law, whose channels have gains that make the mean prior variance of the readings 1; None for physics
             of known form.
         basis: features of the law.
-        named: physics of known form, for who put it there: what, and which of its starts.
+        named: physics of known form, for who put it there: what, and parameters to start from.
     """
 
     component: Component
@@ -42,7 +42,7 @@ class Atom:
     gram: FloatArray
     entry: Entry | None = None
     basis: Basis | None = None
-    named: tuple[Any, int] | None = None
+    named: tuple[Any, FloatArray] | None = None
 
     @property
     def directions(self) -> FloatArray:
@@ -164,7 +164,9 @@ def _atom(entry: Entry, maps: tuple[FloatArray, FloatArray], sight: Sight, known
     return Atom(entry.component, replace(columns, scale=factor), gram / size, replace(entry, channels=scaled), basis)
 
 
-def known_form(component: Component, directions: Dense, named: tuple[Any, int]) -> tuple[Atom, FloatArray] | None:
+def known_form(
+    component: Component, directions: Dense, named: tuple[Any, FloatArray]
+) -> tuple[Atom, FloatArray] | None:
     """Physics of known form with parameters of unknown size, and what its weights are in units of these (d,).
 
     Args:

@@ -17,6 +17,8 @@ PERIODS = 14
 """Periods that are tried, so that at least about three of them fit into the range of a length."""
 _BEYOND = (0.05, 0.1, 0.14, 0.2, 0.28, 0.4, 0.8)
 """Where guides end, in ranges of the place beyond its range."""
+_AT_START = {"clock": "started", "temperature": "warmth"}
+"""What changes slowly, and what the same was at the first row of the series."""
 _THRESHOLDS = (0.05, 0.15, 0.3, 0.6, 1.0)
 
 
@@ -97,16 +99,26 @@ def memory_of(sight: Sight, effort: Quantity) -> Iterator[Prior]:
 
 
 def since_start(sight: Sight, channels: Iterable[Channel]) -> tuple[Channel, ...]:
-    """Channels of a displacement, and for each that follows the clock what it was at the series' first row.
+    """Channels of a displacement, and for each that follows clock or temperature what it was at the series' first row.
 
     A deflection is the change since then, so that of a displacement f(t) it shows f(t) − f(t_first).
     """
     found = []
     for channel in channels:
         found.append(channel)
-        if channel.inputs == (Quantity("clock"),) and not sight.positions:
-            found.append(replace(channel, inputs=(Quantity("started"),), gain=-channel.gain))
+        (seen, *others) = channel.inputs
+        if seen.kind in _AT_START and not others and not sight.positions:
+            first = replace(seen, kind=_AT_START[seen.kind])
+            found.append(replace(channel, inputs=(first,), gain=-channel.gain))
     return tuple(found)
+
+
+def over_temperature(sight: Sight, form: str, index: int) -> Iterator[Prior]:
+    """Slow change with the temperature: in proportion to the warming, and any smooth function of the temperature."""
+    warming = Quantity("warming", index)
+    if sight.varies(warming):
+        yield Prior(form, "linear", (warming,), (sight.spread(warming),), 1)
+    yield from smooth_over(sight, form, (Quantity("temperature", index),), 8)
 
 
 def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:

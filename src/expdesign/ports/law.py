@@ -21,6 +21,8 @@ from expdesign.robots.robot import Robot
 
 _FADES = 0.25
 """Length over which a law fades beyond the range of its inputs, in widths of the range."""
+_GOES_ON = 0.1
+"""The same over which a law of time or temperature goes on, before it stays at its last value."""
 _WITHIN = 1e-24
 """Square of what is left of the uncertainty beyond within the range: a root has no derivative at exactly 0."""
 
@@ -150,7 +152,8 @@ class Law(_AtPort):
 
     Parameters are the weights of its features, block after block, known beforehand to ±σ about 0; after them one per
     component of u for what is not known beyond the range of the inputs: there the features fade, and this takes over
-    with the law's own standard deviation about 0.
+    with the law's own standard deviation about 0. Soon beyond recorded times and temperatures a law stays at its last
+    value, and what is not known grows as a random walk that wanders by its standard deviation within their range.
     """
 
     def __init__(self, robot: Robot, form: Form, number: int = 1) -> None:
@@ -196,13 +199,16 @@ class Law(_AtPort):
         features: dict[tuple[Quantity, ...], ca.SX] = {}
         for index, channel in enumerate(form.channels):
             inputs = [seen(quantity) for quantity in channel.inputs]
+            low, high = form.low[index], form.high[index]
+            held, later = _held(channel.inputs, inputs, low, high)
             if channel.inputs not in features:
-                features[channel.inputs] = form.basis.expression(inputs)
+                features[channel.inputs] = form.basis.expression(held)
             weights = theta[channel.block * rank : (channel.block + 1) * rank]
-            within = _within(inputs, form.low[index], form.high[index])
+            fading = [i for i, quantity in enumerate(channel.inputs) if not quantity.drifts]
+            within = _within([inputs[i] for i in fading], low[fading], high[fading])
             beyond = theta[blocks * rank + self._outputs.index(channel.output)]
             value = within * ca.dot(features[channel.inputs], weights)
-            value += ca.sqrt(ca.fmax(1.0 - within**2, _WITHIN)) * beyond
+            value += ca.sqrt(ca.fmax(1.0 - within**2 + later, _WITHIN)) * beyond
             amplitude = 1.0 if channel.amplitude is None else seen(channel.amplitude)
             extra[channel.output] += channel.gain * amplitude * value
         return extra, ca.vertcat(*following)
@@ -210,6 +216,19 @@ class Law(_AtPort):
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         """A law is a curve; it has no parameters that a person would know."""
         return {}
+
+
+def _held(
+    quantities: Sequence[Quantity], inputs: list[ca.SX], low: FloatArray, high: FloatArray
+) -> tuple[list[ca.SX], ca.SX]:
+    """Inputs with times and temperatures held soon beyond their range, and how many ranges these are beyond it."""
+    held, later = list(inputs), ca.SX(0.0)
+    for i, (quantity, least, most) in enumerate(zip(quantities, low, high, strict=True)):
+        if quantity.drifts:
+            width = max(float(most - least), 1e-12)
+            held[i] = ca.fmin(ca.fmax(inputs[i], float(least) - _GOES_ON * width), float(most) + _GOES_ON * width)
+            later += ca.fmax(ca.fmax(inputs[i] - float(most), float(least) - inputs[i]), 0.0) / width
+    return held, later
 
 
 def _within(inputs: list[ca.SX], low: FloatArray, high: FloatArray) -> ca.SX:

@@ -99,6 +99,11 @@ class Port(ABC):
         """How many components u has on this robot; 0 where the robot has no such port."""
 
     @property
+    def outputs(self) -> Sequence[str]:
+        """Names of the components of u with their units, as curves have them: motions of the platform."""
+        return self.robot.coordinates.deflection
+
+    @property
     @abstractmethod
     def components(self) -> Sequence[Component]:
         """Where its laws may be."""

@@ -15,6 +15,7 @@ from expdesign.symbolic import BatchFunction
 
 _STATES = {"stop": 2, "lag": 2, "latched": 3}
 """Quantities with memory, and how many states each carries: the force of the row before is one of them."""
+_DRIFTS = ("clock", "elapsed", "started", "temperature", "warmth")
 _LEAST_OVERLAP = 1e-3
 """m, rad; a guide is not drawn out farther."""
 
@@ -38,6 +39,11 @@ class Quantity:
     def states(self) -> int:
         """States carried from row to row of a series."""
         return _STATES.get(self.kind, 0)
+
+    @property
+    def drifts(self) -> bool:
+        """Whether it goes on changing beyond what was recorded, as time and temperature do."""
+        return self.kind in _DRIFTS
 
     def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.
@@ -134,6 +140,8 @@ _VALUES = {
     "elapsed": lambda row, robot: row.elapsed,
     "started": lambda row, robot: row.clock - row.elapsed,
     "warming": lambda row, robot: row.warming,
+    "temperature": lambda row, robot: row.warmth + row.warming,
+    "warmth": lambda row, robot: row.warmth,
     "loaded": lambda row, robot: ca.SX(row.payload),
     "gravity": lambda row, robot: row.gravity,
     "carried": lambda row, robot: _carried(row),

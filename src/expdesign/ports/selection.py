@@ -24,6 +24,8 @@ from expdesign.ports.screen import Screen
 ALARM = 8.0
 """Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about
 1,200 entries exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
+CONTESTED = 10.0
+"""Log evidence by which laws have to exceed named physics: what machines are known to do is likelier."""
 MOST_LAWS = 6
 _AT_ONE = 3
 """Laws of one component that are added together."""
@@ -54,6 +56,7 @@ class Chosen:
         evidence: log evidence, less what laws of several actuators at once cost.
         blocks: block of every reading that is left out together, shape (M,).
         components: number of components that they are at.
+        nameless: whether one of them has no name.
     """
 
     indices: tuple[int, ...]
@@ -61,6 +64,7 @@ class Chosen:
     evidence: float
     blocks: IntArray
     components: int
+    nameless: bool = False
 
     @cached_property
     def error(self) -> float:
@@ -94,10 +98,19 @@ class LawSearch:
         self._seen: dict[tuple[int, ...], tuple[Proposal, list[Chosen]]] = {}
         self.log: list[str] = []
 
-    def run(self, *, alarm: float = ALARM, most: int = MOST_LAWS) -> Chosen:
-        """The laws that are there; none where no gain exceeds `alarm`."""
+    def run(self, *, seeds: Sequence[int] = (), alarm: float = ALARM, most: int = MOST_LAWS) -> Chosen:
+        """The laws that are there; none where no gain exceeds `alarm`.
+
+        Args:
+            seeds: physics of known form that explains something together, from which the search goes on as well.
+            alarm: gain of log evidence below which nothing is believed.
+            most: laws.
+        """
         start = self._chosen((), self.base)
-        ends = [self._completed(start, first, alarm, most) for first in self._starts(start, alarm, most)]
+        firsts = self._starts(start, alarm, most)
+        if seeds:
+            firsts.append(self._seeded(start, seeds))
+        ends = [self._completed(start, first, alarm, most) for first in firsts]
         if not ends:
             return start
         best = self._finer(preferred(ends))
@@ -109,6 +122,13 @@ class LawSearch:
         trials = sorted(self._trials(start, alarm, most), key=lambda trial: -trial.evidence)
         gains = [trial.evidence - start.evidence for trial in trials]
         return [t for t, gain in zip(trials, gains, strict=True) if gain >= max(alarm, _LIKE * gains[0])][:_STARTS]
+
+    def _seeded(self, current: Chosen, seeds: Sequence[int]) -> Chosen:
+        """With physics of known form, less what is not worth its evidence."""
+        for index in seeds:
+            variance = current.state.gain(self._screen.directions(index))[1]
+            current = self._beside(current, index, variance)
+        return self._pruned(current)
 
     def _completed(self, start: Chosen, current: Chosen, alarm: float, most: int) -> Chosen:
         """With the laws of further components, as long as they are worth it."""
@@ -166,7 +186,9 @@ class LawSearch:
 
     def _chosen(self, indices: tuple[int, ...], state: Present) -> Chosen:
         evidence = state.log_evidence - float(self._dearer[list(indices)].sum())
-        return Chosen(indices, state, evidence, self.blocks, len({self.atoms[i].component for i in indices}))
+        chosen = [self.atoms[i] for i in indices]
+        nameless = any(atom.entry is not None for atom in chosen)
+        return Chosen(indices, state, evidence, self.blocks, len({atom.component for atom in chosen}), nameless)
 
     def _trials(self, current: Chosen, alarm: float, most: int) -> list[Chosen]:
         """Components that come near, each with its laws beside the present ones; none where nothing is worth it."""
@@ -263,7 +285,8 @@ class LawSearch:
 def preferred(trials: list[Chosen]) -> Chosen:
     """Of several: the least left-out error, and within 5 % of it the largest evidence."""
     least = min(trial.error for trial in trials)
-    return max((t for t in trials if t.error <= _ALIKE * least), key=lambda t: t.evidence - ALARM * t.components)
+    alike = (trial for trial in trials if trial.error <= _ALIKE * least)
+    return max(alike, key=lambda t: t.evidence - ALARM * t.components - CONTESTED * t.nameless)
 
 
 def _dearer(atom: Atom) -> float:

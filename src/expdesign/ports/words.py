@@ -47,7 +47,7 @@ _USUAL = {
 }
 _UNITS = {
     "effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "started": "s",
-    "settling": "", "warming": "K",
+    "settling": "", "warming": "K", "temperature": "degC", "warmth": "degC",
 }  # fmt: skip
 
 
@@ -59,7 +59,7 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         part, axis = divmod(index - count, robot.coordinates.n)
         what = robot.coordinates.wrench[axis] + ("" if part == 0 else " about the origin of O")
         if index < count:
-            what = f"the force in {robot.actuators[index]}"
+            what = f"the {'moment' if robot.units[index] == 'rad' else 'force'} in {robot.actuators[index]}"
         prefix = {"effort_sign": "the sign of ", "stop": "the history of ", "lag": "the history of "}
         return prefix.get(kind, "") + what
     if kind in ("whole", "rest"):
@@ -67,7 +67,7 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
     names = {
         "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
-        "length": f"the length of {robot.actuators[index]}" if index < count else "length",
+        "length": f"the {_place(index, robot)} of {robot.actuators[index]}" if index < count else "length",
         "overlap": f"what {robot.configuration[index % max(len(robot.configuration), 1)]} leaves of its guide",
         "settling": "the time since the series' first row",
         "pose": robot.configuration[index % max(len(robot.configuration), 1)],
@@ -77,12 +77,19 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "elapsed": "the time since the series' first row",
         "started": "the time of the series' first row",
         "warming": "the warming",
+        "temperature": "the temperature",
+        "warmth": "the temperature of the series' first row",
         "deflection": f"the deflection along {robot.coordinates.deflection[index % robot.coordinates.n]}",
         "carried": f"{robot.coordinates.wrench[index % robot.coordinates.n]} along the platform's axes",
         "latched": "the direction of the last force that was large enough",
         "own_gravity": f"gravity along the platform's {'xyz'[index % 3]}",
     }
     return names.get(kind, kind)
+
+
+def _place(index: int, robot: Robot) -> str:
+    """What the coordinate of an actuator is."""
+    return "angle" if index < len(robot.stiffness) and robot.units[index] == "rad" else "length"
 
 
 def _load(index: int, robot: Robot) -> str:
@@ -109,7 +116,7 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
     names = {
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
-        "length": "angle" if index < count and robot.units[index] == "rad" else "length",
+        "length": _place(index, robot),
         "rest": "load_of_reference",
         "overlap": "overlap",
         "settling": "time_in_series",
@@ -119,6 +126,7 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "elapsed": "time_in_series",
         "started": "time",
         "warming": "temperature_change",
+        "warmth": "temperature",
         "deflection": f"deflection_{robot.coordinates.deflection[index % robot.coordinates.n]}",
         "carried": f"{wrench[index % len(wrench)]}_along_platform",
         "latched": "force_history",
@@ -140,9 +148,13 @@ def columns(quantities: tuple[Quantity, ...], robot: Robot) -> tuple[str, ...]:
 
 def unit_of(quantity: Quantity, robot: Robot) -> str:
     """SI unit of a quantity."""
+    count = len(robot.stiffness)
+    if quantity.kind == "length" and quantity.index < count:
+        return robot.units[quantity.index]
     if quantity.kind in ("stop", "lag", "effort"):
-        first = quantity.index - len(robot.stiffness)
-        return "N·m" if first >= len(robot.gravity) else "N"
+        first = (quantity.index - count) % robot.coordinates.n
+        turns = first >= len(robot.gravity) if quantity.index >= count else robot.units[quantity.index] == "rad"
+        return "N·m" if turns else "N"
     if quantity.kind in ("whole", "rest"):
         return "N·m" if quantity.index >= len(robot.gravity) else "N"
     if quantity.kind in ("pose", "deflection"):

@@ -7,7 +7,7 @@ import numpy as np
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding, curve_file
-from expdesign.diagnosis.locate import LEVEL
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.report.remark_texts import sentences
 
 _LISTED = 0.001
@@ -130,6 +130,6 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
         "probes": [
             {"name": p.name, "explained": p.explained, "dimension": p.dimension, "p_value": p.p_value}
             for p in (*location.components, *location.patterns)
-            if p.p_value < LEVEL
+            if p.p_value < OPTIONS.level
         ],
     }

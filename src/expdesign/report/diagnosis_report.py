@@ -5,7 +5,7 @@ import pandas as pd
 
 from expdesign.acceptance.decision import Decision
 from expdesign.diagnosis.diagnose import Diagnosis
-from expdesign.diagnosis.locate import LEVEL
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.model_error.recorded import HiddenByRecordings
 from expdesign.probabilities import probability_text
 from expdesign.report import words
@@ -130,7 +130,7 @@ def _where(result: Diagnosis) -> list[Block]:
     rows, records = [], []
     for kind, probes in (("part of the machine", location.components), ("dependence", location.patterns)):
         for probe in probes:
-            stands_out = "stands out" if probe.p_value < LEVEL else ""
+            stands_out = "stands out" if probe.p_value < OPTIONS.level else ""
             tested = [words.number(probe.explained, 4), str(probe.dimension), probability_text(probe.p_value, 2)]
             rows.append([in_prose(probe.name), kind, *tested, stands_out])
             records.append({"kind": kind, **vars(probe)})

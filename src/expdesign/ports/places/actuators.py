@@ -7,7 +7,16 @@ import casadi as ca
 from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, memory_of, of_effort, over_time, repeating, since_start, smooth_over
+from expdesign.ports.families import (
+    Prior,
+    memory_of,
+    of_effort,
+    over_temperature,
+    over_time,
+    repeating,
+    since_start,
+    smooth_over,
+)
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -24,6 +33,10 @@ class Actuators(Port):
 
     def components_of_motion(self) -> int:
         return len(self.robot.stiffness)
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        return self.robot.actuators
 
     def actuator(self, elongation: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return elongation + extra
@@ -73,12 +86,8 @@ def _laws(sight: Sight, actuator: int) -> Iterator[tuple[Prior, bool]]:
         yield prior, True
     for prior in over_time(sight, "compliance"):
         yield prior, True
-    warming = Quantity("warming", actuator)
-    if sight.varies(warming):
-        linear = Prior("compliance", "linear", (warming,), (sight.spread(warming),), 1)
-        yield linear, True
-        yield Prior("offset", "linear", (warming,), (sight.spread(warming),), 1), False
-        yield from ((prior, False) for prior in smooth_over(sight, "offset", (warming,), 8))
+    for form, scaled in (("compliance", True), ("offset", False)):
+        yield from ((prior, scaled) for prior in over_temperature(sight, form, actuator))
     for prior in of_effort(sight, effort):
         yield prior, False
     for prior in memory_of(sight, effort):

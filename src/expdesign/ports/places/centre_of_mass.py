@@ -25,6 +25,10 @@ class CentreOfMass(Port):
     def components_of_motion(self) -> int:
         return len(self.robot.gravity) if self.robot.coordinates.n > len(self.robot.gravity) else 0
 
+    @property
+    def outputs(self) -> Sequence[str]:
+        return tuple(f"com_d{axis}_m" for axis in "xyz"[: self.width])
+
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         d = self.width
         return wrench + ca.vertcat(ca.SX.zeros(d), moment(row.rotation @ extra, row.wrench[:d]))

@@ -18,6 +18,11 @@ class Geometry(Port):
     def components_of_motion(self) -> int:
         return int(getattr(self.robot, "geometry", ca.DM(0, 1)).shape[0])
 
+    @property
+    def outputs(self) -> Sequence[str]:
+        names: Sequence[str] = getattr(self.robot, "geometry_names", ())
+        return tuple(f"{name.replace(' ', '_')}_m" for name in names)
+
     def geometry(self, geometry: ca.SX, extra: ca.SX) -> ca.SX:
         return geometry + extra
 

@@ -6,7 +6,7 @@ import casadi as ca
 
 from expdesign.chain.component import ENVIRONMENT, INSTRUMENT, Component
 from expdesign.chain.row import Row
-from expdesign.ports.families import Prior, over_time, repeating, since_start, smooth_over
+from expdesign.ports.families import Prior, over_temperature, over_time, repeating, since_start, smooth_over
 from expdesign.ports.port import Channel, Entry, Port
 from expdesign.ports.quantities import Quantity
 from expdesign.ports.sight import Sight
@@ -74,11 +74,6 @@ class Surroundings(Instrument):
     def entries(self, sight: Sight) -> Iterator[Entry]:
         n, d = self.width, len(self.robot.gravity)
         axes = [a for a in sight.axes if a < (d if sight.positions else n)]
-        priors = list(over_time(sight, "drift"))
-        warming = Quantity("warming", 0)
-        if sight.varies(warming):
-            priors.append(Prior("drift", "linear", (warming,), (sight.spread(warming),), 1))
-            priors += smooth_over(sight, "drift", (warming,), 8)
-        for prior in priors:
+        for prior in (*over_time(sight, "drift"), *over_temperature(sight, "drift", 0)):
             channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(axes)))
             yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)

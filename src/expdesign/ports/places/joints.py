@@ -28,6 +28,10 @@ class Joints(Port):
     def components_of_motion(self) -> int:
         return 6 * len(each_joint(self.robot))
 
+    @property
+    def outputs(self) -> Sequence[str]:
+        return self.robot.coordinates.deflection * len(each_joint(self.robot))
+
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         tree, moved = links_of(self.robot).tree, ca.SX(deflection)
         for joint in range(len(self.robot.stiffness)):

@@ -42,6 +42,10 @@ class Payload(Port):
     def components_of_motion(self) -> int:
         return self.robot.coordinates.n
 
+    @property
+    def outputs(self) -> Sequence[str]:
+        return self.robot.coordinates.wrench
+
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return wrench + extra
 

@@ -1,0 +1,72 @@
+"""What is left out together: stations, series, or rows in a row."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from tests.chain.bodies import BODY, recordings
+
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.confirmation import _blocks
+from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_of
+from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.sample import Sample
+from expdesign.identification.fit import Data
+from expdesign.identification.whitening import Whitening
+
+
+def sample(count: int, series: int, stations: int = 0) -> Sample:
+    """Rows in blocks of one series, and of one station where there are some."""
+    points = recordings(count=count, axes=(3, 4))
+    points = replace(points, series=np.arange(count) * series // count)
+    if stations:
+        points = replace(points, extra=pd.DataFrame({"station": np.arange(count) * stations // count}))
+    assert points.deviations is not None
+    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
+    return Sample.of(data, np.ones(count, dtype=bool))
+
+
+def test_no_series_and_no_station_is_divided() -> None:
+    for chosen, groups in ((sample(60, 12), 12), (sample(60, 2, 6), 6)):
+        assert len(np.unique(blocks_of(chosen))) == groups
+        whole = np.arange(60) * groups // 60
+        for most in (OPTIONS.groups, 6):
+            blocks = blocks_of(chosen, most)
+            assert len(np.unique(blocks)) == most
+            assert all(len(np.unique(blocks[whole == group])) == 1 for group in range(groups))
+
+
+def test_few_series_are_divided_into_rows_in_a_row_of_equal_number_among_those_that_count() -> None:
+    counts = np.arange(60) < 40
+    blocks = blocks_of(sample(60, 2).restricted(counts), 10)
+    assert (np.diff(blocks) >= 0).all()
+    assert np.bincount(blocks[counts]).tolist() == [4] * 10
+
+
+def test_every_reading_of_a_row_has_its_block() -> None:
+    chosen = sample(20, 10).restricted(np.arange(20) >= 4)
+    assert readings_of(blocks_of(chosen), chosen).tolist() == np.repeat(np.arange(20) // 2, 2)[8:].tolist()
+
+
+def test_few_held_out_rows_say_nothing_of_single_effects() -> None:
+    chosen = sample(100, 100)
+    assert _blocks(chosen.restricted(np.arange(100) < 10)) is None
+    assert _blocks(chosen.restricted(np.arange(100) < 40)) is not None
+
+
+def test_the_last_part_of_a_campaign_is_whole_series_where_there_are_several() -> None:
+    last, before = last_part(sample(60, 12), 5)
+    assert np.flatnonzero(last).tolist() == list(range(45, 60))
+    assert np.flatnonzero(before).tolist() == list(range(45))
+    last, before = last_part(sample(60, 1), 5)
+    assert np.flatnonzero(last).tolist() == list(range(48, 60))
+    assert (last ^ before).all()
+
+
+def test_what_comes_later_refutes_only_where_it_is_clearly_worse_and_no_noise() -> None:
+    """The base model predicts the last rows to the noise where these do not show what the others show."""
+    for later, refuted in (((1.0, 1.25), False), ((3.0, 3.2), False), ((3.0, 3.4), True), ((1.0, 1.5), True)):
+        errors = HeldOut(6.0, 1.0, 6.0, 1.0, 1.0, "", later_before=later[0], later_after=later[1])
+        assert errors.refuted is refuted
+    assert HeldOut(6.0, 1.0, 6.0, 6.1, 1.0, "").refuted
