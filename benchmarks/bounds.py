@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.design.optimality.bounds import CriterionBounds, criterion_bounds
-from expdesign.design.problem import DesignProblem
-from expdesign.design.search import search
+from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.search import search
 
 from .fronts.configurations import problem as random_problem
 

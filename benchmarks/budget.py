@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import yaml
 
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.result import design_minutes, planned
-from expdesign.design.search import search
-from expdesign.files.yaml_reader import YamlDocument
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.result import design_minutes, planned
+from expdesign.planning.search import search
 
 CONFIG = Path("configs/hexapod-h1.yaml")
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}

@@ -20,27 +20,27 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.validation.comparison import mean, root_mean_square
 from expdesign.chain.chain import Chain
-from expdesign.compensation.compensate import compensate
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search_single
-from expdesign.design.start import starting_designs
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import output_folder, write_file
-from expdesign.files.table import Table, parse_table
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.identify import identify
-from expdesign.identification.synthetic import load_errors
-from expdesign.models.model_file import Model
-from expdesign.recordings.reader import points_from_table, recordings_from_table
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.recordings.references import Sharing, with_references
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.references import Sharing, with_references
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.identify import identify
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import output_folder, write_file
+from expdesign.io.table import Table, parse_table
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search_single
+from expdesign.planning.start import starting_designs
+from expdesign.planning.synthetic import load_errors
 from expdesign.report.blocks import DataTable, Download, Figure, Section, Steps
 from expdesign.report.page import Page, render
-from expdesign.validation.comparison import mean, root_mean_square
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 

@@ -17,9 +17,9 @@ from benchmarks.closed_loop import main
 from benchmarks.urdf_inertia import with_inertia
 
 from expdesign.arrays import FloatArray
-from expdesign.design.problem import DesignProblem
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.serial import SerialRobot
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.planning.problem import DesignProblem
 
 _PASSES = 100
 _SETTLED = 1e-13

@@ -37,14 +37,14 @@ from benchmarks.optimality.selection import choose_measurements
 from scipy.stats import qmc
 
 from expdesign.arrays import FloatArray
-from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.plan import Plan, plan_frame, read_plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import reachable_measurements
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import read_table
-from expdesign.robots.serial import SerialRobot
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import read_table
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.plan import Plan, plan_frame, read_plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import reachable_measurements
 
 KEPT = (BEST, "duir", "o1")
 FILLING = "space-filling (scipy.stats.qmc)"

@@ -9,7 +9,7 @@ import csv
 import textwrap
 from pathlib import Path
 
-from expdesign.files.output import write_file
+from expdesign.io.output import write_file
 
 COMMANDS = (__doc__ or "").split("\n\n")[1]
 EXPLANATION = (

@@ -49,13 +49,13 @@ def measured() -> dict[str, float]:
 
 
 def _timed(config: str, size: int) -> dict[str, Callable[[], object]]:
-    from expdesign.design.optimality.information import MeasurementInformation  # noqa: PLC0415
-    from expdesign.design.optimality.objectives import Objectives  # noqa: PLC0415
-    from expdesign.design.optimality.weights import Dual  # noqa: PLC0415
-    from expdesign.design.problem_file import read_problem  # noqa: PLC0415
-    from expdesign.design.pymoo_problem import DesignPopulation  # noqa: PLC0415
-    from expdesign.design.scalarisation import Aims  # noqa: PLC0415
-    from expdesign.design.start import starting_designs  # noqa: PLC0415
+    from expdesign.planning.optimality.information import MeasurementInformation  # noqa: PLC0415
+    from expdesign.planning.optimality.objectives import Objectives  # noqa: PLC0415
+    from expdesign.planning.optimality.weights import Dual  # noqa: PLC0415
+    from expdesign.planning.problem_file import read_problem  # noqa: PLC0415
+    from expdesign.planning.pymoo_problem import DesignPopulation  # noqa: PLC0415
+    from expdesign.planning.scalarisation import Aims  # noqa: PLC0415
+    from expdesign.planning.start import starting_designs  # noqa: PLC0415
 
     problem = read_problem(Path(config))
     space, objectives = problem.space, Objectives(problem)

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-import expdesign.design.search as monitored
+import expdesign.planning.search as monitored
 from expdesign.arrays import FloatArray
-from expdesign.design.optimality.certificate import duir_lower_bound
-from expdesign.design.problem_file import read_problem
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
+from expdesign.planning.optimality.certificate import duir_lower_bound
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 
 REPETITIONS = 100
 SIZE = 100

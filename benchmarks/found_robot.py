@@ -17,22 +17,22 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from expdesign.api.diagnose import diagnose
-from expdesign.api.inputs import document_of
+from expdesign.app.api.diagnose import diagnose
+from expdesign.app.api.inputs import document_of
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import output_folder, write_file
-from expdesign.instrument.deflection_noise import series_by_pose
-from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
-from expdesign.models.model_file import model_text
-from expdesign.validation.comparison import Estimate, root_mean_square
-from expdesign.validation.compensation import ExactCompensation
-from expdesign.validation.repeated import Repeated, repeat
+from expdesign.assurance.validation.comparison import Estimate, root_mean_square
+from expdesign.assurance.validation.compensation import ExactCompensation
+from expdesign.assurance.validation.repeated import Repeated, repeat
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.chain.instrument.drawn_errors import drawn_load_errors, drawn_noise
+from expdesign.chain.models.model_file import model_text
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import output_folder, write_file
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 from virtual_laboratory.elements.base_compliance import BaseCompliance
@@ -157,7 +157,7 @@ def rms(problem: DesignProblem, errors: FloatArray) -> Estimate:
 
 def predicted(problem: DesignProblem, plan: Plan) -> float:
     """`total` of a plan as the model with which it is identified predicts it."""
-    from expdesign.criteria.total import Total  # noqa: PLC0415
+    from expdesign.planning.criteria.total import Total  # noqa: PLC0415
 
     return float(Total().values(problem.assess(plan.configurations[None], plan.loads[None], plan.series[None]))[0])
 

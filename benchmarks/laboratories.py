@@ -27,8 +27,8 @@ import numpy as np
 import pandas as pd
 
 import expdesign as xd
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.robots.robot_file import robot_from_document
+from expdesign.io.yaml_reader import read_yaml
+from expdesign.mechanics.robots.robot_file import robot_from_document
 
 RISK = 0.0455
 """Probability beyond ±2 standard deviations."""

@@ -26,13 +26,13 @@ from benchmarks.model_error.prior import Prior
 from benchmarks.model_error.tables import readme
 from benchmarks.model_error.trial import Outcome, by_hand, outcome, plan_of_decisions, targets_of
 
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
-from expdesign.files.csv_writer import csv_text
-from expdesign.model_error.planned import meir_of_problem
+from expdesign.assurance.model_error.planned import meir_of_problem
+from expdesign.io.csv_writer import csv_text
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 
 MORE = 0.05
 """Part of the least total error that the plan with MEIR bounded may cost."""

@@ -18,8 +18,8 @@ from pathlib import Path
 from benchmarks.single_thread import ONE_THREAD
 
 import expdesign as xd
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.yaml_reader import read_yaml
+from expdesign.io.yaml_reader import read_yaml
+from expdesign.planning.problem_file import problem_from_document
 
 OBJECTIVES = (("duir", "feir"), ("duir", "feir", "meir"))
 

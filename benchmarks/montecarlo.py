@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from expdesign.design.plan import Plan
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import starting_designs
-from expdesign.files.output import write_file
-from expdesign.validation.compensation import ExactCompensation
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.compensation import ExactCompensation
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.io.output import write_file
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import starting_designs
 
 BATCH = 10_000
 

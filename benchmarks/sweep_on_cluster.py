@@ -19,8 +19,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from expdesign.files.output import write_file
-from expdesign.sweeps.store import RUNS, TABLE, TIMES
+from expdesign.app.sweeps.store import RUNS, TABLE, TIMES
+from expdesign.io.output import write_file
 
 COMMAND = (sys.executable, "-m", "expdesign", "sweep")
 

@@ -24,10 +24,10 @@ EVALUATIONS = """
 import json, sys, time
 from pathlib import Path
 import numpy as np
-from expdesign.design.optimality.gradients import criterion_gradients
-from expdesign.design.problem_file import read_problem
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.start import starting_designs
+from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.start import starting_designs
 
 problem = read_problem(Path(sys.argv[1]))
 population = DesignPopulation(problem)

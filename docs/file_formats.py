@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import expdesign as xd
-from expdesign.api.schema import KINDS, robot_sections
+from expdesign.app.api.schema import KINDS, robot_sections
 from expdesign.chain.declaration import Declaration
-from expdesign.files.output import json_text
-from expdesign.models.effect_entry import effect_classes
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.io.output import json_text
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))  # the studies stand beside the package

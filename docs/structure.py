@@ -1,15 +1,12 @@
-"""Draw how the packages hang together, from their imports: `python docs/structure.py`.
+"""Draw how the rooms hang together, from their imports: `python docs/structure.py`.
 
 Writes docs/structure.svg, a dependency structure matrix: a mark in row A and column B says that A imports B, darker
-where more modules do. Packages stand in the order of the data flow, so that all marks lie below the diagonal; one above
-it is an import against the flow, and is red. The table in docs/structure.md is made from the same imports. An earlier
-state is drawn from its sources in another folder: `git archive 9de871d src | tar -x -C DIR`, then
-`python docs/structure.py DIR/src docs/structure-before.svg`.
+where more modules do. Rooms stand in the order of the data flow, so that all marks lie below the diagonal; one above it
+is an import against the flow, and is red. The table in docs/structure.md is made from the same imports.
 """
 
 import ast
 import re
-import sys
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,35 +15,10 @@ DOCS = Path(__file__).parent
 PAGE, DRAWING = DOCS / "structure.md", DOCS / "structure.svg"
 SOURCES = DOCS.parent / "src"
 
-ORDER = (
-    *(
-        "plugins",
-        "files",
-        "robots",
-        "loads",
-        "elastostatics",
-        "instrument",
-        "recordings",
-        "chain",
-        "criteria",
-        "design",
-    ),
-    *(
-        "identification",
-        "model_error",
-        "compensation",
-        "validation",
-        "diagnosis",
-        "comparison",
-        "report",
-        "templates",
-        "sweeps",
-    ),
-    *("api", "commands"),
-)
+ORDER = ("general", "io", "mechanics", "chain", "estimation", "planning", "diagnosis", "assurance", "report", "app")
 """The data flow: a package may import those before it. Others stand where their imports put them."""
-_GENERAL = ("arrays", "errors", "coordinates", "differentiation", "moments", "symbolic", "plugins")
-"""Modules without a package that say how things are written down; they are drawn as one, `plugins`."""
+_GENERAL = {file.stem for file in (SOURCES / "expdesign").glob("*.py")}
+"""Modules without a room that say how things are written down; they are drawn as one, `general`."""
 _CELL, _LEFT, _TOP = 22, 118, 118
 
 
@@ -85,7 +57,7 @@ def structure(sources: Path = SOURCES) -> Structure:
 
 
 def _package(name: str) -> str:
-    return "plugins" if name in _GENERAL else name
+    return "general" if name in _GENERAL else name
 
 
 def _imported(tree: ast.AST) -> set[str]:
@@ -99,7 +71,7 @@ def _imported(tree: ast.AST) -> set[str]:
         elif isinstance(node, ast.Import):
             names |= {a.name.split(".")[1] for a in node.names if a.name.startswith("expdesign.")}
             # `import expdesign as xd` is for its functions, `import expdesign` for its version.
-            names |= {"api" for a in node.names if a.name == "expdesign" and a.asname}
+            names |= {"app" for a in node.names if a.name == "expdesign" and a.asname}
     return names
 
 
@@ -147,7 +119,7 @@ def drawing(found: Structure) -> str:
 
 def table(found: Structure) -> str:
     """Packages with their size and what they import."""
-    rows = ["| package | modules | lines | imports |", "| --- | --- | --- | --- |"]
+    rows = ["| room | modules | lines | imports |", "| --- | --- | --- | --- |"]
     for name in found.packages:
         used = [other for other in found.packages if (name, other) in found.imports]
         rows.append(f"| `{name}` | {found.modules[name]} | {found.lines[name]} | {', '.join(used) or '–'} |")
@@ -166,13 +138,8 @@ def page(text: str, found: Structure) -> str:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 2:
-        made = structure(Path(sys.argv[1]))
-        Path(sys.argv[2]).write_text(drawing(made), encoding="utf-8")
-        print(table(made))
-    else:
-        made = structure()
-        DRAWING.write_text(drawing(made), encoding="utf-8")
-        PAGE.write_text(page(PAGE.read_text(encoding="utf-8"), made), encoding="utf-8")
+    made = structure()
+    DRAWING.write_text(drawing(made), encoding="utf-8")
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8"), made), encoding="utf-8")
     for pair in made.against:
         print("against the flow: {} imports {}".format(*pair))

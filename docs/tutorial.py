@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from expdesign.commands.main import main
+from expdesign.app.commands.main import main
 
 PAGE = Path(__file__).with_name("tutorial.md")
 _FENCE = re.compile(r"^```(\w+)(?: title=\"([^\"]+)\")?\n(.*?)^```\n", flags=re.DOTALL | re.MULTILINE)

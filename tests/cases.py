@@ -7,28 +7,28 @@ from functools import cache
 import numpy as np
 from tests.oracle import Array
 
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.coordinates import Coordinates
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.targets import Aggregate, Targets
-from expdesign.design.options import SearchOptions
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.space import DesignSpace, PoseSet
-from expdesign.design.variables import fixed
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.loads.errors.com import CentreOfMassError
-from expdesign.loads.errors.direction import DirectionError
-from expdesign.loads.errors.mass import MassError
-from expdesign.loads.errors.source import LoadErrorSource
-from expdesign.loads.errors.wrench import WrenchError
-from expdesign.loads.load import Load
-from expdesign.loads.payload import Payload
-from expdesign.loads.wrench import Wrench
-from expdesign.robots.bipod import Bipod
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.orientation import Orientation
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.errors.com import CentreOfMassError
+from expdesign.mechanics.loads.errors.direction import DirectionError
+from expdesign.mechanics.loads.errors.mass import MassError
+from expdesign.mechanics.loads.errors.source import LoadErrorSource
+from expdesign.mechanics.loads.errors.wrench import WrenchError
+from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.robots.bipod import Bipod
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.orientation import Orientation
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.targets import Aggregate, Targets
+from expdesign.planning.options import SearchOptions
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.variables import fixed
 
 
 def symmetric_hexapod(

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.parallel import ParallelRobot
 
 Array = np.ndarray[Any, Any]
 

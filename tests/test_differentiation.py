@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.differentiation import (
+from expdesign.mechanics.differentiation import (
     gradient,
     independent,
     inverse_root,

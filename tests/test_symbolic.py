@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from expdesign.symbolic import BatchFunction
+from expdesign.mechanics.symbolic import BatchFunction
 
 
 @pytest.fixture

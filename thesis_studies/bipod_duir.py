@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.schema import Count, Number, Positive, Section
-from expdesign.files.yaml_reader import YamlDocument
+from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.io.schema import Count, Number, Positive, Section
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 from expdesign.report.words import with_error
-from expdesign.validation.comparison import standard_deviation
-from expdesign.validation.simulation import simulate
 from thesis_studies.drawing import COLOURS, draw_densities, draw_map, panels
 from thesis_studies.position_maps import (
     BEST_COLOUR,

@@ -9,17 +9,17 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.compensation.error_norm import planar_norm_moments
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.front import knee, non_dominated
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.search import search
-from expdesign.files.schema import Count, Positive
-from expdesign.files.yaml_reader import YamlDocument
+from expdesign.assurance.validation.comparison import mean, standard_deviation
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.estimation.compensation.error_norm import planar_norm_moments
+from expdesign.io.schema import Count, Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.front import knee, non_dominated
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.search import search
 from expdesign.report.words import with_error
-from expdesign.validation.comparison import mean, standard_deviation
-from expdesign.validation.simulation import simulate
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.position_maps import COORDINATES, MICRO, best_index, grid_assessment, plan_at
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.schema import Number, Positive
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.io.schema import Number, Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.drawing import draw_densities, panels
 from thesis_studies.pose_errors import AXES, MICRO, deviation_frame, deviation_table, plan_of
 from thesis_studies.study import Picture, Piece, Study, StudySection, StudyTable, Tables, Text

@@ -5,16 +5,16 @@ import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import Field
 
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import starting_designs
-from expdesign.files.schema import Count, Positive
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.instrument.drawn_errors import Distribution
+from expdesign.assurance.validation.comparison import root_mean_square
+from expdesign.assurance.validation.simulation import Simulation, simulate
+from expdesign.chain.instrument.drawn_errors import Distribution
+from expdesign.io.schema import Count, Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import starting_designs
 from expdesign.report.words import with_error
-from expdesign.validation.comparison import root_mean_square
-from expdesign.validation.simulation import Simulation, simulate
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from thesis_studies.tables import column, density_rows, rows_of

@@ -9,16 +9,16 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.targets import Targets
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.start import starting_designs
-from expdesign.files.schema import Count, Number
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.instrument.deflection_noise import series_by_pose
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.io.schema import Count, Number
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.start import starting_designs
 from thesis_studies.drawing import draw_map, panels
 from thesis_studies.pose_errors import deviation_frame, deviation_table
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.start import starting_designs
-from expdesign.files.schema import Positive
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.robots.forward_kinematics import forward_kinematics
+from expdesign.io.schema import Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.start import starting_designs
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import MICRO, deviation_frame, deviation_table
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -8,16 +8,16 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.schema import Number, Positive
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.identify import identify
-from expdesign.validation.comparison import root_mean_square
-from expdesign.validation.compensation import ExactCompensation
-from expdesign.validation.plants import EquilibriumPlant
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.comparison import root_mean_square
+from expdesign.assurance.validation.compensation import ExactCompensation
+from expdesign.assurance.validation.plants import EquilibriumPlant
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.estimation.identify import identify
+from expdesign.io.schema import Number, Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import MICRO, deviation_table, plan_of
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.schema import Number, Positive
-from expdesign.files.yaml_reader import YamlDocument
+from expdesign.assurance.validation.comparison import root_mean_square
+from expdesign.assurance.validation.simulation import Simulation, simulate
+from expdesign.io.schema import Number, Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 from expdesign.report.words import with_error
-from expdesign.validation.comparison import root_mean_square
-from expdesign.validation.simulation import Simulation, simulate
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import MICRO
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

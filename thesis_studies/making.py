@@ -10,11 +10,11 @@ from typing import Any
 import pandas as pd
 
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.output import json_text, output_file, output_folder, write_file
-from expdesign.files.schema import validate
-from expdesign.files.written import Purpose, require_free_names
-from expdesign.files.yaml_reader import YamlDocument, read_text, read_yaml
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import json_text, output_file, output_folder, write_file
+from expdesign.io.schema import validate
+from expdesign.io.written import Purpose, require_free_names
+from expdesign.io.yaml_reader import YamlDocument, read_text, read_yaml
 from thesis_studies.drawing import svg_text
 from thesis_studies.page import index_text, page_text
 from thesis_studies.study import Study, StudySection, StudyTable, Tables, known_studies

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
+from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError
-from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
 from expdesign.report.words import with_error
-from expdesign.validation.comparison import standard_deviation
 from thesis_studies.study import Shown
 from thesis_studies.tables import rows_of
 

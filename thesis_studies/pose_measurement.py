@@ -10,16 +10,16 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
+from expdesign.assurance.validation.comparison import root_mean_square
+from expdesign.assurance.validation.compensation import ExactCompensation
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.chain.instrument.registration import pose_covariance, registered
 from expdesign.errors import InputError
-from expdesign.files.schema import Number
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.instrument.registration import pose_covariance, registered
-from expdesign.validation.comparison import root_mean_square
-from expdesign.validation.compensation import ExactCompensation
+from expdesign.io.schema import Number
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import AXES, MICRO, deviation_frame, deviation_table, plan_of
 from thesis_studies.study import Picture, Piece, Study, StudySection, StudyTable, Tables, Text

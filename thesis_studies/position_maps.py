@@ -5,11 +5,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
 from expdesign.errors import InputError
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
 
 COORDINATES = "Positions are pose coordinates, from the centre of the workspace."
 BEST_COLOUR = "#dc2626"

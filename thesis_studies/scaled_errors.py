@@ -10,15 +10,15 @@ from scipy.linalg import block_diag
 from scipy.stats import norm
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.schema import Count, Number
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.instrument.deflection_noise import reference_whitener
-from expdesign.instrument.drawn_errors import drawn_noise
+from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.chain.instrument.deflection_noise import reference_whitener
+from expdesign.chain.instrument.drawn_errors import drawn_noise
+from expdesign.io.schema import Count, Number
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 from expdesign.report.words import axis as axis_name
 from expdesign.report.words import with_error
-from expdesign.validation.comparison import standard_deviation
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from thesis_studies.tables import column, density_rows, rows_of

@@ -10,17 +10,17 @@ from pydantic import Field
 from scipy.optimize import brentq
 
 from expdesign.arrays import FloatArray
-from expdesign.elastostatics.geometric_stiffness import conservative_maps
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.errors import InputError
-from expdesign.files.schema import Number, Positive, Section
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.loads.payload import Payload
-from expdesign.loads.wrench import Wrench
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
-from expdesign.validation.equilibrium import Equilibrium
+from expdesign.io.schema import Number, Positive, Section
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from thesis_studies.tables import column, rows_of

@@ -26,8 +26,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import Field
 
-from expdesign.files.schema import Count, Section
-from expdesign.files.yaml_reader import YamlDocument
+from expdesign.io.schema import Count, Section
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.plugins import implementations
 
 

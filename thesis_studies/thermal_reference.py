@@ -8,16 +8,16 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.assurance.validation.comparison import mean
+from expdesign.chain.recordings.measured_poses import MeasuredPoses
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.thermal_correction import CorrectedPoses, correct_poses
 from expdesign.errors import InputError
-from expdesign.files.schema import Count, Number, Positive
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.recordings.measured_poses import MeasuredPoses
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.recordings.thermal_correction import CorrectedPoses, correct_poses
-from expdesign.robots.forward_kinematics import forward_kinematics
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
-from expdesign.validation.comparison import mean
+from expdesign.io.schema import Count, Number, Positive
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import AXES, MICRO, deviation_table
 from thesis_studies.study import Picture, Piece, Study, StudySection, StudyTable, Tables, Text

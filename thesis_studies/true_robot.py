@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.assurance.validation.plants import EquilibriumPlant
+from expdesign.chain.instrument.drawn_errors import drawn_noise
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
-from expdesign.instrument.drawn_errors import drawn_noise
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.validation.plants import EquilibriumPlant
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
 
 
 def with_stiffness(problem: DesignProblem, stiffness: FloatArray) -> DesignProblem:

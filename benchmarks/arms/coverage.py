@@ -16,18 +16,18 @@ from pathlib import Path
 import numpy as np
 from benchmarks.arms.plant import recordings, usual_faults
 
-from expdesign.api.inputs import table_of
+from expdesign.app.api.inputs import table_of
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.held_out import within_intervals
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Data, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.robots.robot_file import read_robot
+from expdesign.estimation.fit import Data, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.robot_file import read_robot
 
 _NORMAL_95 = 1.959964
 

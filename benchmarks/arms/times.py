@@ -42,9 +42,9 @@ def faults(kind: str) -> Faults:
 
 def one(kind: str, rows: int) -> dict[str, object]:
     """One diagnosis in this process."""
+    from expdesign.chain.recordings.reader import read_recordings  # noqa: PLC0415
     from expdesign.diagnosis.diagnose import diagnose  # noqa: PLC0415 (its import is not timed)
-    from expdesign.recordings.reader import read_recordings  # noqa: PLC0415
-    from expdesign.robots.robot_file import read_robot  # noqa: PLC0415
+    from expdesign.mechanics.robots.robot_file import read_robot  # noqa: PLC0415
 
     table = recordings(faults(kind), rows, rows)
     table["time_s"] = _SECONDS * (table["sequence"] // 3)

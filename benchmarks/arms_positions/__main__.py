@@ -19,15 +19,15 @@ from benchmarks.arms.plant import recordings, usual_faults
 from scipy.optimize import least_squares
 
 import expdesign as xd
-from expdesign.api.inputs import RobotFile, robot_of, table_of
+from expdesign.app.api.inputs import RobotFile, robot_of, table_of
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.row import row_data
 from expdesign.errors import ExpdesignError
-from expdesign.identification.accuracy import nominal_readings, pose_folds
-from expdesign.recordings.reader import recordings_from_table
+from expdesign.estimation.accuracy import nominal_readings, pose_folds
 
 Array = npt.NDArray[np.float64]
 FOLDS = 5

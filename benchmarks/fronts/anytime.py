@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.design.front import hypervolume, non_dominated, reference_point
-from expdesign.design.problem_file import read_problem
+from expdesign.planning.front import hypervolume, non_dominated, reference_point
+from expdesign.planning.problem_file import read_problem
 
 SECONDS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, np.inf)
 
@@ -39,7 +39,7 @@ class _Watch:
 
 def record(name: str, folder: Path, configs: list[Path], seeds: list[int]) -> None:
     """Keep the fronts of searches over time."""
-    from expdesign.design import search as module  # noqa: PLC0415 (differs between versions)
+    from expdesign.planning import search as module  # noqa: PLC0415 (differs between versions)
 
     for config in configs:
         for seed in seeds:

@@ -26,9 +26,9 @@ _MEASURE = """
 import json, sys, time
 from pathlib import Path
 import numpy as np
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search
+from expdesign.planning.optimality.certificate import duir_lower_bound, total_lower_bound
 problem = read_problem(Path(sys.argv[1]))
 begun = time.process_time()
 first = []
@@ -53,7 +53,7 @@ def measured(config: Path, sources: Path) -> list[Any]:
 
 def compared(config: Path, before: Path) -> list[str]:
     """Two rows of the table."""
-    from expdesign.design.front import hypervolume, non_dominated, reference_point  # noqa: PLC0415 (as measured)
+    from expdesign.planning.front import hypervolume, non_dominated, reference_point  # noqa: PLC0415 (as measured)
 
     sides = [("before", measured(config, before)), ("now", measured(config, Path("src")))]
     fronts = [np.array(side[1][0]) for side in sides]

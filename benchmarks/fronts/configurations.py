@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import require_identifiable, starting_designs
 from expdesign.errors import ExpdesignError
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import require_identifiable, starting_designs
 
 from .robots import ARM, Generator, Mapping, bipod, hexapod, rounded, travel, within
 

@@ -26,10 +26,10 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.design.front import hypervolume, non_dominated, reference_point
-from expdesign.design.optimality.bounds import criterion_bounds
-from expdesign.design.problem import DesignProblem
-from expdesign.design.search import joined, search
+from expdesign.planning.front import hypervolume, non_dominated, reference_point
+from expdesign.planning.optimality.bounds import criterion_bounds
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.search import joined, search
 
 from .configurations import problem
 

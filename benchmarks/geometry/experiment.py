@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 from benchmarks.geometry.machine import Array, Geometry, Machine, with_errors
 
-from expdesign.api.inputs import table_of
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.robot_file import read_robot
+from expdesign.app.api.inputs import table_of
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.robot_file import read_robot
 
 ROBOT = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 REACH = np.array([0.025, 0.025, 0.015, 0.12, 0.12, 0.16])

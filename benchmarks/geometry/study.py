@@ -23,16 +23,16 @@ from benchmarks.geometry.experiment import (
 )
 from benchmarks.geometry.machine import Array
 
-from expdesign.api.inputs import table_of
-from expdesign.compensation.compensate import compensate
-from expdesign.compensation.prediction import predict
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.identify import Identification, identify
-from expdesign.models.model_file import Model
-from expdesign.recordings.reader import points_from_table
-from expdesign.recordings.recordings import LoadedPoints, Recordings
-from expdesign.robots.hexapod import Hexapod
+from expdesign.app.api.inputs import table_of
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.compensation.prediction import predict
+from expdesign.estimation.identify import Identification, identify
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.hexapod import Hexapod
 
 COMMANDS = 20
 HELD_OUT = 30

@@ -17,9 +17,9 @@ import pinocchio as pin
 from numpy.random import Generator
 
 from expdesign.arrays import FloatArray
-from expdesign.design.problem import DesignProblem
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.serial import SerialRobot
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.planning.problem import DesignProblem
 
 from ..urdf_inertia import with_inertia
 from .machine import Concealed

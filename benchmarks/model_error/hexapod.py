@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.random import Generator
 
 from expdesign.arrays import FloatArray
-from expdesign.design.problem import DesignProblem
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.planning.problem import DesignProblem
 from virtual_laboratory import Laboratory, Robot
 from virtual_laboratory.elements import (
     BaseCompliance,

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.random import Generator
 
 from expdesign.arrays import FloatArray
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import LoadedPoints
 
 
 @dataclass(frozen=True)

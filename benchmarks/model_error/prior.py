@@ -6,8 +6,8 @@ import numpy as np
 from numpy.random import Generator
 
 from expdesign.arrays import FloatArray
-from expdesign.model_error.left_out import offsets
-from expdesign.model_error.meir import Meir
+from expdesign.assurance.model_error.left_out import offsets
+from expdesign.assurance.model_error.meir import Meir
 
 
 class Prior:

@@ -10,19 +10,19 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.compensation.compensate import compensate
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.errors import ExpdesignError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.identify import identify
-from expdesign.models.model_file import Model
-from expdesign.recordings.reader import points_from_table, recordings_from_table
-from expdesign.recordings.recordings import LoadedPoints
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.identify import identify
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
 
 from .machine import Concealed, Machine
 

@@ -28,11 +28,11 @@ from benchmarks.optimality.d_optimality import choose_d_optimal
 from benchmarks.optimality.selection import choose_measurements
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import reachable_measurements
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import reachable_measurements
 
 from .tables import write
 

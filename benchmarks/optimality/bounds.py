@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search
+from expdesign.planning.optimality.certificate import duir_lower_bound, total_lower_bound
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search
 
 from .tables import write
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.design.optimality.exchange import rounded
+from expdesign.planning.optimality.exchange import rounded
 
 _ITERATIONS, _PRUNE_EVERY, _DRAWS, _STARTS, _SWEEPS = 2000, 20, 200, 3, 50
 _AT_ONCE = 64

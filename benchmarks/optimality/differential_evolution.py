@@ -23,12 +23,12 @@ import pandas as pd
 from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import total_lower_bound
-from expdesign.design.problem_file import read_problem
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.search import Progress, search
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.certificate import total_lower_bound
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.search import Progress, search
+from expdesign.planning.start import starting_designs
 
 from .tables import write
 

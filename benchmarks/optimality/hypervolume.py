@@ -27,13 +27,13 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 
 from expdesign.arrays import FloatArray
-from expdesign.design.front import hypervolume, non_dominated
-from expdesign.design.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.search import Progress, search
-from expdesign.design.start import starting_designs
+from expdesign.planning.front import hypervolume, non_dominated
+from expdesign.planning.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.search import Progress, search
+from expdesign.planning.start import starting_designs
 
 from .ordinary_script import OrdinaryScript
 from .tables import write

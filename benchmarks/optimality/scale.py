@@ -24,14 +24,14 @@ import pandas as pd
 import yaml
 from benchmarks.optimality.selection import choose_measurements
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.optimality.gradients import criterion_gradients
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
-from expdesign.files.yaml_reader import parse_yaml
+from expdesign.io.yaml_reader import parse_yaml
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.certificate import duir_lower_bound, total_lower_bound
+from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 
 from .tables import write
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import Certificate
-from expdesign.design.optimality.exchange import Exchange, rounded
-from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.problem import DesignProblem
-from expdesign.design.scalarisation import Aims
 from expdesign.errors import InfeasibleError
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.certificate import Certificate
+from expdesign.planning.optimality.exchange import Exchange, rounded
+from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
 
 _DRAWS, _STARTS, _CHEAP, _ROUNDS = 400, 4, 50000, 10
 

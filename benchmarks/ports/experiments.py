@@ -7,10 +7,10 @@ from tempfile import TemporaryDirectory
 from benchmarks.concealed.cases import Case
 from benchmarks.concealed.generate import generate, write_questions
 
-from expdesign.api.identify import recordings_of
-from expdesign.api.inputs import robot_of
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.app.api.identify import recordings_of
+from expdesign.app.api.inputs import robot_of
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.mechanics.robots.robot import Robot
 
 
 def experiments(count: int, seed: int, only: str) -> Iterator[tuple[Case, Robot, Recordings]]:

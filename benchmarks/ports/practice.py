@@ -23,12 +23,12 @@ from benchmarks.concealed.linear_model import Array, BaseFit
 from benchmarks.concealed.robots import HEXAPODS, bipod
 from benchmarks.ports.practice_physics import KINDS, Kind, Rows
 
-from expdesign.api.identify import recordings_of
-from expdesign.api.inputs import robot_of, table_of
+from expdesign.app.api.identify import recordings_of
+from expdesign.app.api.inputs import robot_of, table_of
+from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import OUTLIER, library
-from expdesign.recordings.reader import points_from_table
 from expdesign.report.diagnosis_record import diagnosis_record
 from virtual_laboratory.recordings import deflection_columns, std_columns
 

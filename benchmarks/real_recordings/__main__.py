@@ -16,10 +16,10 @@ from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
 from benchmarks.real_recordings.transfer import transfer
 from benchmarks.real_recordings.unmarked import form, unmarked
 
+from expdesign.chain.recordings.reader import read_recordings
 from expdesign.diagnosis.diagnose import diagnose
-from expdesign.identification.identify import identify
-from expdesign.recordings.reader import read_recordings
-from expdesign.robots.robot_file import read_robot
+from expdesign.estimation.identify import identify
+from expdesign.mechanics.robots.robot_file import read_robot
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "results" / "real"

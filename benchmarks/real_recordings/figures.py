@@ -3,7 +3,7 @@
 import numpy as np
 
 from expdesign.arrays import BoolArray
-from expdesign.ports.curve import Curve
+from expdesign.chain.ports.curve import Curve
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM = 280, 180, 58, 34
 _MOST = 12

@@ -10,7 +10,7 @@ from markdown_it import MarkdownIt
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding
-from expdesign.identification.identify import Identification
+from expdesign.estimation.identify import Identification
 from expdesign.report.identification_record import rms
 from expdesign.report.remark_texts import sentences
 

@@ -8,14 +8,14 @@ import numpy as np
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.reader import read_recordings
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.sample import Sample, rms
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.reader import read_recordings
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.robot import Robot
 
 _FIXED = 1e-6
 """Standard deviation, in typical sizes, of what is carried over from one condition to another."""

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 from benchmarks.real_recordings.transfer import everything
 
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.sample import rms
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -19,88 +19,90 @@ import pathlib as _pathlib
 import typing as _typing
 
 if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` finds them by their place
-    from expdesign.api.check import Checked as Checked
-    from expdesign.api.check import CheckedModel as CheckedModel
-    from expdesign.api.check import CheckedProblem as CheckedProblem
-    from expdesign.api.check import CheckedRecordings as CheckedRecordings
-    from expdesign.api.check import CheckedRobot as CheckedRobot
-    from expdesign.api.check import CheckedSweep as CheckedSweep
-    from expdesign.api.check import check as check
-    from expdesign.api.compare import Comparison as Comparison
-    from expdesign.api.compare import compare as compare
-    from expdesign.api.compensate import Commands as Commands
-    from expdesign.api.compensate import compensate as compensate
-    from expdesign.api.correct import Corrected as Corrected
-    from expdesign.api.correct import correct as correct
-    from expdesign.api.diagnose import Diagnosed as Diagnosed
-    from expdesign.api.diagnose import diagnose as diagnose
-    from expdesign.api.evaluate import Evaluation as Evaluation
-    from expdesign.api.evaluate import evaluate as evaluate
-    from expdesign.api.extend import extend as extend
-    from expdesign.api.identify import Identified as Identified
-    from expdesign.api.identify import identify as identify
-    from expdesign.api.inputs import RobotFile as RobotFile
-    from expdesign.api.load import load as load
-    from expdesign.api.load import load_model as load_model
-    from expdesign.api.load import load_robot as load_robot
-    from expdesign.api.load import read_recordings as read_recordings
-    from expdesign.api.montecarlo import MonteCarlo as MonteCarlo
-    from expdesign.api.montecarlo import montecarlo as montecarlo
-    from expdesign.api.objects import Acceptance as Acceptance
-    from expdesign.api.objects import Arm as Arm
-    from expdesign.api.objects import Bipod as Bipod
-    from expdesign.api.objects import Body as Body
-    from expdesign.api.objects import Budget as Budget
-    from expdesign.api.objects import Collisions as Collisions
-    from expdesign.api.objects import Configuration as Configuration
-    from expdesign.api.objects import Constraints as Constraints
-    from expdesign.api.objects import Costs as Costs
-    from expdesign.api.objects import DeflectionNoise as DeflectionNoise
-    from expdesign.api.objects import Experiment as Experiment
-    from expdesign.api.objects import Hexapod as Hexapod
-    from expdesign.api.objects import KeepOut as KeepOut
-    from expdesign.api.objects import LoadError as LoadError
-    from expdesign.api.objects import MeasuredPoints as MeasuredPoints
-    from expdesign.api.objects import ModelErrors as ModelErrors
-    from expdesign.api.objects import Optimiser as Optimiser
-    from expdesign.api.objects import Payload as Payload
-    from expdesign.api.objects import Poses as Poses
-    from expdesign.api.objects import Primitive as Primitive
-    from expdesign.api.objects import ReferencePose as ReferencePose
-    from expdesign.api.objects import Target as Target
-    from expdesign.api.objects import TargetPayload as TargetPayload
-    from expdesign.api.objects import Tilt as Tilt
-    from expdesign.api.objects import Wrench as Wrench
-    from expdesign.api.objects import load_configuration as load_configuration
-    from expdesign.api.open_result import SavedResult as SavedResult
-    from expdesign.api.open_result import open_result as open_result
-    from expdesign.api.physics import Physics as Physics
-    from expdesign.api.physics import physics as physics
-    from expdesign.api.plan_next import PlannedNext as PlannedNext
-    from expdesign.api.plan_next import plan_next as plan_next
-    from expdesign.api.predict import Predicted as Predicted
-    from expdesign.api.predict import predict as predict
-    from expdesign.api.register import Registered as Registered
-    from expdesign.api.register import register as register
-    from expdesign.api.run import Run as Run
-    from expdesign.api.run import run as run
-    from expdesign.api.schema import schema as schema
-    from expdesign.api.sheet import LaboratorySheet as LaboratorySheet
-    from expdesign.api.sheet import sheet as sheet
-    from expdesign.api.simulate import Simulated as Simulated
-    from expdesign.api.simulate import simulate as simulate
-    from expdesign.api.sweep import Sweep as Sweep
-    from expdesign.api.sweep import sweep as sweep
-    from expdesign.api.table import Corrections as Corrections
-    from expdesign.api.table import table as table
-    from expdesign.api.verify import Verified as Verified
-    from expdesign.api.verify import verify as verify
+    from expdesign.app.api.check import Checked as Checked
+    from expdesign.app.api.check import CheckedModel as CheckedModel
+    from expdesign.app.api.check import CheckedProblem as CheckedProblem
+    from expdesign.app.api.check import CheckedRecordings as CheckedRecordings
+    from expdesign.app.api.check import CheckedRobot as CheckedRobot
+    from expdesign.app.api.check import CheckedSweep as CheckedSweep
+    from expdesign.app.api.check import check as check
+    from expdesign.app.api.compare import ComparisonResult as ComparisonResult
+    from expdesign.app.api.compare import compare as compare
+    from expdesign.app.api.compensate import CompensationResult as CompensationResult
+    from expdesign.app.api.compensate import compensate as compensate
+    from expdesign.app.api.correct import CorrectionResult as CorrectionResult
+    from expdesign.app.api.correct import correct as correct
+    from expdesign.app.api.diagnose import DiagnosisResult as DiagnosisResult
+    from expdesign.app.api.diagnose import diagnose as diagnose
+    from expdesign.app.api.evaluate import EvaluationResult as EvaluationResult
+    from expdesign.app.api.evaluate import evaluate as evaluate
+    from expdesign.app.api.extend import extend as extend
+    from expdesign.app.api.identify import IdentificationResult as IdentificationResult
+    from expdesign.app.api.identify import identify as identify
+    from expdesign.app.api.inputs import RobotFile as RobotFile
+    from expdesign.app.api.load import load as load
+    from expdesign.app.api.load import load_model as load_model
+    from expdesign.app.api.load import load_robot as load_robot
+    from expdesign.app.api.load import read_recordings as read_recordings
+    from expdesign.app.api.montecarlo import MonteCarloResult as MonteCarloResult
+    from expdesign.app.api.montecarlo import montecarlo as montecarlo
+    from expdesign.app.api.objects import Acceptance as Acceptance
+    from expdesign.app.api.objects import Arm as Arm
+    from expdesign.app.api.objects import Bipod as Bipod
+    from expdesign.app.api.objects import Body as Body
+    from expdesign.app.api.objects import Budget as Budget
+    from expdesign.app.api.objects import Collisions as Collisions
+    from expdesign.app.api.objects import Configuration as Configuration
+    from expdesign.app.api.objects import Constraints as Constraints
+    from expdesign.app.api.objects import Costs as Costs
+    from expdesign.app.api.objects import DeflectionNoise as DeflectionNoise
+    from expdesign.app.api.objects import Experiment as Experiment
+    from expdesign.app.api.objects import Hexapod as Hexapod
+    from expdesign.app.api.objects import KeepOut as KeepOut
+    from expdesign.app.api.objects import LoadError as LoadError
+    from expdesign.app.api.objects import MeasuredPoints as MeasuredPoints
+    from expdesign.app.api.objects import ModelErrors as ModelErrors
+    from expdesign.app.api.objects import Optimiser as Optimiser
+    from expdesign.app.api.objects import Payload as Payload
+    from expdesign.app.api.objects import Poses as Poses
+    from expdesign.app.api.objects import Primitive as Primitive
+    from expdesign.app.api.objects import ReferencePose as ReferencePose
+    from expdesign.app.api.objects import Target as Target
+    from expdesign.app.api.objects import TargetPayload as TargetPayload
+    from expdesign.app.api.objects import Tilt as Tilt
+    from expdesign.app.api.objects import Wrench as Wrench
+    from expdesign.app.api.objects import load_configuration as load_configuration
+    from expdesign.app.api.open_result import SavedResult as SavedResult
+    from expdesign.app.api.open_result import open_result as open_result
+    from expdesign.app.api.physics import PhysicsResult as PhysicsResult
+    from expdesign.app.api.physics import physics as physics
+    from expdesign.app.api.plan_next import NextResult as NextResult
+    from expdesign.app.api.plan_next import plan_next as plan_next
+    from expdesign.app.api.predict import PredictionResult as PredictionResult
+    from expdesign.app.api.predict import predict as predict
+    from expdesign.app.api.register import RegistrationResult as RegistrationResult
+    from expdesign.app.api.register import register as register
+    from expdesign.app.api.run import RunResult as RunResult
+    from expdesign.app.api.run import run as run
+    from expdesign.app.api.schema import schema as schema
+    from expdesign.app.api.sheet import SheetResult as SheetResult
+    from expdesign.app.api.sheet import sheet as sheet
+    from expdesign.app.api.simulate import SimulationResult as SimulationResult
+    from expdesign.app.api.simulate import simulate as simulate
+    from expdesign.app.api.sweep import SweepResult as SweepResult
+    from expdesign.app.api.sweep import sweep as sweep
+    from expdesign.app.api.table import CorrectionTableResult as CorrectionTableResult
+    from expdesign.app.api.table import table as table
+    from expdesign.app.api.verify import VerificationResult as VerificationResult
+    from expdesign.app.api.verify import verify as verify
+    from expdesign.app.sweeps.engine import WorkersError as WorkersError
     from expdesign.chain.declaration import Declaration as Declaration
     from expdesign.chain.declaration import Size as Size
     from expdesign.chain.effect import Effect as Effect
+    from expdesign.chain.models.model_file import Model as Model
     from expdesign.chain.parameter import Parameter as Parameter
-    from expdesign.criteria.criterion import Criterion as Criterion
-    from expdesign.design.problem import DesignProblem as DesignProblem
+    from expdesign.chain.ports.port import Port as Port
+    from expdesign.chain.recordings.recordings import Recordings as Recordings
     from expdesign.errors import ArgumentError as ArgumentError
     from expdesign.errors import ConvergenceError as ConvergenceError
     from expdesign.errors import ExpdesignError as ExpdesignError
@@ -108,98 +110,96 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.errors import InputError as InputError
     from expdesign.errors import NotIdentifiableError as NotIdentifiableError
     from expdesign.errors import SingularConfigurationError as SingularConfigurationError
-    from expdesign.loads.errors.source import LoadErrorSource as LoadErrorSource
-    from expdesign.models.model_file import Model as Model
-    from expdesign.ports.port import Port as Port
-    from expdesign.recordings.recordings import Recordings as Recordings
-    from expdesign.robots.parallel import ParallelRobot as ParallelRobot
-    from expdesign.robots.robot import Robot as Robot
-    from expdesign.sweeps.engine import WorkersError as WorkersError
+    from expdesign.mechanics.loads.errors.source import LoadErrorSource as LoadErrorSource
+    from expdesign.mechanics.robots.parallel import ParallelRobot as ParallelRobot
+    from expdesign.mechanics.robots.robot import Robot as Robot
+    from expdesign.planning.criteria.criterion import Criterion as Criterion
+    from expdesign.planning.problem import DesignProblem as DesignProblem
 
 __version__ = "0.1.0"
 
 _TYPES = {
-    "Acceptance": "api.objects",
+    "Acceptance": "app.api.objects",
     "ArgumentError": "errors",
-    "Arm": "api.objects",
-    "Bipod": "api.objects",
-    "Body": "api.objects",
-    "Budget": "api.objects",
-    "Checked": "api.check",
-    "CheckedModel": "api.check",
-    "CheckedProblem": "api.check",
-    "CheckedRecordings": "api.check",
-    "CheckedRobot": "api.check",
-    "CheckedSweep": "api.check",
-    "Collisions": "api.objects",
-    "Commands": "api.compensate",
-    "Comparison": "api.compare",
-    "Configuration": "api.objects",
-    "Constraints": "api.objects",
+    "Arm": "app.api.objects",
+    "Bipod": "app.api.objects",
+    "Body": "app.api.objects",
+    "Budget": "app.api.objects",
+    "Checked": "app.api.check",
+    "CheckedModel": "app.api.check",
+    "CheckedProblem": "app.api.check",
+    "CheckedRecordings": "app.api.check",
+    "CheckedRobot": "app.api.check",
+    "CheckedSweep": "app.api.check",
+    "Collisions": "app.api.objects",
+    "CompensationResult": "app.api.compensate",
+    "ComparisonResult": "app.api.compare",
+    "Configuration": "app.api.objects",
+    "Constraints": "app.api.objects",
     "ConvergenceError": "errors",
-    "Corrected": "api.correct",
-    "Corrections": "api.table",
-    "Costs": "api.objects",
-    "Criterion": "criteria.criterion",
+    "CorrectionResult": "app.api.correct",
+    "CorrectionTableResult": "app.api.table",
+    "Costs": "app.api.objects",
+    "Criterion": "planning.criteria.criterion",
     "Declaration": "chain.declaration",
-    "DeflectionNoise": "api.objects",
-    "DesignProblem": "design.problem",
-    "Diagnosed": "api.diagnose",
+    "DeflectionNoise": "app.api.objects",
+    "DesignProblem": "planning.problem",
+    "DiagnosisResult": "app.api.diagnose",
     "Effect": "chain.effect",
-    "Evaluation": "api.evaluate",
+    "EvaluationResult": "app.api.evaluate",
     "ExpdesignError": "errors",
-    "Experiment": "api.objects",
-    "Hexapod": "api.objects",
-    "Identified": "api.identify",
+    "Experiment": "app.api.objects",
+    "Hexapod": "app.api.objects",
+    "IdentificationResult": "app.api.identify",
     "InfeasibleError": "errors",
     "InputError": "errors",
-    "KeepOut": "api.objects",
-    "LaboratorySheet": "api.sheet",
-    "LoadError": "api.objects",
-    "LoadErrorSource": "loads.errors.source",
-    "MeasuredPoints": "api.objects",
-    "Model": "models.model_file",
-    "ModelErrors": "api.objects",
-    "MonteCarlo": "api.montecarlo",
+    "KeepOut": "app.api.objects",
+    "SheetResult": "app.api.sheet",
+    "LoadError": "app.api.objects",
+    "LoadErrorSource": "mechanics.loads.errors.source",
+    "MeasuredPoints": "app.api.objects",
+    "Model": "chain.models.model_file",
+    "ModelErrors": "app.api.objects",
+    "MonteCarloResult": "app.api.montecarlo",
     "NotIdentifiableError": "errors",
-    "Optimiser": "api.objects",
-    "ParallelRobot": "robots.parallel",
+    "Optimiser": "app.api.objects",
+    "ParallelRobot": "mechanics.robots.parallel",
     "Parameter": "chain.parameter",
-    "Payload": "api.objects",
-    "Physics": "api.physics",
-    "PlannedNext": "api.plan_next",
-    "Port": "ports.port",
-    "Poses": "api.objects",
-    "Predicted": "api.predict",
-    "Primitive": "api.objects",
-    "Recordings": "recordings.recordings",
-    "ReferencePose": "api.objects",
-    "Registered": "api.register",
-    "Robot": "robots.robot",
-    "RobotFile": "api.inputs",
-    "Run": "api.run",
-    "SavedResult": "api.open_result",
-    "Simulated": "api.simulate",
+    "Payload": "app.api.objects",
+    "PhysicsResult": "app.api.physics",
+    "NextResult": "app.api.plan_next",
+    "Port": "chain.ports.port",
+    "Poses": "app.api.objects",
+    "PredictionResult": "app.api.predict",
+    "Primitive": "app.api.objects",
+    "Recordings": "chain.recordings.recordings",
+    "ReferencePose": "app.api.objects",
+    "RegistrationResult": "app.api.register",
+    "Robot": "mechanics.robots.robot",
+    "RobotFile": "app.api.inputs",
+    "RunResult": "app.api.run",
+    "SavedResult": "app.api.open_result",
+    "SimulationResult": "app.api.simulate",
     "SingularConfigurationError": "errors",
     "Size": "chain.declaration",
-    "Sweep": "api.sweep",
-    "Target": "api.objects",
-    "TargetPayload": "api.objects",
-    "Tilt": "api.objects",
-    "Verified": "api.verify",
-    "WorkersError": "sweeps.engine",
-    "Wrench": "api.objects",
-    "load_configuration": "api.objects",
-    "load_model": "api.load",
-    "load_robot": "api.load",
-    "read_recordings": "api.load",
+    "SweepResult": "app.api.sweep",
+    "Target": "app.api.objects",
+    "TargetPayload": "app.api.objects",
+    "Tilt": "app.api.objects",
+    "VerificationResult": "app.api.verify",
+    "WorkersError": "app.sweeps.engine",
+    "Wrench": "app.api.objects",
+    "load_configuration": "app.api.objects",
+    "load_model": "app.api.load",
+    "load_robot": "app.api.load",
+    "read_recordings": "app.api.load",
 }
 
 
 @_functools.cache
 def _functions() -> list[str]:
-    """Names of the modules of `expdesign.api` that define a function of their own name."""
-    folder = _pathlib.Path(__file__).parent / "api"
+    """Names of the modules of `expdesign.app.api` that define a function of their own name."""
+    folder = _pathlib.Path(__file__).parent / "app" / "api"
     return [file.stem for file in sorted(folder.glob("*.py")) if f"\ndef {file.stem}(" in file.read_text("utf-8")]
 
 
@@ -207,7 +207,7 @@ def __getattr__(name: str) -> _typing.Any:
     if name in _TYPES:
         found = getattr(_importlib.import_module(f"expdesign.{_TYPES[name]}"), name)
     elif not name.startswith("_") and name in _functions():
-        found = getattr(_importlib.import_module(f"expdesign.api.{name}"), name)
+        found = getattr(_importlib.import_module(f"expdesign.app.api.{name}"), name)
     else:
         raise AttributeError(f"module `expdesign` has no attribute `{name}`")
     globals()[name] = found

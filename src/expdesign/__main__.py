@@ -1,6 +1,6 @@
 """`python -m expdesign COMMAND ...`, where the command `expdesign` is not on the path."""
 
-from expdesign.commands.main import main
+from expdesign.app.commands.main import main
 
 if __name__ == "__main__":  # processes that a sweep starts import this module too
     main()

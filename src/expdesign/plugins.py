@@ -18,10 +18,10 @@ T = TypeVar("T")
 
 GROUPS = {
     "expdesign.chain.effects": ("expdesign.physics", "identifier"),
-    "expdesign.criteria": ("expdesign.criteria", "name"),
-    "expdesign.robots": ("expdesign.robots", "kind"),
-    "expdesign.loads.errors": ("expdesign.load_errors", "source"),
-    "expdesign.ports.places": ("expdesign.ports", "name"),
+    "expdesign.planning.criteria": ("expdesign.criteria", "name"),
+    "expdesign.mechanics.robots": ("expdesign.robots", "kind"),
+    "expdesign.mechanics.loads.errors": ("expdesign.load_errors", "source"),
+    "expdesign.chain.ports.places": ("expdesign.ports", "name"),
 }
 """Groups of entry points by the packages in which the kinds lie, and the attribute that names one of a kind."""
 _REGISTERED: list[type] = []

@@ -9,15 +9,15 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
 import expdesign as xd
-from expdesign.acceptance.budget import Contribution, UncertaintyBudget
-from expdesign.acceptance.decision import Basis, Decision, acceptance_record, sentences
-from expdesign.acceptance.planned import check_readings, planned_decision
-from expdesign.design.coverage import STANDARD, Coverage
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
+from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudget
+from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.planned import check_readings, planned_decision
+from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
-from expdesign.validation.simulation import simulate
+from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 
 def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:
@@ -53,7 +53,7 @@ def test_the_budget_adds_up_to_the_criteria() -> None:
     assessment = case.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     squares = (found.standard**2 * case.targets.importance).sum(axis=1)
     total = np.sqrt(squares @ case.targets.weights / case.targets.weights.sum())
-    from expdesign.criteria.criterion import known_criteria  # noqa: PLC0415
+    from expdesign.planning.criteria.criterion import known_criteria  # noqa: PLC0415
 
     assert total == pytest.approx(float(known_criteria()["total"].values(assessment)[0]), rel=1e-12)
     assert [one.name for one in found.contributions] == ["noise", "com", "mass", "direction", "wrench"]

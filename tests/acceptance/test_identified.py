@@ -8,9 +8,9 @@ from tests.acceptance.test_acceptance import decision, plan_for
 from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
-from expdesign.acceptance.decision import sentences
-from expdesign.design.plan import plan_frame
+from expdesign.assurance.acceptance.decision import sentences
 from expdesign.errors import InputError
+from expdesign.planning.plan import plan_frame
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
 

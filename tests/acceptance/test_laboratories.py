@@ -18,21 +18,21 @@ from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 from tests.identification.experiments import read
 from tests.oracle import Array
 
-from expdesign.acceptance.decision import Decision
-from expdesign.acceptance.fitted import target_points
-from expdesign.api.diagnose import accept_diagnosed
-from expdesign.api.identify import accept_identified
+from expdesign.app.api.diagnose import accept_diagnosed
+from expdesign.app.api.identify import accept_identified
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.fitted import target_points
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.compensation.compensate import compensate
-from expdesign.design.problem import DesignProblem
 from expdesign.diagnosis.diagnose import diagnose
-from expdesign.identification.fit import Fit
-from expdesign.identification.identify import identify
-from expdesign.models.model_file import Model
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.identify import identify
+from expdesign.planning.problem import DesignProblem
 
 Way = Callable[[DesignProblem, Recordings], tuple[Decision, Fit]]
 

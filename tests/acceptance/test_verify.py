@@ -16,13 +16,13 @@ from tests.commands.calls import call
 from tests.design.problems import changed, problem
 
 import expdesign as xd
-from expdesign.acceptance.check_measurement import read_check_measurement
-from expdesign.acceptance.record import certificate_number
-from expdesign.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
-from expdesign.api.inputs import table_of
+from expdesign.app.api.inputs import table_of
+from expdesign.assurance.acceptance.check_measurement import read_check_measurement
+from expdesign.assurance.acceptance.record import certificate_number
+from expdesign.assurance.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
+from expdesign.chain.models.model_file import model_text
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.models.model_file import model_text
+from expdesign.io.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import KeyFigures
 from expdesign.report.verification_report import statement

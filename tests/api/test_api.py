@@ -11,17 +11,17 @@ import pytest
 from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recordings_file
 
 import expdesign as xd
-from expdesign.api.inputs import RobotFile, numeric
-from expdesign.design.problem import DesignProblem
+from expdesign.app.api.inputs import RobotFile, numeric
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import read_table
-from expdesign.models.model_file import Model
-from expdesign.recordings.recordings import Recordings
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import read_table
+from expdesign.planning.problem import DesignProblem
 
 API = [
     file.stem
-    for file in (ROOT / "src/expdesign/api").glob("*.py")
+    for file in (ROOT / "src/expdesign/app/api").glob("*.py")
     if file.stem not in ("__init__", "concealed", "inputs", "objects", "outputs", "referenced", "result", "targets")
 ]
 

@@ -12,9 +12,9 @@ import yaml
 from tests.commands.calls import CONFIG, ROBOT, ROOT, plan_file
 
 import expdesign as xd
-from expdesign.api.inputs import problem_of
-from expdesign.design.start import starting_designs
+from expdesign.app.api.inputs import problem_of
 from expdesign.errors import ArgumentError, InputError
+from expdesign.planning.start import starting_designs
 
 said: Any = xd
 """The package without the types of its arguments: arrays and texts with units are taken beside what a file holds."""
@@ -104,12 +104,12 @@ def test_errors_speak_of_arguments_and_commands_of_options(tmp_path: Path) -> No
 
 
 @pytest.fixture(scope="module")
-def identified(tmp_path_factory: pytest.TempPathFactory) -> xd.Identified:
+def identified(tmp_path_factory: pytest.TempPathFactory) -> xd.IdentificationResult:
     return xd.identify(ROBOT, xd.simulate(CONFIG, plan_file(tmp_path_factory.mktemp("plan")), seed=3))
 
 
 @pytest.mark.parametrize("copied", [lambda x: pickle.loads(pickle.dumps(x)), copy.deepcopy, copy.copy])
-def test_results_are_pickled_and_copied(copied: Any, identified: xd.Identified, tmp_path: Path) -> None:
+def test_results_are_pickled_and_copied(copied: Any, identified: xd.IdentificationResult, tmp_path: Path) -> None:
     """Symbols of expressions stay the same ones, so that a copy predicts what the original does."""
     plan = plan_file(tmp_path)
     again = copied(identified)
@@ -120,7 +120,7 @@ def test_results_are_pickled_and_copied(copied: Any, identified: xd.Identified, 
     assert problem.feasibility == xd.check(CONFIG).feasibility
 
 
-def test_what_was_saved_is_opened(identified: xd.Identified, tmp_path: Path) -> None:
+def test_what_was_saved_is_opened(identified: xd.IdentificationResult, tmp_path: Path) -> None:
     plan = plan_file(tmp_path)
     identified.save(tmp_path / "identified")
     saved = xd.open_result(tmp_path / "identified")
@@ -135,11 +135,11 @@ def test_what_was_saved_is_opened(identified: xd.Identified, tmp_path: Path) -> 
         xd.open_result(tmp_path)
 
 
-def test_notebooks_show_a_result(identified: xd.Identified) -> None:
+def test_notebooks_show_a_result(identified: xd.IdentificationResult) -> None:
     assert identified.summary.splitlines()[0] in identified._repr_html_()
 
 
-def test_files_are_read_by_what_they_are(identified: xd.Identified, tmp_path: Path) -> None:
+def test_files_are_read_by_what_they_are(identified: xd.IdentificationResult, tmp_path: Path) -> None:
     identified.save(tmp_path / "identified")
     assert xd.load_robot(ROBOT).robot.name == identified.robot.robot.name
     assert xd.load_model(tmp_path / "identified" / "model.yaml").chain.robot.name == identified.robot.robot.name

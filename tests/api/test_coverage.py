@@ -10,10 +10,10 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.identification.experiments import experiment
 
 import expdesign as xd
-from expdesign.api.identify import Identified
+from expdesign.app.api.identify import IdentificationResult
+from expdesign.chain.models.model_file import model_of_robot, model_text, read_model
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.models.model_file import model_of_robot, model_text, read_model
+from expdesign.io.csv_writer import csv_text
 
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 ROBOT = HEXAPOD["robot"]
@@ -68,7 +68,7 @@ def test_readings_are_held_as_often_as_the_intervals_say() -> None:
 
 
 def test_the_model_file_carries_what_is_needed(tmp_path: Path) -> None:
-    identified: Identified = xd.identify(ROBOT, recorded(1, 3.0))
+    identified: IdentificationResult = xd.identify(ROBOT, recorded(1, 3.0))
     (tmp_path / "model.yaml").write_text(model_text(identified.model, tmp_path), encoding="utf-8")
     again = read_model(tmp_path / "model.yaml")
     assert again.birge_ratio == identified.model.birge_ratio == pytest.approx(3.0, rel=0.1)

@@ -17,7 +17,7 @@ FILES_ALONE = {"new", "report", "study"}
 
 
 def _commands() -> list[str]:
-    modules = (file for file in (ROOT / "src/expdesign/commands").glob("*.py"))
+    modules = (file for file in (ROOT / "src/expdesign/app/commands").glob("*.py"))
     return [file.stem for file in modules if "def command(" in file.read_text(encoding="utf-8")]
 
 
@@ -28,9 +28,9 @@ def test_every_command_is_a_function() -> None:
 
 def test_every_result_is_exported() -> None:
     """Public classes that a function of the API returns, by its annotation."""
-    for file in sorted((ROOT / "src/expdesign/api").glob("[a-z]*.py")):
+    for file in sorted((ROOT / "src/expdesign/app/api").glob("[a-z]*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
-        module = importlib.import_module(f"expdesign.api.{file.stem}")
+        module = importlib.import_module(f"expdesign.app.api.{file.stem}")
         classes = {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
         for node in tree.body:
             returns = isinstance(node, ast.FunctionDef) and node.name == file.stem and node.returns

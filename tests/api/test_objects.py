@@ -10,28 +10,30 @@ import yaml
 from tests.commands.calls import CONFIG, ROBOT, plan_file
 
 import expdesign as xd
-from expdesign.api.result import Result
+from expdesign.app.api.result import Result
 from expdesign.errors import InputError
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 
 
 @pytest.fixture(scope="module")
-def simulated(tmp_path_factory: pytest.TempPathFactory) -> xd.Simulated:
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> xd.SimulationResult:
     return xd.simulate(CONFIG, plan_file(tmp_path_factory.mktemp("plan")), seed=3)
 
 
 @pytest.fixture(scope="module")
-def identified(simulated: xd.Simulated) -> xd.Identified:
+def identified(simulated: xd.SimulationResult) -> xd.IdentificationResult:
     return xd.identify(ROBOT, simulated)
 
 
-def test_recordings_are_what_was_simulated(simulated: xd.Simulated, identified: xd.Identified, tmp_path: Path) -> None:
+def test_recordings_are_what_was_simulated(
+    simulated: xd.SimulationResult, identified: xd.IdentificationResult, tmp_path: Path
+) -> None:
     simulated.save(tmp_path / "rows.csv")
     pd.testing.assert_frame_equal(identified.stiffness, xd.identify(ROBOT, tmp_path / "rows.csv").stiffness)
 
 
-def test_a_result_stands_for_its_model(identified: xd.Identified, tmp_path: Path) -> None:
+def test_a_result_stands_for_its_model(identified: xd.IdentificationResult, tmp_path: Path) -> None:
     plan = plan_file(tmp_path)
     identified.save(tmp_path / "identified")
     file = tmp_path / "identified" / "model.yaml"
@@ -74,7 +76,7 @@ def test_a_plan_is_what_was_computed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("wrong", [5, None, {"a": 1}, ("a", 1)])
-def test_other_things_are_answered(wrong: object, tmp_path: Path, identified: xd.Identified) -> None:
+def test_other_things_are_answered(wrong: object, tmp_path: Path, identified: xd.IdentificationResult) -> None:
     plan = plan_file(tmp_path)
     for call in (
         lambda: xd.evaluate(CONFIG, wrong),  # type: ignore[arg-type]
@@ -88,14 +90,16 @@ def test_other_things_are_answered(wrong: object, tmp_path: Path, identified: xd
             call()
 
 
-def test_options_that_cannot_be(simulated: xd.Simulated) -> None:
+def test_options_that_cannot_be(simulated: xd.SimulationResult) -> None:
     with pytest.raises(InputError, match="no physics is called `creap`"):
         xd.diagnose(ROBOT, simulated, without=["creap"])
     with pytest.raises(InputError, match=r"Write \['creep'\]"):
         xd.diagnose(ROBOT, simulated, without="creep")
 
 
-def test_a_look_at_a_result_is_short(simulated: xd.Simulated, identified: xd.Identified, tmp_path: Path) -> None:
+def test_a_look_at_a_result_is_short(
+    simulated: xd.SimulationResult, identified: xd.IdentificationResult, tmp_path: Path
+) -> None:
     results: list[Result] = [
         simulated, identified, xd.evaluate(CONFIG, simulated), xd.sheet(CONFIG, simulated), xd.physics(ROBOT),
         xd.predict(identified, simulated), xd.compensate(identified, simulated),

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.files.yaml_reader import read_yaml
+from expdesign.io.yaml_reader import read_yaml
 
 ROOT = Path(__file__).parents[2]
 SERIES, LOADS = 5, 4
@@ -43,7 +43,7 @@ def recorded() -> pd.DataFrame:
     return xd.simulate(configuration(shared=True), plan(), seed=3).frame
 
 
-def chi2(identified: xd.Identified) -> float | None:
+def chi2(identified: xd.IdentificationResult) -> float | None:
     return identified.result.goodness.chi2
 
 

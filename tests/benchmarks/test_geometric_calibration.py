@@ -30,9 +30,9 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
 from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.row import row_data
-from expdesign.compensation.prediction import predict
 from expdesign.errors import NotIdentifiableError
-from expdesign.identification.identify import identify
+from expdesign.estimation.compensation.prediction import predict
+from expdesign.estimation.identify import identify
 from expdesign.report.remark_texts import sentences
 
 HEXAPOD = robot()

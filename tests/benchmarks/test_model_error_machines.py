@@ -12,6 +12,9 @@ from benchmarks.model_error.prior import Prior, compliance
 from benchmarks.model_error.trial import plan_of_decisions
 from tests.model_error.problems import CONFIGS
 
+from expdesign.assurance.model_error.left_out import plan_points
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.actuators.friction import FrictionHysteresis
@@ -21,13 +24,10 @@ from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.legs.passive_joint_compliance import PassiveJointCompliance
 from expdesign.chain.effects.platform.compliance import PlatformCompliance
 from expdesign.chain.row import row_data
-from expdesign.design.plan import plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import starting_designs
-from expdesign.model_error.left_out import plan_points
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.settings import Assumptions
+from expdesign.planning.plan import plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import starting_designs
 from virtual_laboratory import Robot, elements
 
 UPPER = np.triu_indices(6, 1)

@@ -7,9 +7,9 @@ import pytest
 from benchmarks.optimality.hypervolume import agreement
 from benchmarks.optimality.ordinary_script import OrdinaryScript
 
-from expdesign.design.problem_file import read_problem
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.start import starting_designs
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.start import starting_designs
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -11,11 +11,11 @@ from benchmarks.real_recordings.sets import CASES, NOTICES, VARIABLE, Case, fold
 
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.reader import read_recordings
 from expdesign.diagnosis.diagnose import diagnose
-from expdesign.identification.identify import identify
-from expdesign.recordings.reader import read_recordings
+from expdesign.estimation.identify import identify
+from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.report.identification_record import rms
-from expdesign.robots.robot_file import read_robot
 
 ROOT = folder()
 present = pytest.mark.skipif(not ROOT.is_dir(), reason=f"no recordings in {ROOT} (set {VARIABLE})")

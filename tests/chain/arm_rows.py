@@ -10,10 +10,10 @@ from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.serial import SerialRobot
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.serial import SerialRobot
 
 DEVIATIONS = (5e-6, 5e-6, 5e-6, 2e-5, 2e-5, 2e-5)
 LOW = np.array([-1.0, -2.2, 0.4, -2.6, -2.2, -1.5])

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from tests.oracle import Array
 
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.serial import SerialRobot
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.serial import SerialRobot
 
 _JOINTS = [  # name, origin xyz, origin rpy, axis, mass and centre of the link that it moves
     ("lift", "0 0 0.2", "0 0 0", "0 0 1", 6.0, "0 0 0.1", "prismatic"),

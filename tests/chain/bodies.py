@@ -5,9 +5,9 @@ import pandas as pd
 from tests.identification.experiments import read
 from tests.oracle import Array
 
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.coordinates import SPATIAL
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.body import Body
+from expdesign.mechanics.robots.body import Body
 
 BODY = Body(home=np.array([0.5, -0.2, 0.3]), name="machine on its feet")
 DEVIATIONS = (2e-6, 2e-6, 2e-6, 1e-5, 1e-5, 1e-5)

@@ -1,9 +1,9 @@
 """The effect that is for a robot, where one physics is several effects on several kinds of robots."""
 
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
 
 KINDS: list[type[Effect]] = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
 

@@ -12,12 +12,12 @@ from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 FOLDER = Path(__file__).parents[2] / "configs" / "robots"
 STIFFNESS = {

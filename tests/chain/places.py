@@ -13,9 +13,9 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.parallel import ParallelRobot
 
 PAYLOAD, WRENCH = "payload", "wrench"
 

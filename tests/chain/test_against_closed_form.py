@@ -8,13 +8,13 @@ import pytest
 from tests.cases import ROBOTS, robot
 from tests.chain.places import WRENCH, recordings
 
+from expdesign.assurance.validation.compensation import deflection_map
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
-from expdesign.elastostatics.geometric_stiffness import conservative_maps
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.loads.wrench import Wrench
-from expdesign.validation.compensation import deflection_map
+from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.wrench import Wrench
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

@@ -21,8 +21,8 @@ from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance, 
 from expdesign.chain.effects.joints.position_error import ArmGeometry
 from expdesign.chain.effects.joints.unsettled_reading import LoggedBeforeSettled
 from expdesign.chain.effects.links.compliance import LinkCompliance
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.recordings.recordings import Recordings
 
 ARM = six_axis()
 

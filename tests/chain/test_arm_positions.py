@@ -17,20 +17,20 @@ from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.joints.unsettled_position import ReadBeforeSettled
 from expdesign.chain.effects.joints.warm_up_by_rows import WarmUpByRows
 from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.compensation.prediction import require_history
 from expdesign.diagnosis.library import candidates
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Search
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.models.model_file import Model
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.serial import SerialRobot
+from expdesign.estimation.compensation.prediction import require_history
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.serial import SerialRobot
 
 READING = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
 

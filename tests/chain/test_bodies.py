@@ -19,13 +19,13 @@ from expdesign.chain.effects.support.friction import SupportFriction
 from expdesign.chain.effects.support.nonlinearity import SupportNonlinearity
 from expdesign.chain.effects.support.play import SupportPlay
 from expdesign.chain.effects.support.rocking import SupportRocking
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
-from expdesign.identification.fit import Data, Fit, fit, summarise
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.fit import Data, Fit, fit, summarise
+from expdesign.estimation.whitening import Whitening
 
 LIFTING = recordings(lifting=True)
 EFFECTS = library(BODY, LIFTING)

@@ -24,8 +24,8 @@ from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometr
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.library import library
-from expdesign.identification.fit import Data, summarise
-from expdesign.identification.whitening import Whitening
+from expdesign.estimation.fit import Data, summarise
+from expdesign.estimation.whitening import Whitening
 
 EVERYWHERE = [place for name in ("irregular", "bipod-unequal") for place in places(name)]
 BETWEEN = re.compile(r"\b(leg|joint) [2-5]\b")

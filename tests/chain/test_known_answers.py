@@ -18,9 +18,9 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.orientation import Orientation, angles_of, rotation_matrix, rotation_vector
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.orientation import Orientation, angles_of, rotation_matrix, rotation_vector
+from expdesign.mechanics.robots.parallel import ParallelRobot
 
 ROBOT = "irregular"
 

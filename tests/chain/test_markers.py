@@ -15,20 +15,20 @@ from expdesign.chain.arm import moment_at, with_links_beyond
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.instrument.drift import InstrumentDrift
 from expdesign.chain.effects.joints.geometric_error import GeometricError
+from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition, turns
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
-from expdesign.compensation.prediction import predict
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.fit import Data, fit
-from expdesign.identification.noise_level import noise_from_replicates
-from expdesign.identification.whitening import Whitening
-from expdesign.models.model_file import Model, model_from_document, model_text
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.compensation.prediction import predict
+from expdesign.estimation.fit import Data, fit
+from expdesign.estimation.noise_level import noise_from_replicates
+from expdesign.estimation.whitening import Whitening
+from expdesign.io.yaml_reader import read_yaml
+from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentences
-from expdesign.robots.serial import SerialRobot
 
 
 @pytest.fixture(scope="module")

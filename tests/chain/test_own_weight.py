@@ -16,8 +16,8 @@ from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.links.mass_error import LinkMassError
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.serial import SerialRobot
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.serial import SerialRobot
 
 
 @pytest.mark.parametrize("name", ["ur5", "tiago"])

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from expdesign.commands.main import main
+from expdesign.app.commands.main import main
 
 ROOT = Path(__file__).parents[2]
 ROBOT = ROOT / "configs" / "robots" / "hexapod-h1.yaml"

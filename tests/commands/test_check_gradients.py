@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from tests.commands.calls import CONFIG, call
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality import differentiated
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality import differentiated
 
 SMALL = """schema_version: 1
 robot:

@@ -10,13 +10,13 @@ import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file
 
 import expdesign as xd
-from expdesign.api.inputs import problem_of
-from expdesign.api.targets import targets_table
+from expdesign.app.api.inputs import problem_of
+from expdesign.app.api.targets import targets_table
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
-from expdesign.models.model_file import read_model
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
+from expdesign.chain.models.model_file import read_model
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]

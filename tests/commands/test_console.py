@@ -8,8 +8,8 @@ import pytest
 from tests.commands.calls import CONFIG, call, plan_file
 
 import expdesign as xd
-from expdesign.commands import console
-from expdesign.commands.console import remaining, stages
+from expdesign.app.commands import console
+from expdesign.app.commands.console import remaining, stages
 from expdesign.counted import counted
 
 
@@ -17,7 +17,7 @@ from expdesign.counted import counted
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """A clock that is set by hand."""
     now = [0.0]
-    monkeypatch.setattr("expdesign.commands.console.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("expdesign.app.commands.console.time.monotonic", lambda: now[0])
     return now
 
 
@@ -84,7 +84,7 @@ def test_interrupted_after_something_was_written(
     def stop(text: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("expdesign.commands.simulate.note", stop)
+    monkeypatch.setattr("expdesign.app.commands.simulate.note", stop)
     out = tmp_path / "rows.csv"
     assert call("simulate", CONFIG, plan_file(tmp_path), "--out", out) == 130
     assert capsys.readouterr().err == f"expdesign: interrupted. Complete and kept: {out}.\n"

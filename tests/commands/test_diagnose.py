@@ -11,16 +11,16 @@ import pytest
 from tests.commands.calls import ROOT, call
 
 import expdesign as xd
-from expdesign.api.diagnose import STAGES
+from expdesign.app.api.diagnose import STAGES
+from expdesign.app.commands.console import ProgressReport
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
-from expdesign.commands.console import ProgressReport
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
-from expdesign.recordings.reader import points_from_table
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 ROBOT = ROOT / "configs" / "robots" / "bipod.yaml"
 GAP = 8e-6

@@ -9,10 +9,10 @@ import yaml
 from tests.commands.calls import call
 
 import expdesign as xd
-from expdesign.api.inputs import problem_of
-from expdesign.comparison.contenders import distinct_criteria
-from expdesign.design.optimality.certificate import total_lower_bound
+from expdesign.app.api.inputs import problem_of
+from expdesign.assurance.comparison.contenders import distinct_criteria
 from expdesign.errors import InputError
+from expdesign.planning.optimality.certificate import total_lower_bound
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]

@@ -7,7 +7,7 @@ import sys
 import pytest
 from tests.commands.calls import call
 
-from expdesign.commands.main import GROUPS, command_modules
+from expdesign.app.commands.main import GROUPS, command_modules
 
 HEAVY = ("casadi", "numpy", "pandas", "plotly", "pymoo", "scipy")
 
@@ -25,7 +25,7 @@ def test_every_command_has_help_with_an_example(name: str, capsys: pytest.Captur
 def test_the_list_of_commands_imports_no_library() -> None:
     code = (
         "import sys\n"
-        "from expdesign.commands.main import main\n"
+        "from expdesign.app.commands.main import main\n"
         "try:\n    main(['--help'])\n"
         f"finally:\n    print(sorted(set(sys.modules) & set({HEAVY!r})), file=sys.stderr)\n"
     )
@@ -62,6 +62,6 @@ def test_a_shell_can_complete(words: str, wanted: str, monkeypatch: pytest.Monke
     environment = {"_EXPDESIGN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
     for key, value in environment.items():
         monkeypatch.setenv(key, value)
-    code = "import sys; sys.argv = ['expdesign']; from expdesign.commands.main import main; main()"
+    code = "import sys; sys.argv = ['expdesign']; from expdesign.app.commands.main import main; main()"
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert wanted in done.stdout.split()

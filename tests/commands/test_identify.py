@@ -11,9 +11,9 @@ from tests.commands.calls import ROBOT, call, recordings_file
 from tests.identification.experiments import experiment
 from tests.identification.test_identify import idle_leg
 
-from expdesign.files.csv_writer import csv_text
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
+from expdesign.io.csv_writer import csv_text
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 
 def test_it_writes_model_record_and_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from tests.commands.calls import call
 
-from expdesign.templates import kinds
+from expdesign.app.templates import kinds
 
 CONFIGURATIONS = [kind for kind, files in kinds().items() if "config.yaml" in {file.name for file in files}]
 

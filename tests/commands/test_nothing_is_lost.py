@@ -13,7 +13,7 @@ from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, rec
 
 import expdesign as xd
 from expdesign.errors import InputError
-from expdesign.files.written import RECORD
+from expdesign.io.written import RECORD
 
 BIPOD = CONFIG.parent / "bipod.yaml"
 OTHERS = "this was measured for a week\n"

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from tests.commands.calls import call, model_file, plan_file
 
-from expdesign.compensation.prediction import predict
-from expdesign.models.model_file import read_model
-from expdesign.recordings.reader import read_points
+from expdesign.chain.models.model_file import read_model
+from expdesign.chain.recordings.reader import read_points
+from expdesign.estimation.compensation.prediction import predict
 
 
 def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None:

@@ -12,9 +12,9 @@ from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 import expdesign as xd
 from expdesign.errors import InputError
-from expdesign.files.table import read_table
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import read_robot
+from expdesign.io.table import read_table
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 NOISE = 1e-6
 POSE = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from tests.commands.calls import CONFIG, PLAN, ROBOT, ROOT, call, model_file, plan_file, recordings_file
 
-from expdesign.commands import main as entry
+from expdesign.app.commands import main as entry
 
 
 def loaded_config() -> Any:
@@ -253,7 +253,7 @@ def test_a_file_where_the_folder_should_be(
     (tmp_path / "taken").write_text("mine")
     inputs = [CONFIG] if command == "run" else [ROBOT, recordings_file(tmp_path)]
     for long_work in ("run.search", "diagnose.diagnose_recordings", "identify.identify_recordings"):
-        monkeypatch.setattr(f"expdesign.api.{long_work}", None)  # said before the work, not after it
+        monkeypatch.setattr(f"expdesign.app.api.{long_work}", None)  # said before the work, not after it
     assert "is a file" in refused(capsys, command, *inputs, "--out", tmp_path / where)
     assert (tmp_path / "taken").read_text() == "mine"
 

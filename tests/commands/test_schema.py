@@ -9,10 +9,10 @@ import pytest
 from tests.commands.calls import call
 
 import expdesign as xd
-from expdesign.api.schema import KINDS, robot_sections
-from expdesign.files.output import json_text
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.templates import kinds
+from expdesign.app.api.schema import KINDS, robot_sections
+from expdesign.app.templates import kinds
+from expdesign.io.output import json_text
+from expdesign.io.yaml_reader import read_yaml
 
 ROOT = Path(__file__).parents[2]
 FILES = [file for file in sorted((ROOT / "configs").glob("*.yaml")) if not file.name.startswith("study")]

@@ -11,7 +11,7 @@ from openpyxl import load_workbook
 from tests.commands.calls import CONFIG, ROBOT, call
 
 import expdesign as xd
-from expdesign.files.table import read_table
+from expdesign.io.table import read_table
 
 POSES = [(0.01, 0, 0, 0, 0, 0), (-0.02, 0.01, 0, 0.1, 0, 0), (0, 0, 0.01, 0, 0.1, 0)]
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")

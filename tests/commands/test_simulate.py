@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
 
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.recordings.reader import read_recordings
-from expdesign.robots.robot_file import read_robot
+from expdesign.chain.recordings.reader import read_recordings
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.robot_file import read_robot
 
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
 

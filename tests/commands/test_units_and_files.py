@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
 
-from expdesign.files.table import read_table
+from expdesign.io.table import read_table
 
 FACTORS = {"_m,": ("_um,", 1e6), "_rad,": ("_mdeg,", 180e3 / np.pi)}
 
@@ -24,8 +24,8 @@ def test_recordings_in_other_units_and_forms_identify_the_same(
     plain = recordings_file(tmp_path)
     assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
     import expdesign as xd  # noqa: PLC0415
-    from expdesign.api.outputs import save_table  # noqa: PLC0415
-    from expdesign.files.written import Purpose  # noqa: PLC0415
+    from expdesign.app.api.outputs import save_table  # noqa: PLC0415
+    from expdesign.io.written import Purpose  # noqa: PLC0415
 
     frame = xd.load(plain)
     assert isinstance(frame, pd.DataFrame)

@@ -28,14 +28,14 @@ from expdesign.chain.effects.joints.backlash import JointBacklash
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.joints.position_error import ArmGeometry
 from expdesign.chain.effects.links.compliance import LinkCompliance
+from expdesign.chain.models.model_file import Model, read_model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.together import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.models.model_file import Model, read_model
-from expdesign.robots.bipod import Bipod
-from expdesign.robots.hexapod import Hexapod
+from expdesign.io.csv_writer import csv_text
+from expdesign.mechanics.robots.bipod import Bipod
+from expdesign.mechanics.robots.hexapod import Hexapod
 
 NAMELESS = frozenset(kind.physics for kind in KINDS)
 """With no physics to name, only laws at ports are left."""

@@ -12,15 +12,15 @@ from tests.commands.calls import call
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 import expdesign as xd
-from expdesign.api.compare import Comparison
-from expdesign.comparison.comparable import differences, require_comparable
-from expdesign.comparison.contenders import Contender, drawn
-from expdesign.comparison.correlation import spearman
-from expdesign.comparison.judgement import Judgement, judge
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan
-from expdesign.design.search import search_single
+from expdesign.app.api.compare import ComparisonResult
+from expdesign.assurance.comparison.comparable import differences, require_comparable
+from expdesign.assurance.comparison.contenders import Contender, drawn
+from expdesign.assurance.comparison.correlation import spearman
+from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.errors import InputError
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import Plan
+from expdesign.planning.search import search_single
 from expdesign.report.comparison_report import agreement
 
 SAMPLES = 3000
@@ -103,7 +103,7 @@ def test_what_one_wants_to_compare_is_not_refused() -> None:
 
 
 @pytest.fixture(scope="module")
-def compared() -> Comparison:
+def compared() -> ComparisonResult:
     """Two configurations of the bipod that differ in the number of measurements, with a plan of the user's."""
     configs = [dict(BIPOD), changed(BIPOD, {"experiment.measurements": 3})]
     problems = []
@@ -114,7 +114,7 @@ def compared() -> Comparison:
     return xd.compare(*problems, plans={"mine": mine}, samples=400, random=6, generations=3)
 
 
-def test_every_criterion_s_design_beats_random_ones_by_it(compared: Comparison) -> None:
+def test_every_criterion_s_design_beats_random_ones_by_it(compared: ComparisonResult) -> None:
     frame = compared.frame
     assert set(frame["configuration"]) == {"config0", "config1"}
     assert set(frame["origin"]) == {"optimised", "random", "given"}

@@ -10,11 +10,11 @@ from tests.compensation.test_prediction import effect, model_of
 from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
-from expdesign.compensation.compensate import compensate
-from expdesign.compensation.prediction import moved, predict
 from expdesign.errors import ConvergenceError, InfeasibleError, SingularConfigurationError
-from expdesign.identification.identify import identify
-from expdesign.robots.bipod import Bipod
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.compensation.prediction import moved, predict
+from expdesign.estimation.identify import identify
+from expdesign.mechanics.robots.bipod import Bipod
 
 NAMES = sorted(ROBOTS)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.compensation.correction_table import Grid, correction_table
 from expdesign.errors import ConvergenceError
+from expdesign.estimation.compensation.correction_table import Grid, correction_table
 
 LOW, HIGH = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
 

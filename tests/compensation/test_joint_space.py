@@ -12,14 +12,14 @@ from tests.robots.arms import ARMS, serial_robot
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.compensation.compensate import compensate
-from expdesign.compensation.prediction import moved
 from expdesign.errors import ConvergenceError, SingularConfigurationError
-from expdesign.models.model_file import Model
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.kinematic_tree import KinematicTree
-from expdesign.robots.serial import SerialRobot
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.compensation.prediction import moved
+from expdesign.mechanics.robots.kinematic_tree import KinematicTree
+from expdesign.mechanics.robots.serial import SerialRobot
 
 ARM = six_axis()
 

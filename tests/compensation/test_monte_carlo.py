@@ -11,21 +11,21 @@ from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
 from tests.virtual_laboratory.conftest import ROBOTS as HEXAPODS
 
-from expdesign.criteria.targets import Targets
-from expdesign.design.plan import Plan
-from expdesign.elastostatics.geometric_stiffness import geometric_stiffness
-from expdesign.elastostatics.maps import actuator_forces, cartesian_stiffness
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.instrument.drawn_errors import drawn_load_errors
-from expdesign.loads.payload import Payload
-from expdesign.loads.wrench import Wrench
-from expdesign.validation.comparison import root_mean_square, standard_deviation
-from expdesign.validation.compensation import TOLERANCE, ExactCompensation
-from expdesign.validation.equilibrium import Equilibrium
-from expdesign.validation.plants import EquilibriumPlant, ExplicitPlant
-from expdesign.validation.repeated import repeat
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.comparison import root_mean_square, standard_deviation
+from expdesign.assurance.validation.compensation import TOLERANCE, ExactCompensation
+from expdesign.assurance.validation.equilibrium import Equilibrium
+from expdesign.assurance.validation.plants import EquilibriumPlant, ExplicitPlant
+from expdesign.assurance.validation.repeated import repeat
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.chain.instrument.drawn_errors import drawn_load_errors
+from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
+from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.plan import Plan
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 

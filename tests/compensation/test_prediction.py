@@ -8,13 +8,13 @@ from tests.identification.experiments import experiment, table_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.compensation.prediction import predict, require_history
+from expdesign.chain.models.estimable import Estimable
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.reader import points_from_table
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.identification.identify import identify
-from expdesign.models.estimable import Estimable
-from expdesign.models.model_file import Model
-from expdesign.recordings.reader import points_from_table
+from expdesign.estimation.compensation.prediction import predict, require_history
+from expdesign.estimation.identify import identify
+from expdesign.io.yaml_reader import YamlDocument
 
 
 def model_of(chain: Chain, values: np.ndarray, covariance: np.ndarray | None = None) -> Model:

@@ -8,22 +8,22 @@ from tests.chain import bodies
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
 from tests.identification.experiments import experiment, table_of
 
-from expdesign.api.identify import identify as identify_file
-from expdesign.api.predict import predict as predict_file
+from expdesign.app.api.identify import identify as identify_file
+from expdesign.app.api.predict import predict as predict_file
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.base.compliance import BaseCompliance
+from expdesign.chain.models.estimable import Estimable
+from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.compensation.prediction import predict
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.identify import identify
-from expdesign.identification.whitening import Whitening
-from expdesign.models.estimable import Estimable
-from expdesign.models.model_file import Model, model_text, read_model
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.serial import SerialRobot
+from expdesign.estimation.compensation.prediction import predict
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.identify import identify
+from expdesign.estimation.whitening import Whitening
+from expdesign.io.yaml_reader import read_yaml
+from expdesign.mechanics.robots.serial import SerialRobot
 
 BODY_FILE = "name: machine\nkind: body\nhome: [0.5, -0.2, 0.3]\n"
 

@@ -6,9 +6,9 @@ from tests import oracle
 from tests.cases import ALL_ERRORS, NOISES, ROBOTS, Setup, robot, setup
 from tests.oracle import Array, Dense
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.targets import Aggregate
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import Aggregate
 
 MEASUREMENTS = 6
 COUNT = 3

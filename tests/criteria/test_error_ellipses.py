@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
-from expdesign.criteria.error_ellipses import ellipse_scale, principal_axes, target_covariances
+from expdesign.planning.criteria.error_ellipses import ellipse_scale, principal_axes, target_covariances
 
 
 @pytest.fixture(params=[BIPOD, HEXAPOD], ids=["bipod", "hexapod"])

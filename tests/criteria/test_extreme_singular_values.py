@@ -8,12 +8,12 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.extreme_singular_values import largest_singular_value, smallest_singular_value
-from expdesign.design.optimality.differentiated import Differentiated
-from expdesign.design.problem import DesignProblem
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.extreme_singular_values import largest_singular_value, smallest_singular_value
+from expdesign.planning.optimality.differentiated import Differentiated
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 
 
 def designs(here: DesignProblem, count: int) -> Array:

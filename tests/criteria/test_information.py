@@ -5,12 +5,12 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.information import Information, propagated
-from expdesign.design.optimality.best_linear import best_linear_total
-from expdesign.design.problem import DesignProblem
-from expdesign.design.sequential import expected_total, information_of
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.information import Information, propagated
+from expdesign.planning.optimality.best_linear import best_linear_total
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sequential import expected_total, information_of
+from expdesign.planning.start import starting_designs
 
 
 def dense(rows: Array, errors: Array, shared: Array, targets: Array) -> tuple[Array, Array]:

@@ -8,15 +8,15 @@ from hypothesis import strategies as st
 from tests.cases import load_of, source_of, symmetric_hexapod
 from tests.oracle import Array
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.targets import Targets
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.robots.bipod import Bipod
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.robots.bipod import Bipod
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import Targets
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.cases import ALL_ERRORS, ROBOTS, setup
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.validation.comparison import mean
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.comparison import mean
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.planning.criteria.criterion import known_criteria
 
 SAMPLES = 100_000
 MEASUREMENTS = 4

@@ -7,17 +7,17 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria import criterion as module
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import Criterion, criterion_values, known_criteria
-from expdesign.design.optimality.gradient_check import gradient_check
-from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.sqp import MinimaxSearch
-from expdesign.design.problem import DesignProblem
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
-from expdesign.differentiation import is_recorded
 from expdesign.errors import InputError
+from expdesign.mechanics.differentiation import is_recorded
+from expdesign.planning.criteria import criterion as module
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
+from expdesign.planning.optimality.gradient_check import gradient_check
+from expdesign.planning.optimality.kktpm import kktpm
+from expdesign.planning.optimality.sqp import MinimaxSearch
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 
 
 class WorstDirection(Criterion):
@@ -73,7 +73,7 @@ def test_its_gradient_is_that_of_differences() -> None:
     table = gradient_check(here, designs(here, 1)[0], ["duir"])
     assert table["relative_error"].max() < 2e-8
     direction = designs(here, 2)[1] - (decisions := designs(here, 2)[0])
-    from expdesign.design.optimality.differentiated import Differentiated  # noqa: PLC0415
+    from expdesign.planning.optimality.differentiated import Differentiated  # noqa: PLC0415
 
     direction = direction * ~here.space.discrete
     gradient = Differentiated.of_designs(here, decisions[None]).pieces(WorstDirection())[0].gradient()[0]
@@ -145,7 +145,9 @@ def test_a_criterion_without_derivative_spans_a_front_by_exchanges(monkeypatch: 
     options = {"population": 30, "generations": 40, "seed": 1, "polish": True}
     smooth = search(problem(HEXAPOD, {"optimiser": options}))
     monkeypatch.setattr(MinimaxSearch, "minimise", lambda *_, **__: pytest.fail("a descent was begun"))
-    monkeypatch.setattr("expdesign.design.search.relaxed_designs", lambda here: here.space.canonical(designs(here, 1)))
+    monkeypatch.setattr(
+        "expdesign.planning.search.relaxed_designs", lambda here: here.space.canonical(designs(here, 1))
+    )
     here = problem(HEXAPOD, {"optimiser": options})
     here = replace(here, objectives=(Readings(), known_criteria()["feir"]), further=(Readings(),))
     front = search(here)

@@ -8,13 +8,13 @@ from tests import oracle
 from tests.cases import ALL_ERRORS, ROBOTS, robot, setup
 from tests.oracle import Array
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.targets import Targets
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.loads.wrench import Wrench
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import Targets
 
 
 def wrench_for(name: str, pose: Array, forces: Array) -> Array:

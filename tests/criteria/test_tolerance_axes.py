@@ -6,15 +6,15 @@ from scipy.spatial.transform import Rotation
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.accuracy_map import accuracy_maps
-from expdesign.design.body_axes import body_axes
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
+from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
-from expdesign.validation.comparison import standard_deviation
-from expdesign.validation.simulation import simulate
+from expdesign.planning.accuracy_map import accuracy_maps
+from expdesign.planning.body_axes import body_axes
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 ANGLES = [0.1, 0.15, 0.0]
 

@@ -7,9 +7,9 @@ from typing import Any
 import yaml
 from tests.cases import symmetric_hexapod
 
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.yaml_reader import parse_yaml
+from expdesign.io.yaml_reader import parse_yaml
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 
 BIPOD: dict[str, Any] = {
     "schema_version": 1,

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from tests.oracle import Array
 
-from expdesign.design.problem import DesignProblem
-from expdesign.design.search import search
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.search import search
 
 
 def refined(here: DesignProblem, designs: Array, generations: int | None = None) -> Array:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
-from expdesign.criteria.total import Total
-from expdesign.design.accuracy_map import accuracy_maps
-from expdesign.design.problem_file import read_problem
-from expdesign.design.start import reachable_measurements
+from expdesign.planning.accuracy_map import accuracy_maps
+from expdesign.planning.criteria.total import Total
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.start import reachable_measurements
 
 
 def decisions_of(case: Any, count: int) -> Any:

@@ -8,9 +8,9 @@ import pytest
 from tests.design.problems import HEXAPOD, problem
 
 import expdesign
-from expdesign.design.collisions import Collisions, Primitive
-from expdesign.design.search import search
 from expdesign.errors import InputError
+from expdesign.planning.collisions import Collisions, Primitive
+from expdesign.planning.search import search
 
 pytest.importorskip("coal")
 

@@ -7,9 +7,9 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.plausibility.sound import content_of, problem_from
 
-from expdesign.design.constraints import Constraints
-from expdesign.design.search import search
 from expdesign.errors import ExpdesignError, InfeasibleError, InputError
+from expdesign.planning.constraints import Constraints
+from expdesign.planning.search import search
 
 FEW = {"population": 12, "generations": 6, "seed": 1, "polish": True}
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import yaml
 from tests.sweeps.small import SMALL
 
-from expdesign.design.optimality.certificate import duir_lower_bound
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search
+from expdesign.planning.optimality.certificate import duir_lower_bound
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search
 
 
 def test_a_fixed_load_has_a_bound(tmp_path: Path) -> None:

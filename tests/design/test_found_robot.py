@@ -10,22 +10,22 @@ import yaml
 from tests.design.problems import HEXAPOD, changed
 from tests.oracle import Array
 
+from expdesign.assurance.validation.repeated import repeat
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.models.model_file import Model, model_text
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.gradient_check import gradient_check
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.start import starting_designs
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import YamlDocument, parse_yaml
-from expdesign.models.effect_entry import effect_classes
-from expdesign.models.model_file import Model, model_text
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot_file import robot_from_document
-from expdesign.validation.repeated import repeat
+from expdesign.io.yaml_reader import YamlDocument, parse_yaml
+from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.gradient_check import gradient_check
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.start import starting_designs
 
 FOLDER = Path(__file__).parents[2] / "configs" / "robots"
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from expdesign.design.front import hypervolume, knee, non_dominated, reference_point
+from expdesign.planning.front import hypervolume, knee, non_dominated, reference_point
 
 VALUES = np.array([[1.0, 5.0], [2.0, 2.0], [5.0, 1.0], [3.0, 3.0], [2.0, 2.0], [1.0, 6.0]])
 

@@ -5,10 +5,10 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from expdesign.design.laboratory_sheet import Costs, in_plan_order, ordered
-from expdesign.design.measuring_order import EXACT, best_path, path_cost
-from expdesign.design.plan import Plan
 from expdesign.errors import InputError
+from expdesign.planning.laboratory_sheet import Costs, in_plan_order, ordered
+from expdesign.planning.measuring_order import EXACT, best_path, path_cost
+from expdesign.planning.plan import Plan
 
 
 def distances(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +32,7 @@ def test_more_stops_than_can_be_exact_come_near(monkeypatch: pytest.MonkeyPatch)
     for seed in range(10):
         cost, start = distances(EXACT, seed)
         exact = path_cost(best_path(cost, start), cost, start)
-        monkeypatch.setattr("expdesign.design.measuring_order.EXACT", 1)
+        monkeypatch.setattr("expdesign.planning.measuring_order.EXACT", 1)
         near = path_cost(best_path(cost, start), cost, start)
         monkeypatch.undo()
         assert near >= exact - 1e-12

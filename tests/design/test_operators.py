@@ -5,9 +5,9 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.design.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.search import search
+from expdesign.planning.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.search import search
 
 
 def parents(count: int) -> tuple[DesignPopulation, Array]:

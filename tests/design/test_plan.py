@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from tests.cases import ROBOTS, loads, setup
 
-from expdesign.design.plan import Plan, plan_frame, read_plan
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.planning.plan import Plan, plan_frame, read_plan
 
 
 @pytest.mark.parametrize("kind", ["payload", "wrench"])

@@ -9,10 +9,10 @@ import yaml
 from tests import oracle
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
-from expdesign.design.problem_file import problem_from_document, read_problem
 from expdesign.errors import ExpdesignError, InputError, SingularConfigurationError
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.robots.hexapod import Hexapod
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.planning.problem_file import problem_from_document, read_problem
 
 NAN, INF = float("nan"), float("inf")
 STD = "experiment.deflection_noise.std"

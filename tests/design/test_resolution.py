@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 import expdesign as xd
-from expdesign.design.resolution import Grid, steps_of
 from expdesign.errors import InputError
-from expdesign.files.table import parse_table
+from expdesign.io.table import parse_table
+from expdesign.planning.resolution import Grid, steps_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FEW = {"population": 8, "generations": 2, "seed": 1, "polish": True}
@@ -133,8 +133,8 @@ def test_two_hundred_random_configurations(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(p for p in CONFIGS.glob("*.yaml") if not p.name.startswith("sweep")), ids=str)
 def test_shipped_configurations(path: Path) -> None:
-    from expdesign.design.problem_file import problem_from_document  # noqa: PLC0415
-    from expdesign.files.yaml_reader import YamlDocument, read_yaml  # noqa: PLC0415
+    from expdesign.io.yaml_reader import YamlDocument, read_yaml  # noqa: PLC0415
+    from expdesign.planning.problem_file import problem_from_document  # noqa: PLC0415
 
     document = read_yaml(path)
     content = {**document.content, "optimiser": {**FEW, "generations": 4}}

@@ -9,14 +9,14 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.front import Front
-from expdesign.design.problem import DesignProblem
-from expdesign.design.pymoo_problem import UNIDENTIFIED, DesignPopulation
-from expdesign.design.search import Progress, search
-from expdesign.design.work import Credit
 from expdesign.errors import InfeasibleError, NotIdentifiableError
-from expdesign.robots.robot import CONDITION_LIMIT
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.front import Front
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.pymoo_problem import UNIDENTIFIED, DesignPopulation
+from expdesign.planning.search import Progress, search
+from expdesign.planning.work import Credit
 
 BOUNDS = "experiment.poses.bounds"
 

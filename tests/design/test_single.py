@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search_single
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search_single
+from expdesign.planning.start import starting_designs
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

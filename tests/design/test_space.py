@@ -8,8 +8,8 @@ from tests.design.problems import HEXAPOD, problem
 from tests.oracle import Array, about
 
 from expdesign.coordinates import PLANAR, SPATIAL
-from expdesign.design.space import DesignSpace, PoseSet
-from expdesign.design.variables import Choices, Interval, Quantity, fixed
+from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.variables import Choices, Interval, Quantity, fixed
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 

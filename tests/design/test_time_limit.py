@@ -5,8 +5,8 @@ import pytest
 from tests.design.problems import BIPOD, problem
 
 import expdesign as xd
-from expdesign.design.search import search
 from expdesign.errors import InputError
+from expdesign.planning.search import search
 
 
 def test_a_search_that_is_ended_at_once_gives_the_designs_at_random() -> None:
@@ -26,7 +26,7 @@ def test_an_end_before_any_plan_is_known_says_so(monkeypatch: pytest.MonkeyPatch
     here = problem(BIPOD, {"optimiser.polish": False})
     violated = np.ones((20, 3))
     monkeypatch.setattr(
-        "expdesign.design.pymoo_problem.DesignPopulation.criteria",
+        "expdesign.planning.pymoo_problem.DesignPopulation.criteria",
         lambda self, decisions: (np.full((len(decisions), 3), 1e30), violated[: len(decisions)]),
     )
     with pytest.raises(InputError, match="before any plan was known") as error:

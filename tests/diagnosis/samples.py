@@ -14,11 +14,11 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.whitening import Whitening
 
 
 def effect(name: str, physics: str, component: str, variant: str = "") -> Effect:

@@ -7,7 +7,7 @@ from tests.chain.kinds import KINDS
 
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.library import library
-from expdesign.identification.identify import identify
+from expdesign.estimation.identify import identify
 from expdesign.report.remark_texts import sentences
 
 # Class, component, variant and parameters; sizes as of worn or light arms, each well above the noise.

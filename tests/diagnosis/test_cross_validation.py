@@ -12,8 +12,8 @@ from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Data
-from expdesign.identification.whitening import Whitening
+from expdesign.estimation.fit import Data
+from expdesign.estimation.whitening import Whitening
 
 
 def sample(count: int, series: int, stations: int = 0) -> Sample:

@@ -11,10 +11,10 @@ import pytest
 from tests.chain.laboratory import DEVIATION, experiment, machine, measured
 from tests.identification.experiments import read
 
+from expdesign.chain.recordings.references import reference_names
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
-from expdesign.files.output import json_text
-from expdesign.recordings.references import reference_names
+from expdesign.io.output import json_text
 from expdesign.report.diagnosis_record import diagnosis_record
 
 BIPOD, HEXAPOD = "bipod", "hexapod-h1"

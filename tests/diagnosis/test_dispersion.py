@@ -7,8 +7,8 @@ from tests.chain.bodies import BODY, recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Data
-from expdesign.identification.whitening import Whitening
+from expdesign.estimation.fit import Data
+from expdesign.estimation.whitening import Whitening
 
 
 def sample(count: int) -> Sample:

@@ -10,9 +10,9 @@ from tests.diagnosis.foreign_cases import CASES, Case, only, play
 from tests.identification.experiments import read
 
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import robot_from_document
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import robot_from_document
 
 QUICK = {"com, wrench", "one disc of a stack", "two legs on one mount", "misaligned"}
 """Hexapods that are looked at every time; all bipods are."""

@@ -11,7 +11,7 @@ from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.identification.fit import linear_fit
+from expdesign.estimation.fit import linear_fit
 
 COUNT = 200
 

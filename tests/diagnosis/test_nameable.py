@@ -15,6 +15,7 @@ from expdesign.chain.effects.instrument.drift import InstrumentDrift
 from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import pruned
 from expdesign.diagnosis.cross_validation import blocks_of
@@ -25,11 +26,10 @@ from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Search
 from expdesign.diagnosis.stability import stability
-from expdesign.identification.fit import Data, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.fit import Data, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentence
-from expdesign.robots.serial import SerialRobot
 
 NAME = "bipod-unequal"
 PLAY = effect(NAME, "leg_backlash", "leg 1", "middle")

@@ -9,15 +9,15 @@ from tests.commands.calls import ROBOT
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.next_experiment import discriminating_series
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 DEVIATIONS = np.array([5e-7] * 3 + [2e-6] * 3)
 GAP = 1.5e-6

@@ -6,12 +6,12 @@ import numpy as np
 from tests.cases import robot
 from tests.ports.machines import BIPOD, recordings_of, softened
 
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Data
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.fit import Data
+from expdesign.estimation.whitening import Whitening
 from expdesign.report.remark_texts import sentences
 
 

@@ -6,7 +6,7 @@ from tests.diagnosis.samples import base_fit, sample_of, simulated
 
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.outliers import in_common, returning_distances, row_distances
-from expdesign.identification.fit import Fit
+from expdesign.estimation.fit import Fit
 
 SERIES = np.repeat(np.arange(30), 6)
 DRIVERS: dict[str, FloatArray] = {

@@ -7,7 +7,7 @@ from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.sample import rms
-from expdesign.identification.fit import fit
+from expdesign.estimation.fit import fit
 
 COUNTS = np.random.default_rng(0).random(24) < 0.7
 

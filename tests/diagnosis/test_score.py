@@ -9,7 +9,7 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.library import candidates
 from expdesign.diagnosis.score import orthonormal_basis, score
-from expdesign.identification.fit import fit
+from expdesign.estimation.fit import fit
 
 READINGS, MODEL, COUNT = 40, 6, 4000
 

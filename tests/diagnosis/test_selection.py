@@ -8,6 +8,7 @@ from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis import selection as selection_module
 from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
@@ -15,8 +16,7 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.probability import standing
 from expdesign.diagnosis.selection import Search
-from expdesign.identification.fit import Fit
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.fit import Fit
 
 NAME = "bipod-unequal"
 FRICTION = effect(NAME, "friction_hysteresis", "leg 2", "rigid")

@@ -9,15 +9,15 @@ from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.ports.everything import Priors
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.settling import Settling, most_evident, settling
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.ports.everything import Priors
-from expdesign.robots.serial import SerialRobot
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.serial import SerialRobot
 
 _ROWS = 60
 

@@ -10,7 +10,7 @@ from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.selection import Model
 from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
-from expdesign.identification.goodness import LackOfFit, StatementOfFit
+from expdesign.estimation.goodness import LackOfFit, StatementOfFit
 
 MOST_EFFECTS = 3
 GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")

@@ -17,20 +17,20 @@ from tests.chain.arm_rows import arm_rows, concealed, six_axis
 from tests.commands.calls import CONFIG, ROBOT, call
 from tests.identification.experiments import read
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.gradient_check import gradient_check
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.search import search
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.models.model_file import read_model
 from expdesign.diagnosis.diagnose import diagnose
-from expdesign.files.yaml_reader import parse_yaml
-from expdesign.identification.identify import identify
-from expdesign.models.effect_entry import effect_classes
-from expdesign.models.model_file import read_model
+from expdesign.estimation.identify import identify
+from expdesign.io.yaml_reader import parse_yaml
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import read_robot, robot_from_document
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.gradient_check import gradient_check
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import read_robot, robot_from_document
 from thesis_studies.making import read_frame
 from thesis_studies.study import known_studies
 
@@ -87,19 +87,19 @@ def problem(changes: dict[str, object]) -> DesignProblem:
 def test_the_page_has_a_file_of_every_kind() -> None:
     folders = {str(Path(path).parent) for path in FILES}
     assert folders == {
-        "expdesign/criteria",
-        "expdesign/robots",
-        "expdesign/loads/errors",
+        "expdesign/planning/criteria",
+        "expdesign/mechanics/robots",
+        "expdesign/mechanics/loads/errors",
         "expdesign/chain/effects",
         "expdesign/chain/effects/joints",
-        "expdesign/ports/places",
+        "expdesign/chain/ports/places",
         "thesis_studies",
     }
 
 
 def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None]) -> None:
     """The criterion has no derivative of its own: it spans a front, is polished and has a proximity to optimality."""
-    place("expdesign/criteria/ellipsoid.py")
+    place("expdesign/planning/criteria/ellipsoid.py")
     case = problem({"objectives": ["ellipsoid", "feir"]})
     front = search(case)
     assert len(front) > 3
@@ -155,7 +155,7 @@ def _settled(robot: Robot, pose: np.ndarray, wrench: np.ndarray) -> np.ndarray:
 def test_a_new_family_of_robots_is_planned_identified_diagnosed_and_read_by_markers(
     place: Callable[[str], None], tmp_path: Path
 ) -> None:
-    place("expdesign/robots/planar_rrr.py")
+    place("expdesign/mechanics/robots/planar_rrr.py")
     (tmp_path / "run.yaml").write_text(yaml.safe_dump(RRR_RUN), encoding="utf-8")
     (tmp_path / "robot.yaml").write_text(yaml.safe_dump(RRR), encoding="utf-8")
     robot = read_robot(tmp_path / "robot.yaml")
@@ -211,7 +211,7 @@ def _identify_and_diagnose(folder: Path) -> None:
 
 def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], None]) -> None:
     """Two markers of a platform in the plane, seen from somewhere in space by an instrument that is turned."""
-    place("expdesign/robots/planar_rrr.py")
+    place("expdesign/mechanics/robots/planar_rrr.py")
     robot = robot_from_document(parse_yaml(yaml.safe_dump(RRR), "robot.yaml", Path()))
     rng = np.random.default_rng(9)
     count, true = 60, np.array([6e-5, 4e-5, 3e-5])
@@ -250,7 +250,7 @@ def test_a_new_effect_of_a_joint_is_found_and_kept(place: Callable[[str], None])
 
 
 def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None]) -> None:
-    place("expdesign/loads/errors/ratio.py")
+    place("expdesign/mechanics/loads/errors/ratio.py")
     experiment = {**BIPOD["experiment"], "load_error": [{"source": "ratio", "std": 0.01}]}  # type: ignore[dict-item]
     case = problem({"experiment": experiment})
     decisions = case.space.sample(2, np.random.default_rng(1))[None]

@@ -12,8 +12,8 @@ from tests.docs.test_tutorial import loaded
 
 import expdesign as xd
 from expdesign.chain.effect import Effect
+from expdesign.chain.models import model_file
 from expdesign.coordinates import SPATIAL
-from expdesign.models import model_file
 from expdesign.plugins import implementations
 
 PAGE = (Path(__file__).parents[2] / "docs/file-formats.md").read_text(encoding="utf-8")

@@ -17,10 +17,10 @@ import expdesign as xd
 from expdesign import plugins
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.legs.backlash import LegBacklash
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import Criterion, known_criteria
+from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
-from expdesign.models.effect_entry import effect_classes
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import Criterion, known_criteria
 
 SOURCE = Path(xd.__file__).parents[1]
 OUTSIDE = ("planar_rrr", "ellipsoid", "weak_axes", "ratio", "leg_settling", "shared_line")

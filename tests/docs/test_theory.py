@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from tests.cases import robot
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.targets import Targets
-from expdesign.elastostatics.geometric_stiffness import geometric_stiffness
-from expdesign.elastostatics.maps import (
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
+from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
     cartesian_stiffness,
     observation_matrix,
 )
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.loads.wrench import Wrench
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import Targets
 
 PAGE = (Path(__file__).parents[2] / "docs/theory.md").read_text(encoding="utf-8")
 

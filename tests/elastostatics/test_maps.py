@@ -7,14 +7,14 @@ from tests.cases import ROBOTS, robot
 from tests.oracle import Array
 from tests.robots.test_kinematics import central_difference, relative, scaled
 
-from expdesign.elastostatics.geometric_stiffness import conservative_maps, geometric_stiffness
-from expdesign.elastostatics.maps import (
+from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps, geometric_stiffness
+from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
     cartesian_stiffness,
     observation_matrix,
 )
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.parallel import ParallelRobot
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

@@ -6,8 +6,8 @@ from tests import oracle
 from tests.cases import ALL_ERRORS, ROBOTS, load_of, loads, robot, setup
 from tests.oracle import Array
 
-from expdesign.elastostatics.geometric_stiffness import conservative_maps
-from expdesign.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 
 
 @pytest.mark.parametrize("kind", ["payload", "wrench"])

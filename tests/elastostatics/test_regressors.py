@@ -8,14 +8,14 @@ from tests.cases import robot
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
-from expdesign.elastostatics.regressors.stacked import regressor_for
 from expdesign.errors import InputError
-from expdesign.robots.forward_kinematics import ForwardKinematics
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.elastostatics.regressors.stacked import regressor_for
+from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 GEOMETRIC = {
     "experiment.calibration": "geometric",

@@ -3,19 +3,19 @@
 import numpy as np
 from tests.cases import robot
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.targets import Targets
-from expdesign.elastostatics.geometric_stiffness import geometric_stiffness
-from expdesign.elastostatics.maps import (
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
+from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
     cartesian_stiffness,
     observation_matrix,
 )
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.loads.wrench import Wrench
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import Targets
 
 TARGET, TARGET_LOAD = np.array([0.10, 0.60]), np.array([0.0, -1000.0])
 POSE, LOAD = np.array([-0.20, 0.55]), np.array([200.0, -900.0])

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from expdesign.errors import InputError
-from expdesign.files.output import json_text, output_folder, write_file
+from expdesign.io.output import json_text, output_folder, write_file
 
 
 def names(folder: Path) -> list[str]:

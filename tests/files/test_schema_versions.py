@@ -14,10 +14,10 @@ import yaml
 from tests.commands.calls import call
 
 import expdesign as xd
+from expdesign.app.templates import kinds
+from expdesign.chain.models.model_file import model_text, read_model
 from expdesign.errors import InputError
-from expdesign.files.kinds import CURRENT_VERSIONS, READ_BACK, Kind, readable_versions
-from expdesign.models.model_file import model_text, read_model
-from expdesign.templates import kinds
+from expdesign.io.kinds import CURRENT_VERSIONS, READ_BACK, Kind, readable_versions
 
 OLD = Path(__file__).parent / "version_1"
 EVALUATED = {"duir": 0.7990483435167716, "feir": 0.16983322480708912, "total": 0.8168975330635244}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from expdesign.errors import InputError
-from expdesign.files.table import parse_table, read_table
+from expdesign.io.table import parse_table, read_table
 
 
 def test_numbers_integers_and_text() -> None:

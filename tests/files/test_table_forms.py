@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 from openpyxl import Workbook, load_workbook
 
-from expdesign.api.outputs import save_table
+from expdesign.app.api.outputs import save_table
 from expdesign.errors import InputError
-from expdesign.files.excel import workbook
-from expdesign.files.table import parse_table, read_table
-from expdesign.files.written import Purpose
+from expdesign.io.excel import workbook
+from expdesign.io.table import parse_table, read_table
+from expdesign.io.written import Purpose
 
 PLAIN = "sequence,dx_m,note\n1,0.5,Müller\n2,-1.25e-6,µ\n"
 SEMICOLONS = PLAIN.replace(",", ";")

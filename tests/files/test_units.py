@@ -8,10 +8,10 @@ import pytest
 
 from expdesign.coordinates import PLANAR, SPATIAL
 from expdesign.errors import InputError
-from expdesign.files.table import parse_table
-from expdesign.files.tables_in_units import in_units
-from expdesign.files.units import SI, UNITS, measured_column, unit_of
-from expdesign.files.yaml_reader import parse_yaml
+from expdesign.io.table import parse_table
+from expdesign.io.tables_in_units import in_units
+from expdesign.io.units import SI, UNITS, measured_column, unit_of
+from expdesign.io.yaml_reader import parse_yaml
 
 
 @pytest.mark.parametrize(

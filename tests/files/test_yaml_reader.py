@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import parse_yaml, read_yaml
+from expdesign.io.yaml_reader import parse_yaml, read_yaml
 
 
 def content(text: str) -> object:

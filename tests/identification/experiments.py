@@ -7,14 +7,14 @@ import pandas as pd
 from tests.cases import ROBOTS, robot
 from tests.oracle import Array
 
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import Table, parse_table
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.recordings.references import Sharing, with_references
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot import Robot
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.references import Sharing, with_references
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import Table, parse_table
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -11,23 +11,23 @@ from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, u
 from tests.oracle import Array
 
 import expdesign as xd
-from expdesign.api.identify import Identified
-from expdesign.api.inputs import table_of
+from expdesign.app.api.identify import IdentificationResult
+from expdesign.app.api.inputs import table_of
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.identification.arm import calibrate
-from expdesign.identification.arm_options import ArmOptions
-from expdesign.identification.noise_remarks import GenerousNoise, NoiseBeyondStated
-from expdesign.identification.redundancy import BlindPoses
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.kinematic_tree import KinematicTree
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.serial import SerialRobot
-from expdesign.robots.urdf import read_urdf
+from expdesign.estimation.arm import calibrate
+from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
+from expdesign.estimation.redundancy import BlindPoses
+from expdesign.mechanics.robots.kinematic_tree import KinematicTree
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.mechanics.robots.urdf import read_urdf
 
 ROBOT = Path("configs/robots/ur5.yaml")
 LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
@@ -43,17 +43,17 @@ def measured(rows: int = 240, seed: int = 5, faults: Faults = FAULTS) -> pd.Data
 
 
 @pytest.fixture(scope="module")
-def identified() -> Identified:
+def identified() -> IdentificationResult:
     return xd.identify(ROBOT, measured())
 
 
-def geometry(found: Identified) -> Array:
+def geometry(found: IdentificationResult) -> Array:
     frame = found.geometry
     assert frame is not None
     return np.asarray(frame["estimate"], dtype=float)
 
 
-def test_what_is_held_out_is_predicted_to_the_noise(identified: Identified) -> None:
+def test_what_is_held_out_is_predicted_to_the_noise(identified: IdentificationResult) -> None:
     arm = identified.result.arm
     assert arm is not None
     assert identified.result.calibration == "both"
@@ -65,7 +65,7 @@ def test_what_is_held_out_is_predicted_to_the_noise(identified: Identified) -> N
     assert p_value > 0.001
 
 
-def test_compliances_are_those_of_the_truth(identified: Identified) -> None:
+def test_compliances_are_those_of_the_truth(identified: IdentificationResult) -> None:
     """Joint 1 is upright and joint 6 has nothing beyond it: nothing shows how they yield."""
     interval = identified.result.compliance
     truth = FAULTS.softness / read_robot(ROBOT).stiffness
@@ -78,7 +78,7 @@ def test_compliances_are_those_of_the_truth(identified: Identified) -> None:
     assert not arm.told_apart[0]
 
 
-def test_eighteen_parameters_of_six_revolute_axes_with_three_parallel_ones(identified: Identified) -> None:
+def test_eighteen_parameters_of_six_revolute_axes_with_three_parallel_ones(identified: IdentificationResult) -> None:
     """4 per revolute axis, of which instrument and markers stand for the first and the last ones."""
     arm = identified.result.arm
     assert arm is not None
@@ -88,7 +88,7 @@ def test_eighteen_parameters_of_six_revolute_axes_with_three_parallel_ones(ident
     assert not [remark for remark in arm.remarks if isinstance(remark, BlindPoses)]
 
 
-def test_the_corrected_urdf_predicts_the_same(identified: Identified, tmp_path: Path) -> None:
+def test_the_corrected_urdf_predicts_the_same(identified: IdentificationResult, tmp_path: Path) -> None:
     identified.save(tmp_path / "out")
     robot = read_robot(ROBOT)
     assert isinstance(robot, SerialRobot)
@@ -102,7 +102,7 @@ def test_the_corrected_urdf_predicts_the_same(identified: Identified, tmp_path: 
     assert "identified_one" in corrected.urdf.links
 
 
-def test_the_model_file_holds_the_geometry(identified: Identified, tmp_path: Path) -> None:
+def test_the_model_file_holds_the_geometry(identified: IdentificationResult, tmp_path: Path) -> None:
     identified.save(tmp_path / "out")
     points = measured().drop(columns=["px_m", "py_m", "pz_m", *STATED])
     predicted = xd.predict(tmp_path / "out/model.yaml", points).frame
@@ -111,7 +111,7 @@ def test_the_model_file_holds_the_geometry(identified: Identified, tmp_path: Pat
     assert predicted["spx_m"].max() < NOISE
 
 
-def test_turning_the_instrument_changes_no_geometry(identified: Identified) -> None:
+def test_turning_the_instrument_changes_no_geometry(identified: IdentificationResult) -> None:
     frame = measured()
     turn = pin.SE3(pin.rpy.rpyToMatrix(0.7, -0.4, 2.0), np.array([5.0, -3.0, 1.0]))
     moved = np.array([turn.act(point) for point in frame[["px_m", "py_m", "pz_m"]].to_numpy()])
@@ -120,7 +120,9 @@ def test_turning_the_instrument_changes_no_geometry(identified: Identified) -> N
 
 
 @pytest.mark.parametrize("factor", [1.0 / 3.0, 3.0, None])
-def test_a_wrong_standard_deviation_is_named_and_changes_nothing(identified: Identified, factor: float | None) -> None:
+def test_a_wrong_standard_deviation_is_named_and_changes_nothing(
+    identified: IdentificationResult, factor: float | None
+) -> None:
     frame = measured()
     if factor is None:
         frame = frame.drop(columns=STATED)
@@ -135,7 +137,7 @@ def test_a_wrong_standard_deviation_is_named_and_changes_nothing(identified: Ide
     assert wanted is None or any(isinstance(remark, wanted) for remark in other.result.suspicions)
 
 
-def test_student_s_t_ignores_outliers(identified: Identified) -> None:
+def test_student_s_t_ignores_outliers(identified: IdentificationResult) -> None:
     frame = measured()
     train = np.flatnonzero(frame["split"] == "train")[:150:15]
     frame.loc[train, "px_m"] += 3e-3
@@ -224,7 +226,7 @@ def test_geometry_alone_needs_no_stiffness(tmp_path: Path) -> None:
         xd.identify(tmp_path / "robot.yaml", measured(30), calibration="both")
 
 
-def test_commands_reach_targets_of_the_tip_in_pinocchio(identified: Identified) -> None:
+def test_commands_reach_targets_of_the_tip_in_pinocchio(identified: IdentificationResult) -> None:
     """Places of the markers at known configurations are reached again from a posture that is a little off."""
     model, arm = identified.model, Arm(FAULTS)
     reading = model.chain.reading
@@ -254,7 +256,7 @@ def pose_between(places: Array, points: Array) -> Array:
     return np.concatenate([middle - turn @ centre, pin.rpy.matrixToRpy(turn)])
 
 
-def test_joint_columns_alone_are_the_pose_of_the_nominal_robot(identified: Identified) -> None:
+def test_joint_columns_alone_are_the_pose_of_the_nominal_robot(identified: IdentificationResult) -> None:
     commands = np.random.default_rng(2).uniform(-1.0, 1.0, (4, 6)) + np.array([0.0, -1.5, 1.0, 0.0, 1.2, 0.0])
     found = xd.compensate(identified.model, pd.DataFrame(commands, columns=JOINTS)).frame
     robot = read_robot(ROBOT)

@@ -7,8 +7,8 @@ from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
-from expdesign.identification.fit import Data, fit, linear_fit
-from expdesign.identification.whitening import Whitening
+from expdesign.estimation.fit import Data, fit, linear_fit
+from expdesign.estimation.whitening import Whitening
 
 
 def two_parameters(matrix: np.ndarray, readings: np.ndarray, **options: object):  # type: ignore[no-untyped-def]

@@ -18,15 +18,15 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
 from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.statement import statement
-from expdesign.identification.goodness import StatementOfFit
-from expdesign.identification.identify import identify
+from expdesign.estimation.goodness import StatementOfFit
+from expdesign.estimation.identify import identify
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.probabilities import p_text, probability_text
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import read_robot
 
 HEXAPOD = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 

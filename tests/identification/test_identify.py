@@ -9,14 +9,14 @@ from scipy.stats import norm, t
 from tests.cases import ROBOTS, robot
 from tests.identification.experiments import Experiment, by_series, experiment, read
 
-from expdesign.api.identify import with_doubts
+from expdesign.app.api.identify import with_doubts
+from expdesign.chain.recordings.join import join
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
-from expdesign.identification.identify import Identification, identify
-from expdesign.recordings.join import join
+from expdesign.estimation.identify import Identification, identify
+from expdesign.mechanics.robots.bipod import Bipod
+from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.report.identification_record import identification_record
 from expdesign.report.remark_texts import sentences
-from expdesign.robots.bipod import Bipod
-from expdesign.robots.hexapod import Hexapod
 
 NAMES = sorted(ROBOTS)
 

@@ -10,12 +10,12 @@ from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.identification.identify import identify
-from expdesign.models.effect_entry import effect_classes
-from expdesign.models.model_file import Model, model_text, read_model
+from expdesign.estimation.identify import identify
+from expdesign.io.yaml_reader import YamlDocument, read_yaml
 
 ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 

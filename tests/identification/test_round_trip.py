@@ -21,16 +21,16 @@ from expdesign.chain.effects.joints.geometric_stiffness import ArmGeometricStiff
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.effects.links.mass_error import LinkMassError
 from expdesign.chain.effects.links.thermal_drift import ArmThermalDrift
+from expdesign.chain.models.effect_entry import EffectSection, effect_classes, effect_entry, effect_of
+from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import YamlDocument, parse_yaml, read_yaml
-from expdesign.models.effect_entry import EffectSection, effect_classes, effect_entry, effect_of
-from expdesign.models.model_file import Model, model_text, read_model
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import robot_from_document
-from expdesign.robots.serial import SerialRobot
+from expdesign.io.yaml_reader import YamlDocument, parse_yaml, read_yaml
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.mechanics.robots.serial import SerialRobot
 
 ROBOTS = Path(__file__).parents[2] / "configs" / "robots"
 BODY = "{name: body, kind: body, home: [0.5, -0.2, 0.3]}"
@@ -185,7 +185,7 @@ def test_an_entry_that_may_be_several_effects_is_refused(tmp_path: Path, monkeyp
     class Twin(LegBacklash):
         identifier = "legs.twin"
 
-    monkeypatch.setattr("expdesign.models.effect_entry.effect_classes", lambda: [LegBacklash, Twin])
+    monkeypatch.setattr("expdesign.chain.models.effect_entry.effect_classes", lambda: [LegBacklash, Twin])
     robot, _ = case("hexapod")
     model = model_of("hexapod", LegBacklash.from_text(robot, "leg 3", "middle"))
     with pytest.raises(InputError, match=r"may be several effects: legs\.backlash, legs\.twin") as caught:

@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 from tests.identification.experiments import table_of
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.criteria.information import Information
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.sequential import (
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.references import reference_names
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.information import Information
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.recorded_knowledge import recorded_knowledge
+from expdesign.planning.sequential import (
     expected_total,
     information_of,
     next_measurements,
 )
-from expdesign.design.start import reachable_measurements
-from expdesign.identification.recorded_knowledge import recorded_knowledge
-from expdesign.instrument.deflection_noise import DeflectionNoise
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.references import reference_names
+from expdesign.planning.start import reachable_measurements
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

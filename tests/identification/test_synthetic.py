@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from tests.cases import ALL_ERRORS, Setup, robot, setup
 
-from expdesign.design.plan import Plan
-from expdesign.identification.synthetic import load_errors
-from expdesign.instrument.drawn_errors import drawn_noise
+from expdesign.chain.instrument.drawn_errors import drawn_noise
+from expdesign.planning.plan import Plan
+from expdesign.planning.synthetic import load_errors
 
 
 def plan_for(case: Setup, rows: int, seed: int = 1) -> Plan:

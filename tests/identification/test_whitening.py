@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from expdesign.identification.whitening import Whitening
+from expdesign.estimation.whitening import Whitening
 
 SERIES = np.array([4, 4, 7, 4, 9, 9])
 DEVIATIONS = np.random.default_rng(0).uniform(0.5, 2.0, (6, 3))

@@ -8,8 +8,8 @@ from hypothesis.extra import numpy as hnp
 from tests import oracle
 from tests.cases import NOISES, ROBOTS, correlated
 
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise, reference_whitener, series_by_pose
 from expdesign.errors import InputError
-from expdesign.instrument.deflection_noise import DeflectionNoise, reference_whitener, series_by_pose
 
 
 @pytest.mark.parametrize("noise", NOISES)

@@ -7,7 +7,7 @@ import pytest
 from tests.cases import Setup, setup
 from tests.oracle import Array
 
-from expdesign.instrument.drawn_errors import drawn_load_errors, drawn_noise
+from expdesign.chain.instrument.drawn_errors import drawn_load_errors, drawn_noise
 
 COUNT = 40_000
 

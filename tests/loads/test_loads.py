@@ -6,8 +6,8 @@ from tests import oracle
 from tests.cases import ROBOTS, SOURCES, load_of, loads, robot, source_of
 from tests.oracle import Array
 
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.loads.errors.source import LoadErrorSource
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.plugins import implementations
 
 KINDS = ["payload", "wrench"]
@@ -97,5 +97,5 @@ def test_com_error_of_the_theory() -> None:
 
 
 def test_every_source_of_the_package_is_in_the_table() -> None:
-    known = {cls.source for cls in implementations("expdesign.loads.errors", LoadErrorSource)}  # type: ignore[type-abstract]
+    known = {cls.source for cls in implementations("expdesign.mechanics.loads.errors", LoadErrorSource)}  # type: ignore[type-abstract]
     assert known == set(SOURCES)

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.settings import Assumptions
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FEW = {

@@ -10,22 +10,22 @@ import yaml
 from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.archive import Archive
-from expdesign.design.operators.exchange import Draws
-from expdesign.design.operators.operator import State
-from expdesign.design.optimality.differentiated import Differentiated
-from expdesign.design.optimality.objectives import Objectives
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.pymoo_problem import DesignPopulation
-from expdesign.design.scalarisation import Aims
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
+from expdesign.assurance.model_error.statement import sentence
 from expdesign.errors import InputError
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.planned import hidden_by_plan, meir_of_problem
-from expdesign.model_error.statement import sentence
+from expdesign.planning.archive import Archive
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.operators.exchange import Draws
+from expdesign.planning.operators.operator import State
+from expdesign.planning.optimality.differentiated import Differentiated
+from expdesign.planning.optimality.objectives import Objectives
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.scalarisation import Aims
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 from expdesign.report.blocks import DataTable, Figure
 
 SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "generations": 6, "seed": 1}}

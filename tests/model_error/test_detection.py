@@ -12,13 +12,13 @@ from scipy.stats import chi2
 from tests.model_error.problems import assessed, plans, problem
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.model_error.hidden import VISIBLE
+from expdesign.assurance.model_error.left_out import LeftOut, plan_points
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
-from expdesign.design.problem import DesignProblem
-from expdesign.model_error.hidden import VISIBLE
-from expdesign.model_error.left_out import LeftOut, plan_points
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.settings import Assumptions
+from expdesign.planning.problem import DesignProblem
 
 EXPERIMENTS = 2000
 QUICK = {

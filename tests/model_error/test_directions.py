@@ -5,13 +5,13 @@ import pytest
 from tests.model_error.problems import ROBOTS, impact, plans, problem
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.model_error.directions import Directions
+from expdesign.assurance.model_error.left_out import effects_of_problem, left_out, offsets, plan_points
+from expdesign.assurance.model_error.prior import with_steps
+from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
-from expdesign.differentiation import gradient, independent
-from expdesign.model_error.directions import Directions
-from expdesign.model_error.left_out import effects_of_problem, left_out, offsets, plan_points
-from expdesign.model_error.prior import with_steps
-from expdesign.model_error.settings import Assumptions
+from expdesign.mechanics.differentiation import gradient, independent
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
-from expdesign.design.problem import DesignProblem
-from expdesign.differentiation import gradient, independent, plain
-from expdesign.model_error.hidden import Hidden, hidden_errors
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.noticeable import noncentrality
-from expdesign.model_error.settings import Assumptions
-from expdesign.models.effect_entry import effect_classes
+from expdesign.assurance.model_error.hidden import Hidden, hidden_errors
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.noticeable import noncentrality
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.mechanics.differentiation import gradient, independent, plain
+from expdesign.planning.problem import DesignProblem
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
+from expdesign.assurance.model_error.noticeable import noncentrality
 from expdesign.errors import InputError
-from expdesign.model_error.noticeable import noncentrality
 
 
 def test_one_degree_of_freedom_is_the_two_sided_test_of_a_mean() -> None:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
-from expdesign.model_error.left_out import plan_points
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.recorded import hidden_by
-from expdesign.model_error.settings import Assumptions
-from expdesign.model_error.statement import hidden_physics
-from expdesign.recordings.recordings import Recordings
+from expdesign.assurance.model_error.left_out import plan_points
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.recorded import hidden_by
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.assurance.model_error.statement import hidden_physics
+from expdesign.chain.recordings.recordings import Recordings
 
 
 def recorded(name: str, **changes: Any) -> tuple[Recordings, np.ndarray]:

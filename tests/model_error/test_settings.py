@@ -10,14 +10,14 @@ from tests.chain.bodies import BODY
 from tests.chain.kinds import KINDS
 from tests.model_error.problems import problem
 
+from expdesign.assurance.model_error.left_out import effects_of_problem, left_out
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.declaration import TYPICAL, Declaration, Size
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.ports.law import port_classes
 from expdesign.errors import InputError
-from expdesign.model_error.left_out import effects_of_problem, left_out
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.settings import Assumptions
-from expdesign.ports.law import port_classes
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
@@ -54,8 +54,8 @@ def test_physics_that_declares_nothing_is_as_large_as_its_parameters_are_typical
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     others = [kind for kind in KINDS if kind.physics in ("leg_coupling", "leg_backlash")]
-    monkeypatch.setattr("expdesign.model_error.left_out.effect_classes", lambda: [*others, _Nameless])
-    monkeypatch.setattr("expdesign.model_error.settings.effect_classes", lambda: [*others, _Nameless])
+    monkeypatch.setattr("expdesign.assurance.model_error.left_out.effect_classes", lambda: [*others, _Nameless])
+    monkeypatch.setattr("expdesign.assurance.model_error.settings.effect_classes", lambda: [*others, _Nameless])
     found = Meir(problem("bipod"), Assumptions())
     sizes = dict(zip([entry.key[0] for entry in found.physics], found.deviations, strict=True))
     assert sizes["wear"] == 1e-6 != sizes["leg_backlash"]

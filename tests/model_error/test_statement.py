@@ -9,12 +9,12 @@ import pytest
 from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.model_error.statement import AccuracyStatement, given_variances
+from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
+from expdesign.io.yaml_reader import read_yaml
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 
 PARTS = {"noise", "load_errors", "total", "hidden", "hidden_physics", "hidden_component", "sentence"}
 
@@ -27,7 +27,7 @@ def problem() -> DesignProblem:
 
 
 @pytest.fixture(scope="module")
-def evaluation(problem: DesignProblem) -> xd.Evaluation:
+def evaluation(problem: DesignProblem) -> xd.EvaluationResult:
     return xd.evaluate(problem, plan(problem))
 
 
@@ -38,7 +38,7 @@ def plan(problem: DesignProblem) -> pd.DataFrame:
     return plan_frame(plan_of_decisions(problem, decisions), problem.loaded, False)
 
 
-def test_of_a_plan(problem: DesignProblem, evaluation: xd.Evaluation) -> None:
+def test_of_a_plan(problem: DesignProblem, evaluation: xd.EvaluationResult) -> None:
     stated = evaluation.accuracy
     assert stated is not None
     record = evaluation.record
@@ -50,7 +50,7 @@ def test_of_a_plan(problem: DesignProblem, evaluation: xd.Evaluation) -> None:
     assert f"{record['meir']:.3g} tolerances" in stated.sentence
 
 
-def test_of_recordings(problem: DesignProblem, evaluation: xd.Evaluation, tmp_path: Path) -> None:
+def test_of_recordings(problem: DesignProblem, evaluation: xd.EvaluationResult, tmp_path: Path) -> None:
     """Recordings that follow the plan state what the plan promised, in the identification and in the diagnosis."""
     recordings = xd.simulate(problem, plan(problem), seed=3).frame
     robot = CONFIGS / "robots" / "bipod.yaml"

@@ -13,14 +13,14 @@ from tests.chain.kinds import KINDS
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.design.plan import Plan, plan_frame
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import problem_from_document
-from expdesign.design.start import starting_designs
-from expdesign.files.yaml_reader import YamlDocument, read_yaml
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.start import starting_designs
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 PARALLEL = ("hexapod-h1", "hexapod-120kg", "rubin-camera")

@@ -9,10 +9,10 @@ from tests.chain.kinds import KINDS
 from tests.chain.places import rows
 from tests.identification.experiments import read
 
+from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
-from expdesign.plausibility.recordings import recordings_findings
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

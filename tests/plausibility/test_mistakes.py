@@ -26,14 +26,14 @@ from tests.plausibility.sound import (
     with_wrenches,
 )
 
-from expdesign.api.identify import recordings_of as read
-from expdesign.api.inputs import problem_of, robot_of, table_of
+from expdesign.app.api.identify import recordings_of as read
+from expdesign.app.api.inputs import problem_of, robot_of, table_of
+from expdesign.assurance.plausibility.mistakes.frames import axes_in_words, axis_turns
+from expdesign.assurance.plausibility.problem import problem_findings
+from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.chain.recordings.reader import read_recordings, recordings_from_table
 from expdesign.errors import ExpdesignError
-from expdesign.plausibility.mistakes.frames import axes_in_words, axis_turns
-from expdesign.plausibility.problem import problem_findings
-from expdesign.plausibility.recordings import recordings_findings
-from expdesign.recordings.reader import read_recordings, recordings_from_table
-from expdesign.robots.robot_file import read_robot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 Log = pytest.LogCaptureFixture
 SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if not path.name.startswith("sweep"))
@@ -42,7 +42,7 @@ SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if not path.name.starts
 def said(log: Log, act: Any) -> str:
     """What is said of an input: the message that refuses it, or the warnings."""
     log.clear()
-    with log.at_level(logging.WARNING, logger="expdesign.plausibility"):
+    with log.at_level(logging.WARNING, logger="expdesign.assurance.plausibility"):
         refused = []
         try:
             act()

@@ -10,12 +10,12 @@ from benchmarks.arms.plant import recordings, usual_faults
 from tests.identification.experiments import table_of
 from tests.robots.torso import Torso, read_torso
 
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.errors import InputError
-from expdesign.plausibility.finding import say
-from expdesign.plausibility.recordings import recordings_findings
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import read_robot
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 ARM = Path(__file__).parents[2] / "configs" / "robots" / "ur5.yaml"
 READ = ["px_m", "py_m", "pz_m"]

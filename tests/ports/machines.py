@@ -11,9 +11,9 @@ from tests.identification.experiments import read
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import Row, row_data
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 BIPOD = "bipod"
 LEG_1 = Component(Part.LEG, 1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.ports.everything import GONE, Linearised, Priors, chosen_groups, everything, few_suffice
+from expdesign.chain.ports.everything import GONE, Linearised, Priors, chosen_groups, everything, few_suffice
 
 _ROWS, _MEMBERS = 240, 6
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.ports.evidence import Present
+from expdesign.chain.ports.evidence import Present
 
 GENERATOR = np.random.default_rng(3)
 BASE = GENERATOR.standard_normal((40, 3))

@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from expdesign.ports.features import basis_of
-from expdesign.ports.kernels import KERNELS
+from expdesign.chain.ports.features import basis_of
+from expdesign.chain.ports.kernels import KERNELS
 
 PLANAR = ("linear", "squared_exponential", "matern", "pinned", "arc_cosine", "step_cosine", "constant")
 

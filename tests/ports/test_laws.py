@@ -11,16 +11,16 @@ from tests.cases import robot
 from tests.ports.machines import BIPOD, LEG_1, lengths_of_leg_1, recordings_of, softened
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.ports.features import basis_of
+from expdesign.chain.ports.law import _WITHIN, Form, Law, _within, form_data, form_of
+from expdesign.chain.ports.port import Channel
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.words import quantity_name
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.law_findings import LawFinding, sentence
 from expdesign.diagnosis.library import library
 from expdesign.errors import InputError
-from expdesign.ports.features import basis_of
-from expdesign.ports.law import _WITHIN, Form, Law, _within, form_data, form_of
-from expdesign.ports.port import Channel
-from expdesign.ports.quantities import Quantity
-from expdesign.ports.words import quantity_name
 from expdesign.report.diagnosis_record import diagnosis_record
 
 

@@ -9,13 +9,13 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, INSTRUMENT, PLATFORM, Component
-from expdesign.ports.columns import Dense
-from expdesign.ports.dictionary import Atom
-from expdesign.ports.evidence import Present
-from expdesign.ports.location import places
-from expdesign.ports.port import Channel, Entry
-from expdesign.ports.quantities import Quantity
-from expdesign.ports.selection import Chosen, LawSearch
+from expdesign.chain.ports.columns import Dense
+from expdesign.chain.ports.dictionary import Atom
+from expdesign.chain.ports.evidence import Present
+from expdesign.chain.ports.location import places
+from expdesign.chain.ports.port import Channel, Entry
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.selection import Chosen, LawSearch
 
 ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)

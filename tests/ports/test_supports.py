@@ -12,17 +12,17 @@ from tests.identification.experiments import read
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE
+from expdesign.chain.ports.law import Law, form_data, form_of
+from expdesign.chain.ports.quantities import Quantity, evaluate
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws
-from expdesign.identification.fit import Data, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.ports.law import Law, form_data, form_of
-from expdesign.ports.quantities import Quantity, evaluate
-from expdesign.recordings.recordings import Recordings
+from expdesign.estimation.fit import Data, fit
+from expdesign.estimation.whitening import Whitening
 
 _NOISE, _ENDS, _GAP, _WIDTH, _SOFT = 2e-5, 4.2, 6e-4, 25.0, 4e-6
 _HEIGHTS = (2.0, 2.7, 3.2, 3.8)

@@ -8,11 +8,11 @@ from tests.cases import robot
 from tests.chain.arms import read_arm
 from tests.chain.bodies import BODY
 
-from expdesign.ports import quantities
-from expdesign.ports.law import ports_of
-from expdesign.ports.quantities import Quantity
-from expdesign.ports.words import columns, depends_on, identifier
-from expdesign.robots.robot import Robot
+from expdesign.chain.ports import quantities
+from expdesign.chain.ports.law import ports_of
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.words import columns, depends_on, identifier
+from expdesign.mechanics.robots.robot import Robot
 
 _AXES = {"position", "distance", "towards", "own_gravity", "latched"}
 

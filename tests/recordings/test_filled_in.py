@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from tests.cases import symmetric_hexapod
 
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.references import groups
+from expdesign.chain.recordings.structure import check_structure
 from expdesign.errors import InputError
-from expdesign.files.table import parse_table
-from expdesign.recordings.reader import recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.recordings.references import groups
-from expdesign.recordings.structure import check_structure
+from expdesign.io.table import parse_table
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
 HEAD = "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,mass_kg,com_x_m,com_y_m,com_z_m,"

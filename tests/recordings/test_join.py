@@ -7,8 +7,8 @@ import pytest
 from tests.cases import robot
 from tests.identification.experiments import experiment, read
 
+from expdesign.chain.recordings.join import join
 from expdesign.errors import InputError
-from expdesign.recordings.join import join
 
 
 def test_a_file_split_in_two_reads_as_the_whole() -> None:

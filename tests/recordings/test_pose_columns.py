@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.api.inputs import table_of
+from expdesign.app.api.inputs import table_of
+from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES
+from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.structure import check_structure
 from expdesign.errors import InputError
-from expdesign.identification.identify import identify
-from expdesign.recordings.measurand import DEFLECTIONS, POSES
-from expdesign.recordings.reader import points_from_table, recordings_from_table
-from expdesign.recordings.structure import check_structure
-from expdesign.robots.robot_file import read_robot
+from expdesign.estimation.identify import identify
+from expdesign.mechanics.robots.robot_file import read_robot
 
 ROBOTS = Path(__file__).parents[2] / "configs" / "robots"
 ROBOT = read_robot(ROBOTS / "hexapod-h1.yaml")

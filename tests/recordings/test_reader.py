@@ -8,9 +8,9 @@ import pytest
 from tests.cases import robot
 from tests.identification.experiments import experiment, read, table_of
 
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.structure import check_structure
 from expdesign.errors import InputError
-from expdesign.recordings.reader import points_from_table
-from expdesign.recordings.structure import check_structure
 
 Fault = Callable[[pd.DataFrame], pd.DataFrame]
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from tests.identification.experiments import Experiment, by_series, experiment, read
 
+from expdesign.chain.recordings.join import join
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.references import Sharing, groups, sharing_rows, with_references
 from expdesign.errors import InputError
-from expdesign.identification.identify import identify
-from expdesign.recordings.join import join
-from expdesign.recordings.recordings import Recordings
-from expdesign.recordings.references import Sharing, groups, sharing_rows, with_references
+from expdesign.estimation.identify import identify
 
 BY_CONFIGURATION = Sharing(configured=True, configuration="run.yaml")
 
@@ -99,7 +99,7 @@ def test_names_of_separate_sessions_are_of_separate_readings_and_of_one_session_
 
 def test_replicates_of_mixed_references_are_those_of_one_kind() -> None:
     """Pure error of rows with one reference counts twice, of rows with their own once (the loaded half scatters)."""
-    from expdesign.identification.replicates import pure_error, replicate_groups  # noqa: PLC0415
+    from expdesign.estimation.replicates import pure_error, replicate_groups  # noqa: PLC0415
 
     one = made()
     frame = one.frame(one.exact)

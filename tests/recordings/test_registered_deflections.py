@@ -8,16 +8,16 @@ from scipy.spatial.transform import Rotation
 from tests.cases import symmetric_hexapod
 
 from expdesign.arrays import FloatArray
-from expdesign.errors import InputError
-from expdesign.recordings.point_lists import MeasuredPoint, PointSet
-from expdesign.recordings.registered_deflections import (
+from expdesign.chain.recordings.point_lists import MeasuredPoint, PointSet
+from expdesign.chain.recordings.registered_deflections import (
     Frame,
     RegisteredDeflection,
     difference_variance,
     registered_deflection,
     suspicion,
 )
-from expdesign.recordings.states import State
+from expdesign.chain.recordings.states import State
+from expdesign.errors import InputError
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
 POSE = np.array([0.01, -0.02, 0.015, 0.1, -0.08, 0.15])

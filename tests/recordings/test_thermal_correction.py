@@ -10,25 +10,25 @@ from tests.design.problems import HEXAPOD, problem
 from tests.oracle import Array
 
 import expdesign as xd
-from expdesign.api.inputs import RobotFile
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.plan import Plan
-from expdesign.design.problem import DesignProblem
-from expdesign.design.protocol import protocol_frame
-from expdesign.design.start import starting_designs
-from expdesign.elastostatics.maps import observation_matrix
+from expdesign.app.api.inputs import RobotFile
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.chain.instrument.reference_pose import ReferencedNoise
+from expdesign.chain.recordings.measured_poses import MeasuredPoses, measured_poses
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.thermal_correction import correct_poses, deflections, repeatability
 from expdesign.errors import InputError
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
-from expdesign.files.yaml_reader import YamlDocument
-from expdesign.instrument.deflection_noise import series_by_pose
-from expdesign.instrument.reference_pose import ReferencedNoise
-from expdesign.recordings.measured_poses import MeasuredPoses, measured_poses
-from expdesign.recordings.reader import points_from_table
-from expdesign.recordings.thermal_correction import correct_poses, deflections, repeatability
-from expdesign.robots.forward_kinematics import ForwardKinematics
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.protocol import protocol_frame
+from expdesign.planning.start import starting_designs
 
 REFERENCE = [0.005, 0.0, 0.01, 0.03, 0.0, 0.05]
 POSE_NOISE = np.array([5e-7] * 3 + [2e-6] * 3) / np.sqrt(2.0)

@@ -11,8 +11,8 @@ import pytest
 from tests.release.distribution import CODE, ROOT, Distribution, built
 
 import expdesign as xd
-from expdesign.design.record import versions
-from expdesign.templates import kinds
+from expdesign.app.templates import kinds
+from expdesign.planning.record import versions
 
 
 @pytest.fixture(scope="module")

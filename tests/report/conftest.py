@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 import yaml
 
-from expdesign.design.front import Front
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import search
+from expdesign.planning.front import Front
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
 

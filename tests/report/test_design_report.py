@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.acceptance.decision import sentences
-from expdesign.acceptance.recommended import recommended_acceptance
-from expdesign.design.laboratory_sheet import Costs
-from expdesign.design.result import design_minutes, pareto_frame, plan_of
+from expdesign.assurance.acceptance.decision import sentences
+from expdesign.assurance.acceptance.recommended import recommended_acceptance
+from expdesign.planning.laboratory_sheet import Costs
+from expdesign.planning.result import design_minutes, pareto_frame, plan_of
 from expdesign.report import criteria_table, words
 from expdesign.report.design_report import design_report
 from expdesign.report.design_texts import lower_bound_sentence

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.criteria.error_ellipses import target_covariances
-from expdesign.design.accuracy_map import accuracy_maps
-from expdesign.design.result import pareto_frame, plan_of
+from expdesign.planning.accuracy_map import accuracy_maps
+from expdesign.planning.criteria.error_ellipses import target_covariances
+from expdesign.planning.result import pareto_frame, plan_of
 from expdesign.report import words
 from expdesign.report.design_data import plan_cells
 

@@ -11,13 +11,13 @@ from tests.cases import ALL_ERRORS, setup
 from tests.report.conftest import EVIL_NAME
 from tests.report.test_in_browser import until
 
+from expdesign.assurance.validation.plants import PLANTS
+from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.montecarlo_report import montecarlo_report
 from expdesign.report.page import render
 from expdesign.report.stored import page_from_text, page_text
-from expdesign.validation.plants import PLANTS
-from expdesign.validation.repeated import Repeated, repeat
 
 
 @cache

@@ -14,8 +14,8 @@ import yaml
 from tests.commands.calls import call
 
 import expdesign as xd
-from expdesign.api.load import load
-from expdesign.design.problem import DesignProblem
+from expdesign.app.api.load import load
+from expdesign.planning.problem import DesignProblem
 from expdesign.report.residual_figure import varied
 
 CONFIG, ROBOT = Path("configs/bipod.yaml"), Path("configs/robots/bipod.yaml")

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.api.check import CheckedProblem, CheckedRobot, save
+from expdesign.app.api.check import CheckedProblem, CheckedRobot, save
 from expdesign.errors import InputError
-from expdesign.files.written import Purpose
+from expdesign.io.written import Purpose
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.joint_rings import RingSection
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.page import content_of
 from expdesign.report.robot_section import actuator_frame, actuator_sentences
 from expdesign.report.robot_view import at_rest, view_data
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.joint_rings import RingSection
-from expdesign.robots.robot import Robot
 
 ROOT = Path(__file__).parents[2]
 ROBOTS = ROOT / "configs" / "robots"
@@ -110,7 +110,7 @@ def test_check_writes_a_page_with_the_drawing(name: str, tmp_path: Path) -> None
 
 
 def test_recordings_have_no_robot_to_draw(tmp_path: Path) -> None:
-    from expdesign.commands.check import command  # noqa: PLC0415 (commands are imported when they are called)
+    from expdesign.app.commands.check import command  # noqa: PLC0415 (commands are imported when they are called)
 
     table = tmp_path / "recordings.csv"
     table.write_text("sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m\n1,1,0,0,1,0,1e-6,0\n", encoding="utf-8")

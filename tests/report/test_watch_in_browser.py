@@ -10,11 +10,11 @@ from tests.report.test_in_browser import until
 from tests.watching.runs import config_file
 
 import expdesign as xd
-from expdesign.api.run import Run
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import Follow, Progress
-from expdesign.watching.server import serve
-from expdesign.watching.watched import Watched
+from expdesign.app.api.run import RunResult
+from expdesign.app.watching.server import serve
+from expdesign.app.watching.watched import Watched
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import Follow, Progress
 
 
 @pytest.fixture(autouse=True)
@@ -49,7 +49,7 @@ def test_the_front_grows_and_the_run_is_ended(browser: Any, tmp_path: Path, widt
     config = config_file(tmp_path, optimiser={"population": 16, "generations": 2000, "seed": 1, "polish": True})
     problem = read_problem(config)
     watched = Watched(problem, str(tmp_path / "out"))
-    results: list[Run] = []
+    results: list[RunResult] = []
     browser.set_window_size(width, 900)
     browser.get_log("browser")
 

@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from expdesign.arrays import FloatArray
-from expdesign.robots.kinematic_tree import KinematicTree
-from expdesign.robots.serial import SerialRobot
-from expdesign.robots.urdf import read_urdf
+from expdesign.mechanics.robots.kinematic_tree import KinematicTree
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.mechanics.robots.urdf import read_urdf
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import pytest
 from tests.robots.arms import ARMS, Oracle, serial_robot
 
 from expdesign.arrays import FloatArray
-from expdesign.elastostatics.maps import observation_matrix
-from expdesign.robots.serial import SerialRobot
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.serial import SerialRobot
 
 GRAVITY = np.array([1.5, -2.0, -9.4])
 

@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import parse_yaml
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.robot_file import read_robot, robot_from_document
+from expdesign.io.yaml_reader import parse_yaml
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.robot_file import read_robot, robot_from_document
 
 H1 = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 

@@ -7,8 +7,8 @@ from tests import oracle
 from tests.cases import ROBOTS, robot
 from tests.oracle import Array
 
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.symbolic import BatchFunction
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.symbolic import BatchFunction
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

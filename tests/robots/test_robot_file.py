@@ -9,9 +9,9 @@ from tests.design.problems import BIPOD, HEXAPOD, changed
 from tests.robots.test_kinematics import central_difference, relative, scaled
 
 from expdesign.errors import InputError
-from expdesign.robots.bipod import Bipod
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.robot_file import read_robot
+from expdesign.mechanics.robots.bipod import Bipod
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.robot_file import read_robot
 
 SHIPPED = sorted((Path(__file__).parents[2] / "configs" / "robots").glob("*.yaml"))
 PARALLEL = [path for path in SHIPPED if "urdf:" not in path.read_text()]

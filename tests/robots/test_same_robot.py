@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from expdesign.errors import InputError
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.same_robot import difference, require_same_robot
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.same_robot import difference, require_same_robot
 
 FILES = Path("configs/robots")
 

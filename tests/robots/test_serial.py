@@ -8,9 +8,9 @@ import pytest
 from tests.oracle import Array
 
 from expdesign.errors import InputError
-from expdesign.robots.kinematic_tree import FRAME_AXES, KinematicTree
-from expdesign.robots.serial import SerialRobot
-from expdesign.robots.urdf import read_urdf
+from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES, KinematicTree
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.mechanics.robots.urdf import read_urdf
 
 # A lift of two stages that follow a motor beside the chain, an arm with a tool, a finger that hangs beside the chain.
 ROBOT = """<robot name="r">

@@ -17,22 +17,22 @@ from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.links.compliance import LinkCompliance
 from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.compensation.prediction import predict
-from expdesign.design.problem_file import read_problem
 from expdesign.diagnosis.held_out import within_intervals
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.whitening import Whitening
-from expdesign.models.model_file import Model, model_text, read_model
-from expdesign.recordings.reader import points_from_table, recordings_from_table
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.serial import SerialRobot
+from expdesign.estimation.compensation.prediction import predict
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.io.yaml_reader import read_yaml
+from expdesign.mechanics.robots.serial import SerialRobot
+from expdesign.planning.problem_file import read_problem
 
 DEVIATION = 2e-5
 

@@ -6,9 +6,9 @@ from tests import oracle
 from tests.cases import ROBOTS, robot, symmetric_hexapod
 from tests.oracle import Array
 
-from expdesign.robots.bipod import Bipod
-from expdesign.robots.hexapod import Hexapod
-from expdesign.robots.robot import CONDITION_LIMIT
+from expdesign.mechanics.robots.bipod import Bipod
+from expdesign.mechanics.robots.hexapod import Hexapod
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 
 HEXAPODS = [name for name in ROBOTS if not name.startswith("bipod")]
 

@@ -13,11 +13,11 @@ from tests.robots.arms import ARMS
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.base.compliance import BaseCompliance
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
-from expdesign.recordings.reader import points_from_table
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.serial import SerialRobot
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.serial import SerialRobot
 
 
 def link_text(name: str, mass: float, centre: str = "0.1 0 0.02") -> str:
@@ -230,7 +230,7 @@ def test_a_tag_that_stands_there_twice_is_an_error(tmp_path: Path) -> None:
 
 
 def test_published_robots_have_sensible_masses() -> None:
-    from expdesign.robots.urdf import read_urdf  # noqa: PLC0415
+    from expdesign.mechanics.robots.urdf import read_urdf  # noqa: PLC0415
 
     for arm in ARMS.values():
         assert read_urdf(arm.path).links

@@ -11,8 +11,8 @@ import pinocchio as pin
 from tests.oracle import Array
 from tests.robots.test_trees import joint_text, link_text
 
-from expdesign.robots.robot_file import read_robot
-from expdesign.robots.serial import SerialRobot
+from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.mechanics.robots.serial import SerialRobot
 
 HANDS = ("right_hand", "left_hand")
 JOINTS = ("lean", "turn", *(f"{side}_{name}" for side in ("right", "left") for name in ("shoulder", "elbow", "wrist")))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests import oracle
 
-from expdesign.design.problem_file import problem_from_document
-from expdesign.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.bipod_duir import BipodDuir
 from thesis_studies.making import prepare, read_frame
 from thesis_studies.position_maps import plan_at

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.design.problem_file import problem_from_document
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.bipod_feir import BipodFeir
 from thesis_studies.making import prepare, read_frame
 from thesis_studies.position_maps import plan_at

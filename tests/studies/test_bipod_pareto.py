@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.compensation.error_norm import planar_norm_moments
+from expdesign.estimation.compensation.error_norm import planar_norm_moments
 from thesis_studies.bipod_pareto import BipodPareto, behind
 from thesis_studies.making import read_frame
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expdesign.design.problem_file import read_problem
-from expdesign.validation.simulation import simulate
+from expdesign.assurance.validation.simulation import simulate
+from expdesign.planning.problem_file import read_problem
 from thesis_studies.error_rms import ErrorRms, Settings, _plans
 from thesis_studies.making import prepare, read_frame
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.design.problem_file import problem_from_document
+from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.making import prepare, read_frame
 from thesis_studies.scaled_errors import ScaledErrors, corrected_limit
 

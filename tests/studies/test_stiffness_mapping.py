@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from tests import oracle
 
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot_file import read_robot
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.making import read_frame
 from thesis_studies.stiffness_mapping import StiffnessMapping
 from thesis_studies.tables import rows_of

@@ -9,12 +9,12 @@ import pytest
 from tests.sweeps.small import sweep_file
 
 import expdesign as xd
+from expdesign.app.sweeps import computed_by as module
+from expdesign.app.sweeps.cluster import Cluster
+from expdesign.app.sweeps.computed_by import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
+from expdesign.app.sweeps.runs import sweep_runs
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.sweeps import computed_by as module
-from expdesign.sweeps.cluster import Cluster
-from expdesign.sweeps.computed_by import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
-from expdesign.sweeps.runs import sweep_runs
+from expdesign.io.yaml_reader import read_yaml
 
 VARY = {"experiment.measurements": [1, 2]}
 
@@ -93,7 +93,7 @@ def test_runs_of_other_code_are_done_again(tmp_path: Path, monkeypatch: pytest.M
     counts: list[int] = []
     xd.sweep(file, out, report=lambda title, done, total, note: counts.append(done))
     assert counts == [2]  # both were done before
-    monkeypatch.setattr("expdesign.api.sweep.computed_by_text", lambda: "other code")
+    monkeypatch.setattr("expdesign.app.api.sweep.computed_by_text", lambda: "other code")
     again = xd.sweep(file, out).table
     assert not set(again["folder"]) & set(first["folder"])
     pd.testing.assert_frame_equal(again.drop(columns="folder"), first.drop(columns="folder"))

@@ -3,7 +3,7 @@
 import time
 from pathlib import Path
 
-from expdesign.sweeps.engine import Processes
+from expdesign.app.sweeps.engine import Processes
 
 
 def leave_a_mark(task: tuple[str, int]) -> int:

@@ -11,12 +11,12 @@ from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 from tests.sweeps.small import CONFIGS, SMALL
 
 import expdesign as xd
-from expdesign.design.problem import DesignProblem
-from expdesign.design.problem_file import read_problem
+from expdesign.app.sweeps.engine import Processes, Serial
+from expdesign.app.sweeps.problem_work import by_engine
 from expdesign.errors import NotIdentifiableError
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
 from expdesign.report.stored import page_text
-from expdesign.sweeps.engine import Processes, Serial
-from expdesign.sweeps.problem_work import by_engine
 
 COMPARED = {"samples": 50, "random": 2, "generations": 2, "seed": 3}
 
@@ -63,7 +63,7 @@ def test_a_comparison_by_an_engine(tmp_path: Path) -> None:
 @pytest.mark.parametrize("truth", [None, "robot"])
 def test_repeated_experiments_by_an_engine(tmp_path: Path, truth: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also with a truth of its own, which travels as its model file."""
-    monkeypatch.setattr("expdesign.validation.simulation._BATCH", 150)
+    monkeypatch.setattr("expdesign.assurance.validation.simulation._BATCH", 150)
     really = None
     if truth is not None:
         content = yaml.safe_load(ROBOT.read_text(encoding="utf-8"))

@@ -6,9 +6,9 @@ import pytest
 import yaml
 from tests.sweeps.small import SMALL, sweep_file
 
+from expdesign.app.sweeps.runs import SweepRun, identity, sweep_runs
 from expdesign.errors import InputError
-from expdesign.files.yaml_reader import read_yaml
-from expdesign.sweeps.runs import SweepRun, identity, sweep_runs
+from expdesign.io.yaml_reader import read_yaml
 
 
 def runs_of(folder: Path, **content: object) -> list[SweepRun]:

@@ -13,10 +13,10 @@ from tests.commands.calls import call
 from tests.sweeps.small import sweep_file
 
 import expdesign as xd
+from expdesign.app.sweeps.engine import Engine, Processes, Serial, WorkersError
+from expdesign.app.sweeps.store import TIMES, sole_writer
 from expdesign.errors import InputError
-from expdesign.files.written import RECORD
-from expdesign.sweeps.engine import Engine, Processes, Serial, WorkersError
-from expdesign.sweeps.store import TIMES, sole_writer
+from expdesign.io.written import RECORD
 
 VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3}}
 
@@ -122,13 +122,13 @@ def test_a_full_disk_costs_no_finished_run(
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         replace(source, target)
 
-    monkeypatch.setattr("expdesign.files.output.os.replace", full)
+    monkeypatch.setattr("expdesign.io.output.os.replace", full)
     assert call("sweep", done[0], "--out", out, "--workers", 1) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert "No space left" in error
     assert "1 of 6 runs are finished and kept" in error
     assert len(list((out / "runs").iterdir())) == 1  # and nothing half-written beside it
-    monkeypatch.setattr("expdesign.files.output.os.replace", replace)
+    monkeypatch.setattr("expdesign.io.output.os.replace", replace)
     assert call("sweep", done[0], "--out", out, "--workers", 1) == 0
     assert contents(out) == contents(done[1])
 

@@ -8,7 +8,7 @@ import pytest
 from tests.watching.runs import config_file
 
 import expdesign as xd
-from expdesign.design.search import Progress
+from expdesign.planning.search import Progress
 from expdesign.report.stored import page_text
 
 

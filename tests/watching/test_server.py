@@ -14,11 +14,11 @@ from tests.commands.calls import call
 from tests.watching.runs import asked, config_file, state_of
 
 import expdesign as xd
-from expdesign.design.problem_file import read_problem
-from expdesign.design.search import Progress
+from expdesign.app.watching.server import HOST, Watch, serve
+from expdesign.app.watching.watched import Watched
 from expdesign.errors import InfeasibleError
-from expdesign.watching.server import HOST, Watch, serve
-from expdesign.watching.watched import Watched
+from expdesign.planning.problem_file import read_problem
+from expdesign.planning.search import Progress
 
 
 @pytest.fixture
@@ -156,7 +156,7 @@ def _watching(monkeypatch: pytest.MonkeyPatch, end: bool) -> Callable[[], list[d
             viewer.join()
         return seen
 
-    monkeypatch.setattr("expdesign.commands.run._open", open_page)
+    monkeypatch.setattr("expdesign.app.commands.run._open", open_page)
     return seen_at_last
 
 

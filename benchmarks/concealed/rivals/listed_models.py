@@ -22,8 +22,8 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.row import RowData
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Data
-from expdesign.identification.whitening import Whitening
+from expdesign.estimation.fit import Data
+from expdesign.estimation.whitening import Whitening
 
 from .question import Array, Question, Reply
 

@@ -15,13 +15,13 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import RowData, row_data
-from expdesign.files.csv_writer import csv_text
-from expdesign.files.table import parse_table
-from expdesign.recordings.reader import points_from_table, recordings_from_table
-from expdesign.recordings.recordings import LoadedPoints, Recordings
-from expdesign.robots.robot import Robot
-from expdesign.robots.robot_file import read_robot
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.table import parse_table
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import read_robot
 
 Array = NDArray[np.floating[Any]]
 ALARM = 0.01

@@ -1,1 +1,1 @@
-"""The measurement chain: from the assumed load to the instrument's reading, with physics attached to its links."""
+"""From command to reading: instrument, recordings, the measurement chain, all physics by where it acts, model files."""

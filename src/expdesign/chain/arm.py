@@ -8,8 +8,8 @@ import numpy as np
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_link
 from expdesign.chain.row import Row
-from expdesign.robots.capabilities import Links
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.capabilities import Links
+from expdesign.mechanics.robots.robot import Robot
 
 SHORTEST = 0.02
 """m; a shorter link neither bends nor grows noticeably."""

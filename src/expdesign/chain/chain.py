@@ -18,9 +18,9 @@ from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.deflection import DEFLECTION
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import Row, RowData, row_symbols
-from expdesign.robots.capabilities import Links
-from expdesign.robots.robot import Robot
-from expdesign.symbolic import BatchFunction
+from expdesign.mechanics.robots.capabilities import Links
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.symbolic import BatchFunction
 
 LONG_SERIES = 30
 """Rows from which a series with memory is worked through in few calls, instead of all series at once row by row."""

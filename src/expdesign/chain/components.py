@@ -4,8 +4,8 @@ import casadi as ca
 
 from expdesign.chain.component import ALL_JOINTS, ALL_LEGS, Component, Part
 from expdesign.chain.row import Row
-from expdesign.moments import moment
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.robot import Robot
 
 
 def each_leg(robot: Robot) -> list[Component]:

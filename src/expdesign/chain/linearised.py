@@ -15,9 +15,9 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import Row, row_symbols
-from expdesign.loads.load import Load
-from expdesign.robots.robot import Jacobians, Robot
-from expdesign.symbolic import BatchFunction
+from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.robots.robot import Jacobians, Robot
+from expdesign.mechanics.symbolic import BatchFunction
 
 
 class KnownChain:

@@ -7,8 +7,8 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

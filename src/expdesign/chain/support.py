@@ -13,9 +13,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import Row
 from expdesign.chain.variant import rounded
-from expdesign.recordings.recordings import LoadedPoints, Recordings
 
 
 class Drive(StrEnum):

@@ -8,9 +8,9 @@ import numpy as np
 from expdesign.chain.component import ALL_JOINTS, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Cause(StrEnum):

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from expdesign.arrays import BoolArray
+from expdesign.chain.ports.curve import Curve
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.stability import Stability
-from expdesign.identification.fit import Fit
-from expdesign.ports.curve import Curve
+from expdesign.estimation.fit import Fit
 
 
 @dataclass(frozen=True, kw_only=True)

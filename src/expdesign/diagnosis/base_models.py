@@ -12,13 +12,13 @@ import numpy as np
 from expdesign.arrays import BoolArray, as_matrix
 from expdesign.chain.component import Part
 from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.errors import NotIdentifiableError
-from expdesign.identification.estimability import idle_actuators
-from expdesign.identification.fit import RANK_TOLERANCE, Fit
-from expdesign.identification.suspicions import require_positive
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.estimation.estimability import idle_actuators
+from expdesign.estimation.fit import RANK_TOLERANCE, Fit
+from expdesign.estimation.suspicions import require_positive
+from expdesign.mechanics.robots.robot import Robot
 
 
 class BaseModel(ABC):

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.remark import Remark
 from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
@@ -29,13 +31,11 @@ from expdesign.diagnosis.support_findings import support_findings
 from expdesign.diagnosis.support_laws import Support, support_laws
 from expdesign.diagnosis.together import LAWS, TOGETHER, Method, errors_together, group_findings, verdict_together
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
-from expdesign.identification.coverage import reading_deviations
-from expdesign.identification.fit import Fit, fit
-from expdesign.identification.goodness import StatementOfFit
-from expdesign.identification.noise_level import NoiseLevel
-from expdesign.recordings.recordings import Recordings
-from expdesign.recordings.remark import Remark
-from expdesign.robots.robot import Robot
+from expdesign.estimation.coverage import reading_deviations
+from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.goodness import StatementOfFit
+from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from expdesign.diagnosis.probability import standing
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
-from expdesign.identification.fit import Fit
+from expdesign.estimation.fit import Fit
 
 _NORMAL_95 = 1.959963984540054
 _UNBOUNDED = 1e300

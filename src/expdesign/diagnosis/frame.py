@@ -8,6 +8,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
 from expdesign.diagnosis.library import Candidate, candidates, library
@@ -16,13 +17,12 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Search
 from expdesign.diagnosis.together import ONE_AT_A_TIME, Method, together
 from expdesign.errors import InputError
-from expdesign.identification.estimability import require_regular_rows
-from expdesign.identification.fit import Data, Fit, fit
-from expdesign.identification.identify import fitted_rows
-from expdesign.identification.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
-from expdesign.identification.whitening import Whitening
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.estimation.estimability import require_regular_rows
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.identify import fitted_rows
+from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

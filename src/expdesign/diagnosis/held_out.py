@@ -9,8 +9,8 @@ from expdesign.diagnosis.cross_validation import blocks_of, last_part
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.statement import widened, widening
-from expdesign.identification.coverage import HeldOutRows
-from expdesign.identification.fit import Fit, fit
+from expdesign.estimation.coverage import HeldOutRows
+from expdesign.estimation.fit import Fit, fit
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from expdesign.chain.ports.curve import Curve
+from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.location import OPEN
+from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.diagnosis.findings import Finding, reported
 from expdesign.diagnosis.laws import Laws, Part
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.ports.curve import Curve
-from expdesign.ports.law import Law
-from expdesign.ports.location import OPEN
-from expdesign.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

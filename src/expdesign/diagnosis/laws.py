@@ -12,23 +12,23 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.ports.columns import Dense
+from expdesign.chain.ports.curve import Curve, curve_of
+from expdesign.chain.ports.dictionary import Dictionary, known_form
+from expdesign.chain.ports.evidence import Present
+from expdesign.chain.ports.found import law_of
+from expdesign.chain.ports.guard import LeftOut
+from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.location import Place, places
+from expdesign.chain.ports.measured import Measured
+from expdesign.chain.ports.selection import Chosen, LawSearch
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model
-from expdesign.identification.fit import Fit, fit
-from expdesign.ports.columns import Dense
-from expdesign.ports.curve import Curve, curve_of
-from expdesign.ports.dictionary import Dictionary, known_form
-from expdesign.ports.evidence import Present
-from expdesign.ports.found import law_of
-from expdesign.ports.guard import LeftOut
-from expdesign.ports.law import Law
-from expdesign.ports.location import Place, places
-from expdesign.ports.measured import Measured
-from expdesign.ports.selection import Chosen, LawSearch
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Fit, fit
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
-from expdesign.identification.fit import Fit
+from expdesign.estimation.fit import Fit
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.plugins import implementations
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
-from expdesign.symbolic import BatchFunction
 
 OUTLIER = "outlier"
 """Identifier of single wrong rows, which are no effect of the chain."""

@@ -19,8 +19,8 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
-from expdesign.identification.fit import Fit
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Fit
+from expdesign.mechanics.robots.robot import Robot
 
 _FORCE_BINS = 5
 _ACROSS = {"joint_compliance"}

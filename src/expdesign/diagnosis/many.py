@@ -9,6 +9,20 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, Component, Part
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.ports.curve import Curve, curve_of
+from expdesign.chain.ports.dictionary import Atom, Dictionary
+from expdesign.chain.ports.everything import (
+    BETTER,
+    Everything,
+    Linearised,
+    Priors,
+    chosen_groups,
+    few_suffice,
+    group_gains,
+)
+from expdesign.chain.ports.found import law_of
+from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.stable_groups import kept_groups
 from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.laws import base_alone, measured_of
@@ -18,14 +32,8 @@ from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.settling import Settling, most_evident, settling
 from expdesign.diagnosis.stability import Stability, shares_of
-from expdesign.identification.fit import Fit, fit
-from expdesign.ports.curve import Curve, curve_of
-from expdesign.ports.dictionary import Atom, Dictionary
-from expdesign.ports.everything import BETTER, Everything, Linearised, Priors, chosen_groups, few_suffice, group_gains
-from expdesign.ports.found import law_of
-from expdesign.ports.law import Law
-from expdesign.ports.stable_groups import kept_groups
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Fit, fit
+from expdesign.mechanics.robots.robot import Robot
 
 _TIMES = 3.0
 """Declared sizes that a dimension may be off by: the groups' own factors are estimated."""

@@ -7,12 +7,12 @@ on without them; most of its models are known by then.
 
 from dataclasses import dataclass
 
+from expdesign.chain.recordings.remark import Remark
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.time_confounded import confounded_with, drift_tests, unsupported
 from expdesign.diagnosis.verdict import at_limits
-from expdesign.recordings.remark import Remark
 
 _ROUNDS = 8
 

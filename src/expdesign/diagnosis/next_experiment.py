@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.selection import Model, Search
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.loads.payload import Payload
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.robots.robot import Robot
 
 CANDIDATES = 200
 """Series among which the best are chosen."""

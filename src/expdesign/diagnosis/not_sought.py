@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from expdesign.chain.recordings.remark import Remark
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import NotSought, Sought, TooFewForLaws
 from expdesign.diagnosis.sample import Sample
-from expdesign.recordings.remark import Remark
 
 _CONSTANT = 1e-9
 

@@ -5,11 +5,11 @@ from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
+from expdesign.chain.ports.everything import Everything, Priors
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
-from expdesign.identification.fit import Fit
-from expdesign.ports.everything import Everything, Priors
+from expdesign.estimation.fit import Fit
 
 _SHUFFLES = 2000
 _FEWEST = 3

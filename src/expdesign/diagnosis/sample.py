@@ -11,7 +11,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.identification.fit import Data
+from expdesign.estimation.fit import Data
 
 
 @dataclass(frozen=True)

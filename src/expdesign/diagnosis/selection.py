@@ -21,8 +21,8 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import outlier_price, returning_distances, row_distances
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis, score
-from expdesign.identification.fit import Fit, fit
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Fit, fit
+from expdesign.mechanics.robots.robot import Robot
 
 _MOST_KEPT = 300_000_000
 """Bytes of derivatives of models that are kept; beyond, those not asked for longest are fitted anew if needed."""

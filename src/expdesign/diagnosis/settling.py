@@ -16,9 +16,9 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.ports.everything import Linear, Priors, Sizes, log_evidence, sized
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.ports.everything import Linear, Priors, Sizes, log_evidence, sized
 
 _RATIOS = tuple(float(ratio) for ratio in np.geomspace(1e-4, 10.0, 11))
 """φ that are compared, deviations being such that each motion alone would show as much as the base model misses."""

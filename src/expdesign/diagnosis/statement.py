@@ -7,9 +7,9 @@ from scipy.stats import chi2
 
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Fit
-from expdesign.identification.goodness import FIT, StatementOfFit, squares_of, statement_of_fit
-from expdesign.identification.noise_level import NoiseLevel
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.goodness import FIT, StatementOfFit, squares_of, statement_of_fit
+from expdesign.estimation.noise_level import NoiseLevel
 
 
 def statement(fit: Fit, sample: Sample, noise: NoiseLevel) -> StatementOfFit:

@@ -1,11 +1,11 @@
 """Laws of what a body stands on, as findings."""
 
 from expdesign.chain.component import BASE
+from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, usually
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.support_laws import Support, SupportGroup
-from expdesign.ports.words import FORMS, columns, depends_on, identifier, usually
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 def support_findings(support: Support, robot: Robot) -> tuple[Finding, ...]:

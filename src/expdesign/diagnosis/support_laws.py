@@ -11,22 +11,22 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.ports.curve import Curve
+from expdesign.chain.ports.dictionary import Atom, Dictionary
+from expdesign.chain.ports.everything import Everything, Priors, chosen_groups, group_gains, posterior_covariance
+from expdesign.chain.ports.evidence import Present
+from expdesign.chain.ports.found import law_of
+from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.port import Entry
+from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.at_once import AtOnce, GroupAtOnce
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Fit
-from expdesign.ports.curve import Curve
-from expdesign.ports.dictionary import Atom, Dictionary
-from expdesign.ports.everything import Everything, Priors, chosen_groups, group_gains, posterior_covariance
-from expdesign.ports.evidence import Present
-from expdesign.ports.found import law_of
-from expdesign.ports.law import Law
-from expdesign.ports.port import Entry
-from expdesign.ports.sight import Sight
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Fit
+from expdesign.mechanics.robots.robot import Robot
 
 PORT = "supports"
 _NOISE = 0.03

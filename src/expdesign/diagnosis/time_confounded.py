@@ -20,7 +20,7 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.diagnosis.selection import Model, Search
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _LEVELS = 12
 """Values of a quantity up to which each is a level of its own."""

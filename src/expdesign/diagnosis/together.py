@@ -12,6 +12,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY
+from expdesign.chain.ports.words import columns, identifier
 from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.findings import Finding
@@ -21,9 +22,8 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.many import Group, Many, many_effects, many_laws, start_with_everything
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.identification.fit import Fit
-from expdesign.ports.words import columns, identifier
-from expdesign.robots.robot import Robot
+from expdesign.estimation.fit import Fit
+from expdesign.mechanics.robots.robot import Robot
 
 ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
 """Ways of working, as `method` says them."""

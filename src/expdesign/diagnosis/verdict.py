@@ -15,7 +15,7 @@ from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.selection import Model
-from expdesign.identification.goodness import FIT, StatementOfFit
+from expdesign.estimation.goodness import FIT, StatementOfFit
 
 
 def verdict_without(statement: StatementOfFit) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.acceptance.decision import DECISION_RULE, Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import DECISION_RULE, Decision, acceptance_record, sentences
 from expdesign.report import words
 from expdesign.report.blocks import Paragraph, Section, Sentences, table_of
 

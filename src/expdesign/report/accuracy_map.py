@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
-from expdesign.design.accuracy_map import AccuracyMap
-from expdesign.design.problem import DesignProblem
+from expdesign.planning.accuracy_map import AccuracyMap
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, Option, Selector
 from expdesign.report.figures import axis, chart

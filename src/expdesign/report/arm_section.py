@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.files.csv_writer import csv_text
-from expdesign.identification.accuracy import Errors
-from expdesign.identification.arm import ArmCalibration
-from expdesign.identification.arm_outcome import Corrected, attached_frames, corrections, origins
-from expdesign.identification.identify import Identification
+from expdesign.estimation.accuracy import Errors
+from expdesign.estimation.arm import ArmCalibration
+from expdesign.estimation.arm_outcome import Corrected, attached_frames, corrections, origins
+from expdesign.estimation.identify import Identification
+from expdesign.io.csv_writer import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, Download, Section, Sentences
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import pandas as pd
 from markupsafe import Markup
 
-from expdesign.files.csv_writer import csv_text
+from expdesign.io.csv_writer import csv_text
 from expdesign.report.words import UNDETERMINED
 
 _UNBROKEN = 30

@@ -3,14 +3,14 @@
 import numpy as np
 
 from expdesign.counted import counted
-from expdesign.design.feasibility import Feasibility
-from expdesign.design.problem import DesignProblem
-from expdesign.identification.identify import Identification
-from expdesign.identification.remarks import IdleActuators
+from expdesign.estimation.identify import Identification
+from expdesign.estimation.remarks import IdleActuators
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.feasibility import Feasibility
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, geometry_line
 from expdesign.report.fit_texts import fit_sentences
-from expdesign.robots.robot import Robot
 
 _FEW = 0.01
 """Share of reachable poses below which the units of `experiment.poses` are probably wrong."""

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from expdesign.comparison.correlation import RankCorrelation
-from expdesign.comparison.judgement import Judgement
+from expdesign.assurance.comparison.correlation import RankCorrelation
+from expdesign.assurance.comparison.judgement import Judgement
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, Figure, Section, table_of
 from expdesign.report.figures import axis, bars, chart, colour, curve, points, whiskers

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from expdesign.comparison.correlation import RankCorrelation
-from expdesign.comparison.judgement import AGREEMENT, Judgement
-from expdesign.design.optimality.refinement import LowerBound
+from expdesign.assurance.comparison.correlation import RankCorrelation
+from expdesign.assurance.comparison.judgement import AGREEMENT, Judgement
+from expdesign.planning.optimality.refinement import LowerBound
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.compensation.corrections import Corrections
+from expdesign.estimation.compensation.corrections import Corrections
 
 MOST_LINES = 20
 """Targets that are listed; of more the largest corrections are."""

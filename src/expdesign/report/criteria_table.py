@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.design.front import Front
+from expdesign.planning.front import Front
 from expdesign.report import words
 from expdesign.report.blocks import DataTable
 from expdesign.report.design_figures import described

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.acceptance.decision import sentences
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.error_ellipses import target_covariances
-from expdesign.design.accuracy_map import AccuracyMap
-from expdesign.design.front import Front
-from expdesign.design.problem import DesignProblem
-from expdesign.design.result import plan_of
-from expdesign.files.csv_writer import csv_text
+from expdesign.assurance.acceptance.decision import sentences
+from expdesign.io.csv_writer import csv_text
+from expdesign.planning.accuracy_map import AccuracyMap
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.error_ellipses import target_covariances
+from expdesign.planning.front import Front
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.result import plan_of
 from expdesign.report import acceptance, accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
 from expdesign.report.deviations import PlanDeviations

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.criteria.criterion import Criterion, known_criteria
-from expdesign.design.front import Front
-from expdesign.model_error.meir import Meir
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from expdesign.planning.front import Front
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.error_budget import ErrorBudget

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from expdesign.design.accuracy_map import AccuracyMap, accuracy_maps
-from expdesign.design.front import Front
-from expdesign.design.problem import DesignProblem
-from expdesign.design.result import design_minutes, pareto_frame
-from expdesign.files.csv_writer import csv_text
+from expdesign.io.csv_writer import csv_text
+from expdesign.planning.accuracy_map import AccuracyMap, accuracy_maps
+from expdesign.planning.front import Front
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.result import design_minutes, pareto_frame
 from expdesign.report import acceptance, accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.blocks import (
     Block,

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.design.front import Front
-from expdesign.design.problem import DesignProblem
-from expdesign.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.planning.front import Front
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import HERE, Definitions, Paragraph, Section, Steps
 from expdesign.report.criteria_table import criteria_table, shown

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from expdesign.design.front import Front
-from expdesign.design.optimality.deviations import Deviations, plan_deviations
-from expdesign.design.problem import DesignProblem
+from expdesign.planning.front import Front
+from expdesign.planning.optimality.deviations import Deviations, plan_deviations
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 
 GROWTH = 0.01

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.model_error.recorded import HiddenByRecordings
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.model_error.recorded import HiddenByRecordings
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.acceptance import acceptance_section

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from expdesign.acceptance.decision import Decision
-from expdesign.acceptance.decision import sentences as decided
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import sentences as decided
 from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.probabilities import probability_text

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
-from expdesign.acceptance.decision import Decision
-from expdesign.acceptance.planned import expected_decision
 from expdesign.arrays import FloatArray
-from expdesign.criteria.assessment import Assessment
-from expdesign.design.problem import DesignProblem
+from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.planned import expected_decision
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 
 

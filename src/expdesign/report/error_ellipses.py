@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
-from expdesign.design.problem import DesignProblem
+from expdesign.planning.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Option, Selector
 from expdesign.report.error_budget import ErrorBudget

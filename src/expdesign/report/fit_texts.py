@@ -3,7 +3,7 @@
 import math
 
 from expdesign.diagnosis.diagnose import Diagnosis
-from expdesign.identification.identify import Identification
+from expdesign.estimation.identify import Identification
 from expdesign.report import words
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.identification.identify import Identification
+from expdesign.estimation.identify import Identification
 from expdesign.report import words
 from expdesign.report.blocks import Section, Sentences, table_of
 

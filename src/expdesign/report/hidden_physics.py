@@ -3,12 +3,12 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.design.front import Front, non_dominated
-from expdesign.design.problem import DesignProblem
-from expdesign.model_error.meir import Meir
-from expdesign.model_error.planned import hidden_by_plan, meir_of_problem
-from expdesign.model_error.recorded import HiddenByRecordings
-from expdesign.model_error.statement import AccuracyStatement, HiddenPhysics, sentence
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
+from expdesign.assurance.model_error.recorded import HiddenByRecordings
+from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenPhysics, sentence
+from expdesign.planning.front import Front, non_dominated
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, Section, Sentences, table_of
 from expdesign.report.figures import axis, bars_across, chart, level, points

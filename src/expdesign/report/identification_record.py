@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.identification.identify import Identification
-from expdesign.identification.intervals import Intervals
-from expdesign.recordings.references import sharing_rows
+from expdesign.chain.recordings.references import sharing_rows
+from expdesign.estimation.identify import Identification
+from expdesign.estimation.intervals import Intervals
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.arm_section import arm_record
 from expdesign.report.remark_texts import sentences
-from expdesign.robots.robot import Robot
 
 MOST_ROWS = 2000
 """Files with more rows list only those that are flagged."""

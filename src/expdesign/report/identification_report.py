@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from expdesign.identification.identify import Identification
+from expdesign.estimation.identify import Identification
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, arm_sections

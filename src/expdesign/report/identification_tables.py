@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import IntArray
-from expdesign.identification.identify import Identification
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.estimation.identify import Identification
 from expdesign.probabilities import probability_text
-from expdesign.recordings.recordings import Recordings
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, Figure, table_of
 from expdesign.report.figures import chart, points, whiskers

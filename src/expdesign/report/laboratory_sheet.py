@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader
 
-from expdesign.files.units import measured_column
+from expdesign.io.units import measured_column
 
 DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
 """Digits that are shown, after the point in SI units; in other units as many as it takes for the same step."""

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.assurance.validation.repeated import Repeated
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.figures import chart, curve, level, points, whiskers
-from expdesign.validation.repeated import Repeated
 
 CAUSE_NAMES = {"duir": "measurement noise", "feir": "load errors", "total": "both"}
 _SHADES = {"duir": "noise", "feir": "load", "total": "total"}

@@ -5,6 +5,7 @@ import shlex
 import numpy as np
 import pandas as pd
 
+from expdesign.assurance.validation.repeated import Repeated
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -19,7 +20,6 @@ from expdesign.report.blocks import (
 )
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.page import Page
-from expdesign.validation.repeated import Repeated
 
 CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
 

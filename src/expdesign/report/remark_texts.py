@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from functools import singledispatch
 
 from expdesign.chain.readings.position import HeldMarker
+from expdesign.chain.recordings.remark import Remark
 from expdesign.diagnosis.remarks import (
     AliasedParameters,
     ConfoundedTime,
@@ -14,16 +15,15 @@ from expdesign.diagnosis.remarks import (
     TooFewForLaws,
     WithoutMoment,
 )
-from expdesign.identification.noise_remarks import GenerousNoise, NoiseBeyondStated
-from expdesign.identification.redundancy import BlindPoses
-from expdesign.identification.remarks import (
+from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
+from expdesign.estimation.redundancy import BlindPoses
+from expdesign.estimation.remarks import (
     AliasedGeometry,
     IdleActuators,
     Implausible,
     LargeGeometricErrors,
     NegativeCompliance,
 )
-from expdesign.recordings.remark import Remark
 from expdesign.report import words
 
 _MOST_NAMES = 6

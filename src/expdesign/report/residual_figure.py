@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.identification.identify import Identification
-from expdesign.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.estimation.identify import Identification
 from expdesign.report import words
 from expdesign.report.blocks import Block, Option, Selector
 from expdesign.report.figures import chart, points

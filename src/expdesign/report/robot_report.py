@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from expdesign.design.problem import DesignProblem
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, Paragraph, Section
 from expdesign.report.design_data import target_levers, target_text
 from expdesign.report.page import Page
 from expdesign.report.robot_section import SCRIPTS, actuator_blocks, picture
 from expdesign.report.robot_view import RobotStates, at_rest, robot_states
-from expdesign.robots.robot import Robot
 
 _NOTE = "The robot in the base frame O at its reference pose, with the numbers by which every report names its parts."
 

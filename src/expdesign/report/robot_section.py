@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
 from expdesign.report.blocks import Block, Option, Selector, SideBySide, table_of
 from expdesign.report.robot_view import RobotStates, plan_view, view_data, view_figure
-from expdesign.robots.robot import Robot
 
 SCRIPTS = ("robot_view.js", "robot_page.js")
 """Scripts that a page with `picture` needs."""

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.loads.load import Load
+from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.robots.drawing import Drawing
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.blocks import Figure
 from expdesign.report.figures import Trace, chart, colour, curve, points
 from expdesign.report.page import plot_text
-from expdesign.robots.drawing import Drawing
-from expdesign.robots.robot import Robot
 
 _ARROW_SHARE = 0.3
 """Length of the largest force's arrow as a share of the robot's size."""

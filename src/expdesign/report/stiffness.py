@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.diagnosis.diagnose import Diagnosis
-from expdesign.identification.intervals import Intervals
+from expdesign.estimation.intervals import Intervals
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, table_of
 from expdesign.report.identification_record import unit_of_stiffness

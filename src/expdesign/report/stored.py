@@ -17,9 +17,9 @@ import numpy as np
 from jinja2 import TemplateError
 
 from expdesign.errors import InputError
-from expdesign.files.output import write_file
-from expdesign.files.written import Purpose, note_written, require_free, unchanged
-from expdesign.files.yaml_reader import read_text
+from expdesign.io.output import write_file
+from expdesign.io.written import Purpose, note_written, require_free, unchanged
+from expdesign.io.yaml_reader import read_text
 from expdesign.report import blocks
 from expdesign.report.blocks import HERE
 from expdesign.report.page import Page, known_scripts, render

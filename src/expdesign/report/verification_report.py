@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from importlib.metadata import version
 
-from expdesign.acceptance.about import About
-from expdesign.acceptance.check_measurement import CheckMeasurement
-from expdesign.acceptance.record import RULE
-from expdesign.acceptance.verification import AxisResult, Verification
-from expdesign.models.model_file import Model
+from expdesign.assurance.acceptance.about import About
+from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
+from expdesign.assurance.acceptance.record import RULE
+from expdesign.assurance.acceptance.verification import AxisResult, Verification
+from expdesign.chain.models.model_file import Model
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import (

@@ -8,14 +8,14 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.optimality.refinement import LowerBound
-from expdesign.design.optimality.weights import Relaxation, dual_of, optimal_weights
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
-from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.certificate import duir_lower_bound, total_lower_bound
+from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 BOUNDS = {"duir": duir_lower_bound, "total": total_lower_bound}
 SPREAD_TARGETS = [

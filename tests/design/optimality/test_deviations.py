@@ -9,8 +9,8 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 
 from expdesign.arrays import FloatArray
-from expdesign.criteria.total import Total
-from expdesign.design.optimality.deviations import plan_deviations
+from expdesign.planning.criteria.total import Total
+from expdesign.planning.optimality.deviations import plan_deviations
 
 
 def with_maximum() -> dict[str, Any]:

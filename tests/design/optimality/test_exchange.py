@@ -7,14 +7,14 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.additive import additive
-from expdesign.design.optimality.exchange import Exchange, rounded
-from expdesign.design.optimality.seeds import relaxed_designs
-from expdesign.design.optimality.variants import variants
-from expdesign.design.problem import DesignProblem
-from expdesign.design.scalarisation import Aims
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.additive import additive
+from expdesign.planning.optimality.exchange import Exchange, rounded
+from expdesign.planning.optimality.seeds import relaxed_designs
+from expdesign.planning.optimality.variants import variants
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
+from expdesign.planning.start import starting_designs
 
 SHARED = {"experiment.deflection_noise.shared_reference": True}
 

@@ -7,15 +7,15 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.assessment import Assessment
-from expdesign.criteria.criterion import Criterion, known_criteria
-from expdesign.design.optimality import differentiated
-from expdesign.design.optimality.differentiated import Differentiated
-from expdesign.design.optimality.gradient_check import gradient_check, gradient_table
-from expdesign.design.optimality.gradients import criterion_gradients
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
 from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from expdesign.planning.optimality import differentiated
+from expdesign.planning.optimality.differentiated import Differentiated
+from expdesign.planning.optimality.gradient_check import gradient_check, gradient_table
+from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 WRENCH = {
     "kind": "wrench",

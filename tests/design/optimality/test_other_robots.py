@@ -9,13 +9,13 @@ from tests.design.problems import HEXAPOD, problem
 from tests.design.refined import refined
 
 from expdesign.coordinates import SPATIAL
-from expdesign.design.optimality.certificate import duir_lower_bound
-from expdesign.design.optimality.gradients import criterion_gradients
-from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
-from expdesign.elastostatics.measurements import LoadedRobot
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.optimality.certificate import duir_lower_bound
+from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.optimality.kktpm import kktpm
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 NAMES = ["duir", "feir", "total", "o1", "o_tp"]
 

@@ -7,12 +7,12 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.additive import Additive
-from expdesign.design.optimality.exchange import Exchange
-from expdesign.design.problem import DesignProblem
-from expdesign.design.scalarisation import Aims
-from expdesign.design.start import reachable_measurements, starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.additive import Additive
+from expdesign.planning.optimality.exchange import Exchange
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
+from expdesign.planning.start import reachable_measurements, starting_designs
 
 NAMES = ("duir", "feir")
 FEIR = np.array([0.0, 1.0])

@@ -8,17 +8,17 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.front import hypervolume, non_dominated
-from expdesign.design.optimality.descents import Pace, descended
-from expdesign.design.optimality.enumeration import every_design
-from expdesign.design.optimality.kktpm import kktpm
-from expdesign.design.optimality.limits import Limits
-from expdesign.design.optimality.objectives import Objectives
-from expdesign.design.problem import DesignProblem
-from expdesign.design.scalarisation import Aims
-from expdesign.design.start import starting_designs
-from expdesign.instrument.deflection_noise import series_by_pose
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.front import hypervolume, non_dominated
+from expdesign.planning.optimality.descents import Pace, descended
+from expdesign.planning.optimality.enumeration import every_design
+from expdesign.planning.optimality.kktpm import kktpm
+from expdesign.planning.optimality.limits import Limits
+from expdesign.planning.optimality.objectives import Objectives
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
+from expdesign.planning.start import starting_designs
 
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, {}),

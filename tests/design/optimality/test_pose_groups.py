@@ -5,15 +5,15 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality.bounds import criterion_bounds
-from expdesign.design.optimality.descents import Pace, descended
-from expdesign.design.optimality.objectives import Objectives
-from expdesign.design.optimality.pose_groups import PoseGroups
-from expdesign.design.result import planned
-from expdesign.design.scalarisation import Aims
-from expdesign.design.search import search
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.bounds import criterion_bounds
+from expdesign.planning.optimality.descents import Pace, descended
+from expdesign.planning.optimality.objectives import Objectives
+from expdesign.planning.optimality.pose_groups import PoseGroups
+from expdesign.planning.result import planned
+from expdesign.planning.scalarisation import Aims
+from expdesign.planning.search import search
+from expdesign.planning.start import starting_designs
 
 SHARED = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4}
 """Reference shared at a pose, four measurements."""

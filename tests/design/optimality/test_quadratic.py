@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import minimize
 from tests.oracle import Array
 
-from expdesign.design.optimality.quadratic import Programs, Solutions, solve
+from expdesign.planning.optimality.quadratic import Programs, Solutions, solve
 
 BATCH, MEASUREMENTS, GENES, PIECES, ROWS = 5, 3, 4, 3, 2
 

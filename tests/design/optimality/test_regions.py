@@ -10,18 +10,18 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 from tests.oracle import Array
 
-from expdesign.criteria.criterion import known_criteria
-from expdesign.design.optimality import region_tree, regions
-from expdesign.design.optimality.best_linear import best_linear_total
-from expdesign.design.optimality.bounds import GAP, criterion_bounds
-from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.optimality.measurement_pool import usable
-from expdesign.design.optimality.region_bound import Node, bounded
-from expdesign.design.optimality.region_tree import RegionTree
-from expdesign.design.optimality.regions import WIDEST, Axis, Box, Regions
-from expdesign.design.optimality.weights import Relaxation
-from expdesign.design.problem import DesignProblem
-from expdesign.design.start import starting_designs
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality import region_tree, regions
+from expdesign.planning.optimality.best_linear import best_linear_total
+from expdesign.planning.optimality.bounds import GAP, criterion_bounds
+from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_pool import usable
+from expdesign.planning.optimality.region_bound import Node, bounded
+from expdesign.planning.optimality.region_tree import RegionTree
+from expdesign.planning.optimality.regions import WIDEST, Axis, Box, Regions
+from expdesign.planning.optimality.weights import Relaxation
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.start import starting_designs
 
 POSES = [[-0.25, 0.45], [0.05, 0.5], [0.2, 0.7], [0.3, 0.9]]
 TARGETS = [

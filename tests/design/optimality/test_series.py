@@ -8,12 +8,12 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.design.optimality.information import MeasurementInformation
-from expdesign.design.optimality.measurement_pool import Effort
-from expdesign.design.optimality.series import longer, quadratic, sizes
-from expdesign.design.optimality.series_pool import SeriesPool, takes_series
-from expdesign.design.optimality.weights import Dual, dual_of
-from expdesign.design.problem import DesignProblem
+from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_pool import Effort
+from expdesign.planning.optimality.series import longer, quadratic, sizes
+from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
+from expdesign.planning.optimality.weights import Dual, dual_of
+from expdesign.planning.problem import DesignProblem
 
 SHARED: dict[str, Any] = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 3}
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {

@@ -9,9 +9,9 @@ from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.readings.registration import held_coordinates, require_registration, start_of
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.errors import InputError
-from expdesign.recordings.recordings import LoadedPoints, Recordings
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 def _oriented(points: LoadedPoints) -> tuple[str, ...]:

@@ -8,10 +8,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.recordings.remark import Remark
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Deflection(Reading):

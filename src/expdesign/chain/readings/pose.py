@@ -17,11 +17,11 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.recordings.remark import Remark
-from expdesign.robots.orientation import angles_of, rotation_matrix
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
+from expdesign.mechanics.robots.robot import Robot
 
 FRAME_SPREAD = 0.02
 """m or rad; how well the frames are known where they are called unknown."""

@@ -26,13 +26,13 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import Row
 from expdesign.errors import InputError
-from expdesign.moments import arrays_in_space, in_space
-from expdesign.recordings.recordings import LoadedPoints, Recordings
-from expdesign.recordings.remark import Remark
-from expdesign.robots.orientation import rotation_matrix, rotation_vector
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import arrays_in_space, in_space
+from expdesign.mechanics.robots.orientation import rotation_matrix, rotation_vector
+from expdesign.mechanics.robots.robot import Robot
 
 SMALLEST_TURN = 0.02
 """rad (RMS); a tip that turns by less, as links may be misaligned, leaves marker and instrument confounded."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.parameter import Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints, Recordings
-from expdesign.recordings.remark import Remark
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Reading(ABC):

@@ -4,10 +4,10 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.readings.position import MarkerPosition, matrix_of_angles, turns
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import NotIdentifiableError
-from expdesign.moments import arrays_in_space
-from expdesign.recordings.recordings import Recordings
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import arrays_in_space
+from expdesign.mechanics.robots.robot import Robot
 
 _ON_A_LINE = 1e-9
 """Ratio of the singular values of readings below which they lie on one line."""

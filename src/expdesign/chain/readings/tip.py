@@ -14,12 +14,12 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.parameter import Parameter
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import Row
-from expdesign.moments import in_space
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.recordings.remark import Remark
-from expdesign.robots.orientation import rotation_matrix, rotation_vector
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import in_space
+from expdesign.mechanics.robots.orientation import rotation_matrix, rotation_vector
+from expdesign.mechanics.robots.robot import Robot
 
 Frame = Literal["base", "instrument"]
 

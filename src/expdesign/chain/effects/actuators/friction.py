@@ -16,9 +16,9 @@ from expdesign.chain.component import Component
 from expdesign.chain.components import actuators_and_all, turning
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _SLACK = 1e-6
 """N; a force that changes by less has not changed."""

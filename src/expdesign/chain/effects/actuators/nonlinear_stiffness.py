@@ -13,7 +13,7 @@ from expdesign.chain.components import actuators_and_all, reference_force, turni
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _REFERENCE = 100.0
 """N or N·m; the parameters refer to this force, so that all forms are of one size."""

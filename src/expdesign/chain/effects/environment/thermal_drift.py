@@ -10,11 +10,11 @@ from expdesign.chain.component import ENVIRONMENT, Component
 from expdesign.chain.components import legs_and_all
 from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.measurand import DEFLECTIONS
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.recordings.measurand import DEFLECTIONS
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 def varies(temperature: FloatArray | None) -> bool:

@@ -9,11 +9,11 @@ import numpy as np
 from expdesign.chain.component import INSTRUMENT, Component
 from expdesign.chain.declaration import Beyond, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.measurand import POSITIONS
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.recordings.measurand import POSITIONS
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _HOUR = 3600.0
 

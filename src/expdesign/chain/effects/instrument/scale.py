@@ -6,7 +6,7 @@ from expdesign.chain.component import INSTRUMENT, Component
 from expdesign.chain.declaration import Declaration, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class InstrumentScale(Effect):

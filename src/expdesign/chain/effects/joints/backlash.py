@@ -14,9 +14,9 @@ from expdesign.chain.component import Component
 from expdesign.chain.components import each_joint
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.play import SLACK
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Rest(StrEnum):

@@ -17,8 +17,8 @@ from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import each_joint
 from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.row import Row
-from expdesign.robots.kinematic_tree import FRAME_AXES
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Frames(StrEnum):

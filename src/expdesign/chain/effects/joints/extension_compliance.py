@@ -16,7 +16,7 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.extension import Extension
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class ExtensionCompliance(Effect):

@@ -12,7 +12,7 @@ from expdesign.chain.extension import Extension
 from expdesign.chain.play import with_play
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class ExtensionPlay(Effect):

@@ -13,9 +13,9 @@ from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
 from expdesign.chain.components import each_joint, each_link
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.recordings.measurand import POSITIONS, Measurand
-from expdesign.robots.kinematic_tree import FRAME_AXES
-from expdesign.robots.robot import Robot
+from expdesign.chain.recordings.measurand import POSITIONS, Measurand
+from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
+from expdesign.mechanics.robots.robot import Robot
 
 ANGLE, LENGTH = 2e-3, 5e-4
 """rad, m; how well joints are zeroed and links are made (standard deviation), before anything is measured."""

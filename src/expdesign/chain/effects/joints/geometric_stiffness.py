@@ -11,10 +11,10 @@ from expdesign.chain.arm import links_of
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.geometric_stiffness import GeometricStiffness
+from expdesign.chain.recordings.measurand import DEFLECTIONS
 from expdesign.chain.row import Row
-from expdesign.recordings.measurand import DEFLECTIONS
-from expdesign.robots.orientation import rotation_vector
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.orientation import rotation_vector
+from expdesign.mechanics.robots.robot import Robot
 
 _PASSES = 2
 

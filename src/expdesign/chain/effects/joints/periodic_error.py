@@ -13,10 +13,10 @@ from expdesign.chain.components import each_joint, each_leg, turning
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _FINEST = {True: 2.0 * np.pi / 60.0, False: 5e-4}
 """rad or m; finer periods are not searched for."""

@@ -13,11 +13,11 @@ from expdesign.chain.components import each_joint, each_link, turning
 from expdesign.chain.declaration import LOOSELY
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.joints.geometric_error import ANGLE, LENGTH, GeometricError
+from expdesign.chain.recordings.measurand import DEFLECTIONS
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.variant import Variant
-from expdesign.recordings.measurand import DEFLECTIONS
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.kinematic_tree import FRAME_AXES
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Moved(StrEnum):

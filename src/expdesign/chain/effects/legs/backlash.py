@@ -6,7 +6,7 @@ from expdesign.chain.backlash import Backlash
 from expdesign.chain.component import Component
 from expdesign.chain.components import each_leg
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Rest(StrEnum):

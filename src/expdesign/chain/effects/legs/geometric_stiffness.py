@@ -14,9 +14,9 @@ from expdesign.chain.components import turned_lever
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.elastostatics.geometric_stiffness import geometric_stiffness_expression
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness_expression
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Correction(StrEnum):

@@ -11,10 +11,10 @@ from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import each_leg
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.joint_position_error import JointPositionError
+from expdesign.chain.recordings.measurand import POSES, POSITIONS
 from expdesign.chain.variant import ONLY
-from expdesign.recordings.measurand import POSES, POSITIONS
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import Robot
 
 WIDEST = 0.02
 """m; standard deviation of joints and lengths of which nothing is known beforehand, far above what machining leaves."""

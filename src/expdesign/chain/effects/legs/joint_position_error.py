@@ -9,7 +9,7 @@ from expdesign.chain.components import each_leg
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.variant import Variant
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class End(StrEnum):

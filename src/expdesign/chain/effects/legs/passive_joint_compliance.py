@@ -14,7 +14,7 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.joint_position_error import End
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class PassiveJointCompliance(Effect):

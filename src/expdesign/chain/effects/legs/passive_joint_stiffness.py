@@ -19,10 +19,10 @@ from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.robots.capabilities import StraightLegs
-from expdesign.robots.orientation import rotation_vector
-from expdesign.robots.parallel import ParallelRobot
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.capabilities import StraightLegs
+from expdesign.mechanics.robots.orientation import rotation_vector
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Joints(StrEnum):

@@ -14,10 +14,10 @@ from expdesign.chain.components import each_leg
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _FINEST_PITCH = 5e-4
 """m; finer screws are not searched for."""

@@ -14,7 +14,7 @@ from expdesign.chain.component import Component
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class LinkCompliance(Effect):

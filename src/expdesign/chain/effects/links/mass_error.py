@@ -11,9 +11,9 @@ from expdesign.chain.arm import heavy_links, links_of
 from expdesign.chain.component import Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.measurand import POSITIONS
 from expdesign.chain.row import Row
-from expdesign.recordings.measurand import POSITIONS
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _SPREAD = 0.3
 """Standard deviation of a link's true mass about that of its CAD model, which lacks cables, covers and grease."""

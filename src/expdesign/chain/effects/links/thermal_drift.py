@@ -10,10 +10,10 @@ from expdesign.chain.components import each_joint, turning
 from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.environment.thermal_drift import Driver, seen_drivers
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class ArmThermalDrift(Effect):

@@ -7,11 +7,11 @@ import casadi as ca
 from expdesign.chain.component import PAYLOAD, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.moments import moment
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.robot import Robot
 
 
 class PayloadComOffset(Effect):

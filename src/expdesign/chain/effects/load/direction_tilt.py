@@ -6,9 +6,9 @@ from expdesign.chain.component import PAYLOAD, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.loads.load import small_rotation
-from expdesign.moments import moment
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.loads.load import small_rotation
+from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.robot import Robot
 
 
 class LoadDirectionTilt(Effect):

@@ -15,10 +15,10 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant, rounded
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _RELATIVE_WIDTH = 0.02
 """Loads within this fraction of each other count as the same weight."""

@@ -14,11 +14,11 @@ from expdesign.chain.arm import links_of
 from expdesign.chain.component import PLATFORM, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.measurand import POSITIONS
 from expdesign.chain.row import Row
 from expdesign.chain.variant import ONLY, Variant
-from expdesign.moments import moment
-from expdesign.recordings.measurand import POSITIONS
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.robot import Robot
 
 _SMALLEST = 1e-9
 """kg; a centre of less is not told."""

@@ -10,8 +10,8 @@ from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.coordinates import Coordinates
-from expdesign.moments import frame_turn
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.moments import frame_turn
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Shape(StrEnum):

@@ -11,11 +11,11 @@ from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import Over, ending, measured_axes, over_pose, powers, split_over, with_powers
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _AXES = ("rx", "ry", "rz")
 _PAIRS = ((0, 1), (0, 2), (1, 2))

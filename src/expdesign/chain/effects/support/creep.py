@@ -11,10 +11,10 @@ from expdesign.chain.component import BASE, Component
 from expdesign.chain.components import symmetric
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _NAMES = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
 

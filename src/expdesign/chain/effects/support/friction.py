@@ -9,11 +9,11 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import AZIMUTHS, Drive, drive_load, drive_values, drives, twist_of, unit_of
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class SupportFriction(Effect):

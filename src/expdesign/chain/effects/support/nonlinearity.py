@@ -11,11 +11,11 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import Drive, drive_load, drive_values, drives, twist_of, unit_of, whole_load
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 _AROUND = tuple(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
 

@@ -10,6 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
     Drive,
@@ -27,8 +28,7 @@ from expdesign.chain.support import (
     with_powers,
 )
 from expdesign.chain.variant import Variant
-from expdesign.recordings.recordings import LoadedPoints
-from expdesign.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,296 @@
+"""`check`: what is wrong with a file, or not identifiable."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import PathLike, RobotInput, checked_problem, robot_of
+from expdesign.app.api.referenced import referenced
+from expdesign.app.sweeps.computed_by import computed_by_text
+from expdesign.app.sweeps.runs import SweepRun, sweep_runs
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.assurance.plausibility.robot import robot_findings
+from expdesign.chain.models.model_file import Model, model_from_document
+from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.reader import recordings_from_table, require_measured
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.structure import check_structure
+from expdesign.chain.recordings.target_readings import with_targets
+from expdesign.copying import Copied
+from expdesign.errors import InputError
+from expdesign.estimation.identify import Identification
+from expdesign.estimation.identify import identify as identify_recordings
+from expdesign.io.output import output_folder
+from expdesign.io.table import is_table_name, read_table
+from expdesign.io.written import Purpose
+from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.planning.feasibility import Feasibility, feasibility, random_designs
+from expdesign.planning.optimality.gradient_check import gradient_table
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import require_regular
+from expdesign.report import check_texts
+from expdesign.report.page import Page
+from expdesign.report.remark_texts import sentences
+from expdesign.report.robot_section import actuator_sentences
+
+
+@dataclass(frozen=True)
+class CheckedRobot(Copied):
+    """A robot that can be used.
+
+    Attributes:
+        source: its file.
+        robot: the robot.
+        condition: scaled condition number at its reference configuration.
+    """
+
+    source: str
+    robot: Robot
+    condition: float
+
+    @property
+    def summary(self) -> str:
+        """What it is, in one sentence."""
+        return check_texts.robot_summary(self.robot, self.condition)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        reference = self.robot.reference_configuration()
+        if float(self.robot.limit_excess(reference)) <= 0.0:
+            return ()
+        return (f"{self.source}: at the reference pose {self.robot.limit_message(reference)}",)
+
+    @property
+    def details(self) -> list[str]:
+        """Which leg or joint is which: a line for each of them."""
+        return actuator_sentences(self.robot)
+
+    def page(self) -> Page:
+        """The robot, drawn with its numbers."""
+        from expdesign.report.robot_report import robot_report  # noqa: PLC0415 (slow to import)
+
+        return robot_report(self.robot, self.summary)
+
+
+@dataclass(frozen=True)
+class CheckedModel(Copied):
+    """An identified model that can be used.
+
+    Attributes:
+        model: the model.
+        robot: whose model it is.
+    """
+
+    model: Model
+    robot: CheckedRobot
+
+    @property
+    def details(self) -> list[str]:
+        """Which leg or joint is which: a line for each of them."""
+        return self.robot.details
+
+    def page(self) -> Page:
+        """The robot, drawn with its numbers."""
+        return self.robot.page()
+
+    @property
+    def summary(self) -> str:
+        """What it is, in one sentence."""
+        return check_texts.model_summary(len(self.model.chain.effects), self.robot.summary)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        return self.robot.remarks
+
+
+@dataclass(frozen=True)
+class CheckedProblem(Copied):
+    """A run configuration that can be solved.
+
+    Attributes:
+        problem: what it asks for.
+        feasibility: shares of the design space that can be reached and that identify what the targets need.
+    """
+
+    problem: DesignProblem
+    feasibility: Feasibility
+
+    def page(self) -> Page:
+        """The robot, drawn with its numbers, at rest and at the targets."""
+        from expdesign.report.robot_report import problem_report  # noqa: PLC0415 (slow to import)
+
+        return problem_report(self.problem, self.summary)
+
+    @property
+    def summary(self) -> str:
+        """What it asks for, in one sentence."""
+        return check_texts.problem_summary(self.problem, self.feasibility)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        return check_texts.problem_remarks(self.problem, self.feasibility)
+
+    def gradients(self) -> pd.DataFrame:
+        """Exact gradients of every criterion against central differences, with a verdict, at two random designs.
+
+        Raises:
+            InputError: every variable is fixed or discrete.
+        """
+        problem = self.problem
+        if problem.space.discrete.all():
+            what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
+            remedy = "Leave --gradients out, or give a variable an interval."
+            raise InputError(what, where=problem.source, remedy=remedy)
+        decisions = random_designs(problem)
+        # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
+        assessment = problem.assessed(decisions)
+        order = np.argsort(~assessment.identifies_targets, kind="stable")
+        return gradient_table(problem, decisions[order[:2]])
+
+
+@dataclass(frozen=True)
+class CheckedSweep(Copied):
+    """A sweep whose every run is a configuration.
+
+    Attributes:
+        runs: what is run.
+    """
+
+    runs: list[SweepRun]
+
+    @property
+    def summary(self) -> str:
+        """What it asks for, in one sentence."""
+        return check_texts.sweep_summary(
+            len(self.runs), list(dict.fromkeys(key for run in self.runs for key in run.values))
+        )
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Nothing."""
+        return ()
+
+
+@dataclass(frozen=True)
+class CheckedRecordings(Copied):
+    """Recordings that can be read.
+
+    Attributes:
+        structure: rows, series and measured components, in words.
+        recordings: read as those of the robot, or None without one.
+        identification: of the base model, or None where there is no robot or nothing to identify.
+    """
+
+    structure: str
+    recordings: Recordings | None = None
+    identification: Identification | None = None
+
+    @property
+    def summary(self) -> str:
+        """What they hold and, with a robot, what they identify."""
+        if self.recordings is None:
+            return f"{self.structure} Give the robot (--robot ROBOT.yaml) to see what they identify."
+        if self.identification is None:
+            return self.structure
+        return f"{self.structure} {check_texts.identified_summary(self.identification)}"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What limits what they tell; mistakes are warned of where they are read."""
+        if self.identification is None:
+            return ()
+        return tuple(f"warning: {text}" for text in sentences(self.identification.suspicions))
+
+
+FILES = ("report.html", "report.json")
+"""What `save` writes."""
+
+
+def save(
+    checked: CheckedRobot | CheckedModel | CheckedProblem, folder: PathLike, purpose: Purpose, *, force: bool = False
+) -> Path:
+    """Write the page of what was checked for a purpose into a folder and return its path."""
+    from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+    with output_folder(Path(folder), purpose, force=force) as scratch:
+        write_report(scratch, checked.page(), Path(folder))
+    return Path(folder) / PAGE
+
+
+Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedRecordings
+
+
+def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: bool | None = None) -> Checked:
+    """Read a robot, a configuration, a model, a sweep or recordings, and raise what is wrong or not identifiable.
+
+    Args:
+        file: YAML, or CSV for recordings.
+        robot: that recordings are of.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            say.
+
+    Returns:
+        What was read, with a `summary` and `remarks`.
+
+    Raises:
+        InputError: the file is missing or wrong, or none of these.
+        SingularConfigurationError: the robot is singular at its reference pose or in a row.
+        InfeasibleError: no pose of a configuration can be reached.
+        NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
+    """
+    path = Path(file)
+    if is_table_name(path):
+        return _recordings(path, robot, shared_reference=shared_reference)
+    document = read_yaml(path)
+    content = document.content if isinstance(document.content, dict) else {}
+    if content.get("kind") == "model":
+        model = model_from_document(document)
+        return CheckedModel(model, _robot(model.chain.robot, str(path)))
+    if {"vary", "cases", "config"} & set(content):
+        return _sweep(document)
+    if (
+        "experiment" in content
+        or "targets" in content
+        or {"schema_version", "kind"} & set(content) == {"schema_version"}
+    ):
+        problem = checked_problem(document)
+        return CheckedProblem(problem, feasibility(problem))
+    if "kind" in content or "base_joints" in content:
+        return _robot(robot_from_document(document), str(path))
+    remedy = "A robot file has the key `kind`, a run configuration `experiment`, a sweep `vary`."
+    raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
+
+
+def _robot(robot: Robot, source: str) -> CheckedRobot:
+    say(robot_findings(robot), source)
+    reference = robot.reference_configuration()
+    require_regular(robot, reference, f"{source}, reference pose")
+    return CheckedRobot(source, robot, float(robot.jacobians(reference).condition))
+
+
+def _sweep(document: YamlDocument) -> CheckedSweep:
+    return CheckedSweep(sweep_runs(document, computed_by_text()))
+
+
+def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool | None) -> CheckedRecordings:
+    table = read_table(file)
+    if robot is None:
+        return CheckedRecordings(check_structure(table))
+    machine = robot_of(robot).robot
+    table = with_targets(with_joint_columns(table, machine), machine)
+    structure = check_structure(table, commanded=len(machine.stiffness) > 0)
+    recordings = referenced(recordings_from_table(table, machine), shared_reference)
+    require_measured(recordings, machine)
+    say(recordings_findings(recordings, machine), str(file))
+    if len(machine.stiffness) == 0:
+        return CheckedRecordings(structure, recordings)
+    found = identify_recordings(machine, recordings)
+    return CheckedRecordings(structure, recordings, found)

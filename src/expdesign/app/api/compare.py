@@ -1,0 +1,242 @@
+"""`compare`: criteria across designs, over one or more configurations."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import pandas as pd
+
+from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.result import Result
+from expdesign.app.api.run import Report, silent
+from expdesign.app.sweeps.engine import Engine
+from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.assurance.comparison.comparable import require_comparable
+from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
+from expdesign.assurance.comparison.correlation import RankCorrelation, rank_correlations
+from expdesign.assurance.comparison.judgement import Judgement, judge
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import output_folder, write_file
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.certificate import total_lower_bound
+from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.parts import one_after_another
+from expdesign.planning.plan import plan_frame, read_plan, without_validation
+from expdesign.planning.problem import DesignProblem
+from expdesign.report.page import Page
+
+SAMPLES, RANDOM = 4000, 40
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a comparison is made: repetitions, random designs, generations of each search, and the seed."""
+
+    samples: int
+    random: int
+    generations: int | None
+    seed: int
+
+
+@dataclass(frozen=True, repr=False)
+class ComparisonResult(Result):
+    """A finished comparison.
+
+    Attributes:
+        names: of the configurations.
+        judgements: one per configuration.
+        correlations: of each configuration.
+        bounds: on the criterion `total` of every plan of each configuration's number of measurements.
+        together: whether their accuracies mean the same, so that they are laid over each other.
+        settings: how it was made.
+    """
+
+    FILES: ClassVar = ("comparison.csv", "correlation.csv", "plan-*.csv", "report.html", "report.json")
+    names: tuple[str, ...]
+    judgements: tuple[Judgement, ...]
+    correlations: tuple[list[RankCorrelation], ...]
+    bounds: tuple[LowerBound, ...]
+    together: bool
+    settings: Settings
+
+    @property
+    def summary(self) -> str:
+        """The best accuracy of every configuration, and the design that attains it."""
+        lines = []
+        for name, judgement in zip(self.names, self.judgements, strict=True):
+            best = judgement.best
+            attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
+            lines.append(f"{name}: best accuracy {attained}, design by {judgement.contenders[best].name}")
+        return "\n".join(lines)
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """One row per configuration and design (`comparison.csv`): values, accuracy, and ratios to the best."""
+        frames = []
+        for name, judgement, bound in zip(self.names, self.judgements, self.bounds, strict=True):
+            frame = judgement.frame()
+            frame.insert(0, "configuration", name)
+            frame.insert(1, "robot", judgement.problem.loaded.robot.name)
+            frame["total_lower_bound"] = bound.value if bound.value is not None else float("nan")
+            frames.append(frame)
+        return pd.concat(frames, ignore_index=True)
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """Rank correlation of every criterion with the attained accuracy (`correlation.csv`)."""
+        pairs = zip(self.names, self.correlations, strict=True)
+        return pd.DataFrame([{"configuration": name} | asdict(one) for name, found in pairs for one in found])
+
+    def plan(self, configuration: str, design: str) -> pd.DataFrame:
+        """The plan of a design by the names in `frame`."""
+        for name, judgement in zip(self.names, self.judgements, strict=True):
+            for contender in judgement.contenders:
+                if (name, contender.name) == (configuration, design):
+                    return plan_frame(contender.plan, judgement.problem.loaded, judgement.problem.space.tilts)
+        remedy = "The columns `configuration` and `design` of the frame have the names."
+        raise InputError(f"there is no design `{design}` of `{configuration}`", remedy=remedy)
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.comparison_report import comparison_report  # noqa: PLC0415 (slow to import)
+
+        settings = self.settings
+        how = {
+            "Repetitions of the experiment": str(settings.samples),
+            "Random designs": str(settings.random),
+            "Generations of each search": str(settings.generations or "as configured"),
+            "Seed": str(settings.seed),
+        }
+        return comparison_report(self.names, self.judgements, self.correlations, self.bounds, self.together, how)
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the files of `expdesign compare` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "comparison.csv", csv_text(self.frame))
+            write_file(scratch / "correlation.csv", csv_text(self.correlation))
+            for name, judgement in zip(self.names, self.judgements, strict=True):
+                for contender in judgement.contenders:
+                    if contender.origin == "optimised":
+                        plan = self.plan(name, contender.name)
+                        write_file(scratch / f"plan-{_file_name(name)}-{contender.name}.csv", csv_text(plan))
+            write_report(scratch, self.page(), Path(folder))
+        return Path(folder) / PAGE
+
+
+def compare(
+    *configs: Config,
+    plans: Mapping[str, TableInput] | None = None,
+    separate: bool = False,
+    samples: int = SAMPLES,
+    random: int = RANDOM,
+    generations: int | None = None,
+    seed: int = 1,
+    engine: Engine | None = None,
+    report: Report = silent,
+) -> ComparisonResult:
+    """Compare the designs that are best by each criterion alone, random ones, and given plans.
+
+    Args:
+        configs: run configurations; their targets, tolerances and noise must be the same.
+        plans: further plans by their names, judged under every configuration.
+        separate: whether configurations may differ in these, and are then not laid over each other.
+        samples: repetitions of experiment, identification and compensation per design.
+        random: random designs per configuration.
+        generations: of the search for each criterion; the configuration's setting if left out.
+        seed: of everything.
+        engine: that does searches, refinements and repetitions; one after another in this process if left out. The
+            results are the same.
+        report: called with the progress.
+
+    Raises:
+        InputError: a file is wrong, or the configurations are not comparable.
+        NotIdentifiableError: no design identifies what the targets need.
+        WorkersError: the workers are gone.
+    """
+    _require_settings(configs, plans or {}, samples, random, generations, seed)
+    problems = [problem_of(config) for config in configs]
+    names = _names(problems)
+    if not separate:
+        require_comparable(problems)
+    settings = Settings(samples, random, generations, seed)
+    given = [_given(problem, plans or {}) for problem in problems]
+    total = sum(2 * len(problem.criteria) + random + len(plans or {}) + 2 for problem in problems)
+    done = 0
+
+    def step(text: str) -> None:
+        nonlocal done
+        done += 1
+        report("comparing", done, total, text)
+
+    judgements, bounds = [], []
+    for problem, name, own in zip(problems, names, given, strict=True):
+
+        def at(text: str, name: str = name) -> None:
+            step(f"{name}: {text}")
+
+        parts = one_after_another(problem) if engine is None else by_engine(problem, engine)
+        contenders = [*optimised(problem, seed, generations, at, parts), *own]
+        contenders += drawn(problem, random, seed) if random else []
+        judgements.append(judge(problem, contenders, samples, seed, at, parts))
+        bounds.append(total_lower_bound(problem))
+        at("lower bound")
+    correlations = tuple(rank_correlations(judgement, seed) for judgement in judgements)
+    return ComparisonResult(
+        tuple(names),
+        tuple(judgements),
+        correlations,
+        tuple(bounds),
+        not separate,
+        settings,
+        purpose=purpose_of("compare", *configs),
+    )
+
+
+def _require_settings(
+    configs: Sequence[Config],
+    plans: Mapping[str, TableInput],
+    samples: int,
+    random: int,
+    generations: int | None,
+    seed: int,
+) -> None:
+    if not configs:
+        raise InputError("no configuration is given", remedy="Name at least one.")
+    least = {"samples": (samples, 2), "random": (random, 0), "seed": (seed, 0)}
+    if generations is not None:
+        least["generations"] = (generations, 1)
+    for name, (value, smallest) in least.items():
+        if value < smallest:
+            raise ArgumentError(f"{value} is too small", argument=name, remedy=f"Use at least {smallest}.")
+    for name in plans:
+        if name in (*known_criteria(), Meir.name) or not name.strip():
+            what = f"`{name}` is the name of a criterion" if name.strip() else "the plan has no name"
+            raise ArgumentError(what, argument="plan", remedy="Give the plan another name.")
+
+
+def _names(problems: list[DesignProblem]) -> list[str]:
+    """Short names of configurations: those of their files, with the folder where they would be the same."""
+    names = [Path(problem.source).stem for problem in problems]
+    if len(set(names)) < len(names):
+        names = [str(Path(problem.source).with_suffix("")) for problem in problems]
+    if len(set(names)) < len(names):
+        raise InputError("a configuration is given twice", remedy="Name each once.")
+    return names
+
+
+def _given(problem: DesignProblem, plans: Mapping[str, TableInput]) -> list[Contender]:
+    found = []
+    for name, plan in plans.items():
+        table = table_of(plan, name)
+        read = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+        found.append(Contender(name, "given", without_validation(read, table)))
+    return found
+
+
+def _file_name(name: str) -> str:
+    return "".join(character if character.isalnum() or character in "-_." else "-" for character in name)

@@ -1,0 +1,235 @@
+"""`compensate`: command poses that reach the targets under load."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import (
+    Config,
+    ModelInput,
+    PathLike,
+    TableInput,
+    model_of,
+    numeric,
+    problem_of,
+    purpose_of,
+    table_of,
+)
+from expdesign.app.api.outputs import save_table
+from expdesign.app.api.result import Result
+from expdesign.app.api.targets import calibrated_by, targets_table
+from expdesign.arrays import FloatArray
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.targets import correction_findings, target_findings
+from expdesign.chain.models.calibrated import Calibrated
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.readings.tip import Frame
+from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.coordinates import SPATIAL
+from expdesign.errors import ArgumentError
+from expdesign.estimation.compensation.arm_targets import arm_targets
+from expdesign.estimation.compensation.compensate import Compensation, compensate_arm
+from expdesign.estimation.compensation.compensate import compensate as commands_for
+from expdesign.estimation.compensation.corrections import Corrections, corrections_of
+from expdesign.estimation.compensation.prediction import in_file_order, require_history
+from expdesign.io.table import Table
+from expdesign.mechanics.robots.corrected_urdf import pose_of
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.robots.urdf import transform
+from expdesign.planning.problem import DesignProblem
+from expdesign.report.correction_texts import correction_lines, correction_summary
+
+_CONFIGURATIONS = (".yaml", ".yml")
+
+
+@dataclass(frozen=True, repr=False)
+class CompensationResult(Result):
+    """What to command.
+
+    Attributes:
+        text: the targets as they stand in a file, with the command in the pose columns.
+        compensation: the same as arrays, rows in the order of their sequence, and how the commands were found.
+        corrections: how large they are, and how well the attained pose is known, in the same order.
+        sequence: numbers of the targets, in the same order.
+        robot: that is commanded.
+    """
+
+    text: pd.DataFrame
+    compensation: Compensation
+    corrections: Corrections
+    sequence: list[int]
+    robot: Robot
+
+    @property
+    def summary(self) -> str:
+        """The largest correction and the expected uncertainty, in words."""
+        return correction_summary(self.corrections, self.robot.coordinates.translations)
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The commands with numbers as numbers."""
+        return numeric(self.text)
+
+    @property
+    def lines(self) -> list[str]:
+        """Corrections and expected uncertainties as a table in words, a line for each target."""
+        return correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
+
+    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write the commands into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
+        return save_table(file, self.text, units, self.purpose, force=force)
+
+
+def compensate(
+    model: ModelInput, targets: TableInput | Config, *, other_robot: bool = False, frame: Frame = "base"
+) -> CompensationResult:
+    """Find the commands that bring the platform to the targets under load.
+
+    Args:
+        model: identified robot.
+        targets: where the platform shall be, and the load there (a payload's wrench is taken at that orientation); or a
+            run configuration, whose targets are then taken. For
+            an arm poses `x_m` ... `rz_rad` of the tip, with joint columns as the posture to stay near, or joint columns
+            alone: the pose that the nominal robot has there.
+        other_robot: whether a configuration of another geometry than the model's is meant.
+        frame: of the poses of an arm's tip: `base`, or `instrument` as it was identified.
+
+    Raises:
+        InputError: a file is missing or wrong, or a target cannot be meant.
+        ConvergenceError: no command is found.
+        SingularConfigurationError: the robot is singular at a target.
+        InfeasibleError: a command is beyond the robot's limits.
+    """
+    identified = model_of(model)
+    robot = identified.chain.robot
+    problem = _configuration(targets)
+    if problem is not None:
+        require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
+    table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
+    require_history(identified, table)
+    if frame not in get_args(Frame):
+        raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
+    commanded = _of_platform if robot.links is None else _of_arm
+    text, found, corrections, points = commanded(identified, table, frame, problem)
+    return CompensationResult(
+        text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
+    )
+
+
+def _configuration(targets: TableInput | Config) -> DesignProblem | None:
+    """The run configuration that holds the targets, or None where they are a table."""
+    if isinstance(targets, pd.DataFrame | Result):
+        return None
+    if isinstance(targets, str | Path) and Path(targets).suffix.lower() not in _CONFIGURATIONS:
+        return None
+    return problem_of(targets)
+
+
+def _of_platform(
+    model: Model, table: Table, frame: Frame, problem: DesignProblem | None
+) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
+    """Poses to command; they are in the base frame."""
+    robot = model.chain.robot
+    points = points_from_table(table, robot)
+    calibrated = _calibrated(model, points, problem)
+    found = commands_for(model, points)
+    corrections = _corrections(robot, points, found, calibrated)
+    return _with_commands(table.frame.copy(), points, robot, found, corrections), found, corrections, points
+
+
+def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | None) -> Calibrated | None:
+    """What was calibrated, against which the targets have been judged.
+
+    Springs alone act alike wherever the configuration lets them be measured: where its plan stays in some corners, the
+    poses and loads between them count as calibrated as well. What a diagnosis has added holds where it was recorded.
+    """
+    calibrated = model.calibrated
+    if problem is not None and (calibrated is None or not model.chain.effects):
+        calibrated = calibrated_by(problem).including(calibrated)
+    say(target_findings(points, model.chain.robot, calibrated), points.source)
+    return calibrated
+
+
+def _corrections(robot: Robot, points: LoadedPoints, found: Compensation, calibrated: Calibrated | None) -> Corrections:
+    """The corrections, which are judged where nothing says what was calibrated."""
+    corrections = corrections_of(robot, points, found, calibrated)
+    if calibrated is None:
+        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
+    return corrections
+
+
+def _with_commands(
+    frame: pd.DataFrame, points: LoadedPoints, robot: Robot, found: Compensation, corrections: Corrections
+) -> pd.DataFrame:
+    """The table of the targets with commands, corrections and uncertainties, rows as in the file."""
+    coordinates = robot.coordinates
+    columns = dict(zip(robot.configuration, found.commands.T, strict=True))
+    columns |= {f"target_{name}": points.configurations[:, i] for i, name in enumerate(robot.configuration)}
+    columns |= {f"leg{leg + 1}_m": lengths for leg, lengths in enumerate(found.lengths.T)}
+    columns |= dict(zip(coordinates.deviation, found.deviations.T, strict=True))
+    for name, values in columns.items():
+        (frame[name],) = in_file_order(points, values)
+    _judge(frame, points, robot, corrections)
+    return frame
+
+
+def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections: Corrections) -> None:
+    """Add how large corrections are, how well the attained pose is known, and what lies beyond the calibration."""
+    columns = {"correction_m": corrections.translation}
+    if robot.coordinates.rotations:
+        columns["correction_rad"] = corrections.rotation
+    names = SPATIAL.pose if robot.links is not None else robot.coordinates.pose
+    columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
+    for name, values in columns.items():
+        (frame[name],) = in_file_order(points, values)
+    (order,) = in_file_order(points, np.arange(len(points), dtype=float))
+    frame["beyond_calibration"] = ["; ".join(map(str, corrections.beyond[int(row)])) for row in order]
+
+
+def _of_arm(
+    model: Model, table: Table, frame: Frame, problem: DesignProblem | None
+) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
+    """Joint commands, and the pose to ask of a controller that has the nominal geometry."""
+    robot = model.chain.robot
+    targets = arm_targets(table, model, frame)
+    points = targets.points
+    calibrated = _calibrated(model, points, problem)
+    found = compensate_arm(model, targets)
+    corrections = _corrections(robot, points, found, calibrated)
+    nominal = _poses(robot.position(found.commands), robot.jacobians(found.commands).rotation)
+    wanted = _poses(targets.positions, targets.rotations) if targets.stated is None else targets.stated
+    commands, deviations, nominal, wanted, own = in_file_order(
+        points, found.commands, found.deviations, nominal, wanted, points.configurations
+    )
+    text = table.frame.copy()
+    joints = len(robot.stiffness)
+    names = dict(zip(with_joint_columns(table, robot).columns, table.columns, strict=True))
+    for axis, name in enumerate(robot.configuration[:joints]):
+        text[names.get(name, name)] = commands[:, axis]
+        if targets.stated is None:
+            text[f"target_{name}"] = own[:, axis]
+    for axis, name in enumerate(SPATIAL.pose):
+        text[f"target_{name}"] = wanted[:, axis]
+        text[f"controller_{name}"] = nominal[:, axis]
+    for axis, name in enumerate(robot.coordinates.deviation):
+        text[name] = deviations[:, axis]
+    text = text.drop(columns=[name for name in SPATIAL.pose if name in text])
+    _judge(text, points, robot, corrections)
+    return text, found, corrections, points
+
+
+def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:
+    """Poses (N, 6) of frames."""
+    return np.array(
+        [pose_of(transform(rotation, position)) for rotation, position in zip(rotations, positions, strict=True)]
+    )

@@ -1,0 +1,173 @@
+"""Physics that a simulated robot has and its base model lacks, from a text such as `leg_backlash at leg 4, 5 um`.
+
+After the identifier and the component follow, separated by commas and in any order: a form (`short`), the value of the
+parameter where there is one (`5 um`), or values by name (`creep_ratio 0.05, tau_s 600 s`). What is not named has its
+usual size.
+"""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.model_error.prior import usual_size
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import component_from_text
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.models.offered import effects_of
+from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES
+from expdesign.errors import InputError
+from expdesign.io.nearest import nearest
+from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.problem import DesignProblem
+
+WHERE = "--conceal"
+
+
+@dataclass
+class _Wanted:
+    """What a text asks for: texts by the names of parameters, the unnamed value, and the form."""
+
+    named: dict[str, str] = field(default_factory=dict)
+    unnamed: str | None = None
+    form: str | None = None
+
+
+def with_concealed(model: Model, texts: Sequence[str], problem: DesignProblem) -> Model:
+    """A model with further physics.
+
+    Args:
+        model: the robot without it.
+        texts: what is added, in words.
+        problem: whose robot and targets usual sizes may be multiples of.
+
+    Raises:
+        InputError: a text names no physics, place, form or parameter of this robot, or one place twice.
+    """
+    chain = model.chain
+    effects, values = list(chain.effects), [model.values]
+    for text in texts:
+        effect, parameters = _concealed(text, problem, chain.robot)
+        if any(effect.slot == other.slot for other in effects):
+            what = f"`{effect.physics}` at `{effect.component}` is there already"
+            raise InputError(what, where=WHERE, remedy="Name each place once.")
+        effects.append(effect)
+        values.append(parameters)
+    joined = np.concatenate(values)
+    covariance = np.zeros((len(joined), len(joined)))  # it is what really deflects, and therefore exact
+    longer = Chain(chain.robot, tuple(effects), reading=chain.reading)
+    return Model(longer, joined, covariance, model.robot, model.folder, model.source)
+
+
+def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect, FloatArray]:
+    """The effect that a text names, and its parameters (p,)."""
+    head, *parts = (part.strip() for part in text.split(","))
+    physics, at, place = (word.strip() for word in head.partition(" at "))
+    if not at:
+        remedy = "Write e.g. `leg_backlash at leg 4, 5 um`; `expdesign physics ROBOT` lists what can be there."
+        raise InputError(f"`{head}` names no place", where=WHERE, remedy=remedy)
+    readings = DEFLECTIONS if isinstance(problem.loaded.regressor, Elastostatic) else POSES
+    effects = _at(physics, place, robot)
+    if not any(readings in type(effect).measurands for effect in effects):
+        what = f"`{physics}` at `{place}` does not show in {readings.name}, which this configuration measures"
+        raise InputError(what, where=WHERE, remedy="`expdesign physics ROBOT` says what shows in which readings.")
+    effects = [effect for effect in effects if readings in type(effect).measurands]
+    wanted = _read([part for part in parts if part], effects, robot)
+    fitting = [effect for effect in effects if _fits(effect, wanted)]
+    if not fitting:
+        forms = ", ".join(dict.fromkeys(f"`{effect.variant}`" for effect in effects if str(effect.variant)))
+        names = ", ".join(dict.fromkeys(f"`{each.name}`" for effect in effects for each in effect.parameters))
+        what = f"`{physics}` at `{place}` cannot be `{', '.join(parts)}`"
+        remedy = (f"Forms: {forms}. " if forms else "") + f"Parameters: {names}."
+        raise InputError(what, where=WHERE, remedy=remedy)
+    effect = fitting[0]
+    return effect, np.array([_value(parameter, effect, wanted, problem) for parameter in effect.parameters])
+
+
+def _at(physics: str, place: str, robot: Robot) -> list[Effect]:
+    """The effects of a physics at a component, in all forms."""
+    known = effect_classes()
+    named = [cls for cls in known if physics in (cls.physics, cls.identifier)]
+    if not named:
+        remedy = nearest(physics, sorted({cls.physics for cls in known if cls.components(robot)}))
+        raise InputError(f"unknown physics `{physics}`", where=WHERE, remedy=remedy)
+    try:
+        component = component_from_text(place)
+    except ValueError:
+        component = None
+    found = [effect for cls in named for effect in effects_of(cls, robot) if effect.component == component]
+    if not found:
+        places = ", ".join(dict.fromkeys(str(each) for cls in named for each in cls.components(robot)))
+        remedy = f"It can be at {places}." if places else f"A {robot.kind} does not have it."
+        what = f"`{robot.name}` has no `{place}` at which `{physics}` could be"
+        raise InputError(what, where=WHERE, remedy=remedy)
+    return found
+
+
+def _read(parts: list[str], effects: list[Effect], robot: Robot) -> _Wanted:
+    """What the parts after the place say; a form with a number in it (`98 newton`) is added to `effects`."""
+    forms = {str(effect.variant) for effect in effects}
+    names = {parameter.name for effect in effects for parameter in effect.parameters}
+    wanted = _Wanted()
+    for part in parts:
+        first, _, rest = part.replace("=", " ", 1).partition(" ")
+        if part in forms:
+            wanted.form = part
+        elif first in names:
+            wanted.named[first] = rest.strip()
+        elif further := _in_form(part, effects, robot):
+            effects += further
+            names |= {parameter.name for effect in further for parameter in effect.parameters}
+            wanted.form = str(further[0].variant)
+        elif NUMBER.fullmatch(part) or QUANTITY.fullmatch(part):
+            wanted.unnamed = part
+        else:
+            wanted.form = part
+    return wanted
+
+
+def _in_form(form: str, effects: list[Effect], robot: Robot) -> list[Effect]:
+    """The effects in a form that is not listed, but known to their class."""
+    found: list[Effect] = []
+    for cls in dict.fromkeys(type(effect) for effect in effects):
+        with contextlib.suppress(ValueError):
+            found.append(cls.from_text(robot, str(effects[0].component), form))
+    return found
+
+
+def _fits(effect: Effect, wanted: _Wanted) -> bool:
+    names = [parameter.name for parameter in effect.parameters]
+    alone = sum(not parameter.shape for parameter in effect.parameters) == 1
+    right_form = wanted.form is None or str(effect.variant) == wanted.form
+    return right_form and set(wanted.named) <= set(names) and (wanted.unnamed is None or alone)
+
+
+def _value(parameter: Parameter, effect: Effect, wanted: _Wanted, problem: DesignProblem) -> float:
+    """The value of a parameter in its own unit: as named, or its usual one."""
+    text = wanted.named.get(parameter.name)
+    if text is None and not parameter.shape:
+        text = wanted.unnamed
+    if text is None:
+        return parameter.neutral if parameter.shape else usual_size(problem, effect, parameter)
+    where = f"{WHERE}, {parameter.name}"
+    if NUMBER.fullmatch(text):
+        value = float(text)
+    else:
+        value, unit = quantity(text, where)
+        base = parameter.name.rpartition("_")[0]
+        own = {"m": "length", "rad": "angle", "N": "force", "Nm": "moment", "s": "time"}
+        dimension = own.get(parameter.name.rpartition("_")[2])
+        known = quantities(base) if dimension is None or "_per_" in parameter.name else (dimension,)
+        if not known:
+            raise InputError(f"`{text}` has a unit", where=where, remedy="Write a plain number, in SI units.")
+        require_dimension(unit, known, parameter.name, where)  # type: ignore[arg-type]
+    if not parameter.low <= value <= parameter.high:
+        remedy = f"It is from {parameter.low:g} to {parameter.high:g}."
+        raise InputError(f"{value:g} is not possible", where=where, remedy=remedy)
+    return value

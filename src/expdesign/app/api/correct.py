@@ -1,0 +1,169 @@
+"""`correct`: recordings from absolute measured poses, freed of thermal deflection by reference poses."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, purpose_of, robot_of, table_of
+from expdesign.app.api.result import Result
+from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.columns import order_in_time
+from expdesign.chain.recordings.measured_poses import measured_poses
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.thermal_correction import (
+    CorrectedDeflections,
+    Repeatability,
+    correct_poses,
+    deflections,
+    repeatability,
+)
+from expdesign.counted import counted
+from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.estimation.identify import identify
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import json_text, output_file
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.robot import Robot
+
+
+@dataclass(frozen=True, repr=False)
+class CorrectionResult(Result):
+    """What the correction made.
+
+    Attributes:
+        text: recordings (file-formats.md, Recordings), as they stand in a file; empty where no row has a load.
+        poses: every measured pose with its corrected one in `corrected_x_m …`, as it stands in a file.
+        deflections: the same as arrays.
+        repeatability: scatter of repeated poses, or None.
+        residuals: RMS residual of the identified base model per axis (m, rad) before and after, or None.
+        axes: names of the axes.
+    """
+
+    text: pd.DataFrame
+    poses: pd.DataFrame
+    deflections: CorrectedDeflections
+    repeatability: Repeatability | None
+    residuals: tuple[FloatArray, FloatArray] | None
+    axes: tuple[str, ...]
+
+    @property
+    def summary(self) -> str:
+        """How many recordings and poses there are."""
+        return f"{counted(len(self.text), 'recording')} of {counted(len(self.poses), 'pose')}"
+
+    def as_table(self) -> pd.DataFrame:
+        """The recordings, or the corrected poses where nothing has a load."""
+        return self.text if len(self.text) else self.poses
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The recordings with numbers as numbers."""
+        return numeric(self.text)
+
+    def record(self) -> dict[str, Any]:
+        """RMS before and after with the noise that is expected, and the covariance of every deflection."""
+        found: dict[str, Any] = {"axes": list(self.axes), "deflections": len(self.text)}
+        if self.repeatability is not None:
+            here = self.repeatability
+            found["repeated_poses"] = {
+                "groups": here.groups,
+                "degrees_of_freedom": here.freedom,
+                "rms_before": here.before.tolist(),
+                "rms_after": here.after.tolist(),
+                "noise_before": None if here.noise_before is None else here.noise_before.tolist(),
+                "noise_after": None if here.noise_after is None else here.noise_after.tolist(),
+            }
+        noise = _mean_deviation(self.deflections.noise_before), _mean_deviation(self.deflections.covariance)
+        if len(self.text):
+            found["deflection_noise"] = {"before": noise[0], "after": noise[1]}
+            covariance = self.deflections.covariance
+            found["covariance"] = None if covariance is None else covariance.tolist()
+        if self.residuals is not None:
+            before, after = self.residuals
+            found["residuals_of_identification"] = {"rms_before": before.tolist(), "rms_after": after.tolist()}
+        return found
+
+    def save(self, file: PathLike, *, force: bool = False) -> Path:
+        """Write the recordings (or the corrected poses, where nothing has a load) into a file."""
+        output_file(Path(file), csv_text(self.as_table()), self.purpose, force=force)
+        return Path(file)
+
+    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
+        """Write `record` into a JSON file."""
+        output_file(Path(file), json_text(self.record()), self.purpose, force=force)
+        return Path(file)
+
+
+def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) -> CorrectionResult:
+    """Free measured poses of thermal deflection by the reference pose that was measured before each of them.
+
+    Args:
+        robot: the robot, one on legs.
+        poses: absolute measured poses with a column `kind` (docs/reference-poses.md).
+        interpolate: between the references before and after a pose.
+
+    Raises:
+        InputError: a file is missing or wrong, or the robot has no legs.
+    """
+    given = robot_of(robot).robot
+    here = given.inverse_kinematics
+    if here is None:
+        what = f"`{given.name}` is a {given.kind}; the correction needs the lengths of legs"
+        raise InputError(what, remedy="Use a robot on legs.")
+    table = table_of(poses, "poses")
+    measured = measured_poses(table, here)
+    corrected = correct_poses(here, measured, interpolate=interpolate)
+    found = deflections(measured, corrected)
+    names = here.coordinates.pose
+    rows = table.frame.iloc[order_in_time(table)].reset_index(drop=True)
+    kept = rows.iloc[corrected.rows].reset_index(drop=True)
+    for axis, name in enumerate(names):
+        kept[f"corrected_{name}"] = corrected.after[:, axis]
+    dropped = [*(f"measured_{name}" for name in names), *(f"corrected_{name}" for name in names), "kind"]
+    text = kept.iloc[found.index].reset_index(drop=True).drop(columns=dropped)
+    return CorrectionResult(
+        _recordings(text, here, found.after, found.covariance),
+        kept,
+        found,
+        repeatability(measured, corrected),
+        _residuals(text, here, found),
+        here.coordinates.deflection,
+        purpose=purpose_of("correct", robot, poses),
+    )
+
+
+def _recordings(text: pd.DataFrame, robot: Robot, values: FloatArray, covariance: FloatArray | None) -> pd.DataFrame:
+    frame = text.drop(columns=[name for name in robot.coordinates.deviation if name in text])
+    for axis, name in enumerate(robot.coordinates.deflection):
+        frame[name] = values[:, axis]
+    if covariance is not None:
+        for axis, name in enumerate(robot.coordinates.deviation):
+            frame[name] = np.sqrt(covariance[:, axis, axis])
+    return frame
+
+
+def _residuals(text: pd.DataFrame, robot: Robot, found: CorrectedDeflections) -> tuple[FloatArray, FloatArray] | None:
+    """RMS residuals of identification before and after, or None where there are not enough rows."""
+    if len(text) * robot.coordinates.n <= len(robot.stiffness):
+        return None
+    rms = []
+    for values, covariance in ((found.before, found.noise_before), (found.after, found.covariance)):
+        frame = _recordings(text, robot, values, covariance)
+        recordings = recordings_from_table(table_of(frame, "poses"), robot)
+        try:
+            compliance = identify(robot, recordings).compliance.estimate
+        except (InputError, NotIdentifiableError):  # drift may be larger than the deflections, or a leg have no load
+            return None
+        observation = observation_matrix(robot.jacobians(recordings.configurations), recordings.wrenches)
+        rms.append(np.sqrt(((recordings.deflections - observation @ compliance) ** 2).mean(axis=0)))
+    return rms[0], rms[1]
+
+
+def _mean_deviation(covariance: FloatArray | None) -> list[float] | None:
+    if covariance is None or not len(covariance):
+        return None
+    deviations: list[float] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2).mean(axis=0)).tolist()
+    return deviations

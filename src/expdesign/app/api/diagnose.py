@@ -1,0 +1,244 @@
+"""`diagnose`: where and why the model and the recordings differ."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
+
+from expdesign.app.api.identify import RecordingsInput, recorded_accuracy, recordings_of
+from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of
+from expdesign.app.api.referenced import referenced
+from expdesign.app.api.result import Result
+from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record
+from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget
+from expdesign.assurance.model_error.planned import meir_of_problem
+from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
+from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_record, hidden_sentence
+from expdesign.chain.models.model_file import Model, model_text
+from expdesign.chain.recordings.recordings import complete_positions
+from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
+from expdesign.diagnosis.law_findings import curves
+from expdesign.diagnosis.next_experiment import discriminating_series
+from expdesign.errors import InputError
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.planning.problem import DesignProblem
+from expdesign.report.diagnosis_record import diagnosis_record
+from expdesign.report.diagnosis_texts import terminal_lines
+from expdesign.report.page import Page
+
+NEXT_PLAN = "plan-next.csv"
+STAGES = (
+    "fitting the base model",
+    "preparing the library",
+    "all effects at once",
+    "looking for effect",
+    "checking on held-out recordings",
+    "weighing alternatives",
+    "preparing laws at ports",
+    "weighing laws at ports",
+    "looking for what may still be hidden",
+)
+"""How the sentences begin that `report` is called with, in their order; not every diagnosis has all of these stages."""
+
+
+def silent(text: str) -> None:
+    """No progress report."""
+
+
+@dataclass(frozen=True, repr=False)
+class DiagnosisResult(Result):
+    """A diagnosis.
+
+    Attributes:
+        robot: with its file.
+        result: everything that the diagnosis found.
+        model: the robot with the effects that were found; what prediction and compensation need.
+        series: number of series of a plan that separates two explanations.
+        hidden: what may still be wrong at the targets although the recordings are consistent; None where they are not,
+            or where no targets were named.
+        accuracy: the same beside noise and load errors.
+        acceptance: of the targets, by the model that was found; None where no targets were named.
+    """
+
+    FILES: ClassVar = ("model.yaml", "diagnosis.json", "plan-next.csv", "law-*.csv", "report.html", "report.json")
+    robot: RobotFile
+    result: Diagnosis
+    model: Model
+    series: int
+    hidden: HiddenByRecordings | None = None
+    accuracy: AccuracyStatement | None = None
+    acceptance: Decision | None = None
+
+    @property
+    def summary(self) -> str:
+        """The verdict and what is there."""
+        ended = ["ended by hand"] if self.result.ended else []
+        return ", ".join(
+            [*ended, self.verdict, *(f"{each.physics} at {each.component}" for each in self.result.findings)]
+        )
+
+    def as_model(self) -> Model:
+        """The model with what was found."""
+        return self.model
+
+    @property
+    def verdict(self) -> str:
+        """`consistent`, `explained`, `modelled` or `unexplained`."""
+        return self.result.verdict
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """The effects that are present together: physics, component, probability and what it does."""
+        columns = ("physics", "component", "variant", "probability", "sentence")
+        rows = [[getattr(finding, name) for name in columns] for finding in self.result.findings]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    @property
+    def next_plan(self) -> pd.DataFrame | None:
+        """A plan that separates two explanations, where two remain; else None."""
+        rival = self.result.rival
+        if rival is None:
+            return None
+        return discriminating_series(self.result.search, self.result.model, rival, self.series)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
+        record = diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
+        hidden = self.hidden
+        if self.acceptance is not None:
+            record["acceptance"] = acceptance_record(self.acceptance)
+        if hidden is not None:
+            record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
+        return record
+
+    @property
+    def hidden_sentence(self) -> str | None:
+        """What may still be hidden, in words."""
+        return None if self.hidden is None else hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+
+    @property
+    def lines(self) -> list[str]:
+        """Verdict, findings, stiffnesses and what to do next: a line for each."""
+        return terminal_lines(self.result, self.hidden_sentence, self.acceptance)
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
+
+        return diagnosis_report(self.result, self.hidden, self.hidden_sentence, self.acceptance)
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        plan = self.next_plan
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            if plan is not None:
+                write_file(scratch / NEXT_PLAN, csv_text(plan))
+            for number, finding in enumerate(curves(self.result.findings), start=1):
+                if finding.curve is not None:
+                    write_file(scratch / f"law-{number}.csv", csv_text(finding.curve.frame(list(finding.columns))))
+            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
+            write_file(scratch / "diagnosis.json", json_text(self.record))
+            write_report(scratch, self.page(), Path(folder))
+        return Path(folder) / PAGE
+
+
+def diagnose(
+    robot: RobotInput,
+    recordings: RecordingsInput,
+    *,
+    series: int = 3,
+    shared_reference: bool | None = None,
+    targets: Config | None = None,
+    without: Collection[str] = (),
+    other_robot: bool = False,
+    interruptible: bool = False,
+    report: Callable[[str], None] = silent,
+) -> DiagnosisResult:
+    """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
+
+    Args:
+        robot: that was measured.
+        recordings: in one or more files, or as a frame.
+        series: number of series of a plan that separates two explanations.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            or the configuration of `targets` say.
+        targets: run configuration of this robot, at whose targets the model that was found is accepted or not; where
+            the recordings are consistent, it is also said what may still be hidden there.
+        without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
+            it is then taken for, and how well a law at a port stands in for it.
+        other_robot: whether a configuration of another geometry than the robot's is meant.
+        interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
+        report: called with a sentence on what is being done (`STAGES`).
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the recordings do not determine the stiffness.
+    """
+    if isinstance(without, str):
+        raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
+    machine = robot_of(robot)
+    problem = None if targets is None else _problem_for(targets, machine, confirmed=other_robot)
+    measured = referenced(complete_positions(recordings_of(recordings, machine)), shared_reference, problem)
+    result = diagnose_recordings(
+        machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=report
+    )
+    names = measured.deviation_columns(machine.robot.coordinates)
+    model = Model.from_fit(
+        result.known,
+        machine.document,
+        measured.source,
+        birge_ratio=result.widening.parameters,
+        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
+        verdict="refuted" if result.refuted else result.after.verdict,
+        recordings=measured.rows(~measured.test),
+    )
+    accepted = None if problem is None else accept_diagnosed(problem, result)
+    hidden, accuracy = None, None
+    if problem is not None and result.verdict == "consistent" and not result.ended:
+        report("looking for what may still be hidden")
+        try:
+            meir = meir_of_problem(problem)
+            assumptions = None if meir is None else meir.assumptions
+            hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
+            if accepted is not None:
+                accuracy = recorded_accuracy(problem, accepted.budget, hidden)
+        except KeyboardInterrupt:
+            if not interruptible:
+                raise
+            result = replace(result, ended="looking for what may still be hidden")
+    purpose = purpose_of("diagnose", robot, recordings)
+    return DiagnosisResult(machine, result, model, series, hidden, accuracy, accepted, purpose=purpose)
+
+
+def accept_diagnosed(problem: DesignProblem, result: Diagnosis) -> Decision:
+    """Whether the robot is accepted at the targets of a configuration with the model that was found.
+
+    Nothing is decided where that model is no explanation of the recordings.
+    """
+    sample = result.search.sample.restricted(~result.predictive.outliers)
+    counts, recorded = sample.counts, result.recordings.rows(sample.counts)
+    whitening = sample.whitening.rows(counts)
+    degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
+    model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
+    remedy = "record what separates the explanations, or look at the place that is named"
+    return Decision(fitted_budget(problem, model), Basis.REFUTED if result.refuted else Basis.MODEL, remedy)
+
+
+def _problem_for(targets: Config, machine: RobotFile, *, confirmed: bool) -> DesignProblem:
+    """The problem of a configuration, which has to be about this robot."""
+    problem = problem_of(targets)
+    problem.require_elastostatic("what recordings hide is known")
+    require_same_robot(
+        problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=confirmed
+    )
+    return problem

@@ -1,0 +1,141 @@
+"""`evaluate`: every criterion of one given plan."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import Config, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.result import Result
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record
+from expdesign.assurance.acceptance.planned import planned_decision
+from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
+from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenPhysics, hidden_record
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.io.table import Table
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.record import evaluation_record
+from expdesign.planning.plan import Plan, completed, read_plan, require_whole_load, without_validation
+from expdesign.planning.problem import DesignProblem
+
+BEYOND = 1e-9
+"""m or rad beyond a limit that are the rounding of a file."""
+
+
+@dataclass(frozen=True, repr=False)
+class EvaluationResult(Result):
+    """A plan as the criteria see it.
+
+    Attributes:
+        problem: by which it is judged.
+        plan: what is judged.
+        assessment: the pieces of every criterion, for a batch of this one design.
+        remarks: what is doubtful about the plan, in words.
+    """
+
+    problem: DesignProblem
+    plan: Plan
+    assessment: Assessment
+    remarks: tuple[str, ...]
+
+    @property
+    def summary(self) -> str:
+        """DUIR, FEIR and total."""
+        values = self.criteria["value"]
+        return ", ".join(f"{name} {values[name]:.4g}" for name in ("duir", "feir", "total")) + " tolerances"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
+        record = evaluation_record(self.assessment, self.problem.further)
+        record["acceptance"] = acceptance_record(self.acceptance)
+        if self.hidden is not None:
+            record["hidden"] = hidden_record(*self.hidden, "this plan")
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
+        return record
+
+    @property
+    def acceptance(self) -> Decision:
+        """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
+        return planned_decision(self.problem, self.assessment)
+
+    @cached_property
+    def hidden(self) -> tuple[tuple[HiddenPhysics, ...], int] | None:
+        """What the plan hides, the worst first, and the degrees of freedom; None where MEIR is not asked for."""
+        meir = meir_of_problem(self.problem)
+        return None if meir is None else hidden_by_plan(meir, self.assessment)
+
+    @property
+    def accuracy(self) -> AccuracyStatement | None:
+        """Noise, load errors and what may be hidden; None where MEIR is not asked for, or nothing is determined."""
+        return None if self.hidden is None else AccuracyStatement.of(self.assessment, *self.hidden, "this plan")
+
+    @property
+    def criteria(self) -> pd.DataFrame:
+        """Value, unit and sense of every criterion, by its name; NaN where it cannot be identified."""
+        known = self.problem.criteria
+        columns = {
+            "value": [float(criterion.values(self.assessment)[0]) for criterion in known.values()],
+            "unit": [criterion.unit for criterion in known.values()],
+            "better": ["larger" if criterion.maximise else "smaller" for criterion in known.values()],
+        }
+        return pd.DataFrame(columns, index=pd.Index(list(known), name="criterion"))
+
+
+def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
+    """Judge a plan by every criterion.
+
+    Args:
+        config: run configuration.
+        plan: of any number of rows.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular, or nearly so, in one of the rows.
+    """
+    problem = problem_of(config)
+    table = table_of(plan, "plan")
+    require_whole_load(table, problem.loaded)
+    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
+    points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
+    _require_reachable(problem, given, table)
+    given = without_validation(given, table)
+    assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
+    error = problem.unidentified(assessment)
+    return EvaluationResult(
+        problem,
+        given,
+        assessment,
+        () if error is None else (error.message,),
+        purpose=purpose_of("evaluate", config, plan),
+    )
+
+
+def _require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
+    """Raise where a row is singular, or beyond the robot's limits."""
+    robot = problem.loaded.robot
+    condition = robot.jacobians(plan.configurations).condition
+    if (condition > CONDITION_LIMIT).any():
+        row = int(np.argmax(condition))
+        what = f"the robot is singular or nearly so there (scaled condition number {condition[row]:.3g})"
+        raise SingularConfigurationError(what, where=table.where(row), remedy="Choose another pose.")
+    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > BEYOND)
+    if beyond.size:
+        row = int(beyond[0])
+        more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
+        what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
+        raise InputError(what, where=table.where(row), remedy="Choose a pose within them.")
+    collisions = None if problem.constraints is None else problem.constraints.collisions
+    if collisions is None:
+        return
+    excess = collisions.excess(robot, plan.configurations)
+    if (excess > BEYOND).any():
+        row = int(np.argmax(excess))
+        distance = 1e3 * (collisions.clearance - excess[row])
+        what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
+        raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct the parts.")

@@ -1,0 +1,48 @@
+"""`extend`: a robot family, a physics, a criterion, a load error or a port of your own, beside those of the package."""
+
+import inspect
+from typing import TypeVar
+
+from expdesign import plugins
+from expdesign.chain.effect import Effect
+from expdesign.chain.ports.port import Port
+from expdesign.errors import InputError
+from expdesign.mechanics.loads.errors.source import LoadErrorSource
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.criteria.criterion import Criterion
+
+C = TypeVar("C", bound=type)
+KINDS: dict[type, str] = {
+    Effect: "expdesign.chain.effects",
+    Criterion: "expdesign.planning.criteria",
+    Robot: "expdesign.mechanics.robots",
+    LoadErrorSource: "expdesign.mechanics.loads.errors",
+    Port: "expdesign.chain.ports.places",
+}
+"""Where the package keeps its own of each kind."""
+
+
+def extend(cls: C) -> C:
+    """Register a class for this process, also as a decorator; docs/extending.md has one of each kind.
+
+    An installed package names its classes as entry points instead (groups `expdesign.physics`, `expdesign.criteria`,
+    `expdesign.robots`, `expdesign.load_errors`, `expdesign.ports`), which commands and other processes know as well.
+
+    Raises:
+        InputError: the class is nothing that can be added, is abstract, or has the name of another one.
+    """
+    where = f"`{cls.__module__}.{cls.__qualname__}`"
+    base = next((base for base in KINDS if issubclass(cls, base)), None)
+    if base is None:
+        remedy = f"Derive it from one of {', '.join(kind.__name__ for kind in KINDS)}."
+        raise InputError("nothing that can be added", where=where, remedy=remedy)
+    if inspect.isabstract(cls):
+        missing = ", ".join(sorted(f"`{name}`" for name in getattr(cls, "__abstractmethods__", ())))
+        raise InputError(f"it lacks {missing}", where=where, remedy="Define what its base class asks for.")
+    plugins.add(cls)
+    try:
+        plugins.implementations(KINDS[base], base)
+    except InputError:
+        plugins.remove(cls)
+        raise
+    return cls

@@ -1,0 +1,261 @@
+"""`identify`: stiffness with confidence intervals, from recordings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar, Literal, get_args
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of, table_of
+from expdesign.app.api.referenced import referenced
+from expdesign.app.api.result import Result
+from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
+from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record
+from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget
+from expdesign.assurance.model_error.planned import meir_of_problem
+from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
+from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances, hidden_sentence
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.chain.models.model_file import Model, model_text
+from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.counted import counted
+from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.arm_options import ArmOptions, Loss
+from expdesign.estimation.arm_outcome import calibrated_urdf
+from expdesign.estimation.geometric import Calibration
+from expdesign.estimation.identify import Identification
+from expdesign.estimation.identify import identify as identify_recordings
+from expdesign.estimation.remarks import Implausible
+from expdesign.estimation.whitening import Whitening
+from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.planning.problem import DesignProblem
+from expdesign.report.identification_record import identification_record, stiffness_unit
+from expdesign.report.page import Page
+
+SMALLEST_PRIOR = 1e-6
+"""%; a smaller deviation would say that nothing has to be identified."""
+
+Frames = Literal["known", "unknown"]
+
+RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
+
+
+@dataclass(frozen=True, repr=False)
+class IdentificationResult(Result):
+    """An identified robot.
+
+    Attributes:
+        robot: with its file.
+        result: everything that the identification found.
+        model: what prediction and compensation need.
+        acceptance: of the targets of a configuration, where one was given.
+        configuration: its path; empty where none was given.
+        hidden: what the recordings may hide at its targets, where it asks for MEIR.
+        accuracy: the same beside noise and load errors.
+    """
+
+    FILES: ClassVar = ("model.yaml", "identification.json", "report.html", "report.json", "robot.urdf")
+    robot: RobotFile
+    result: Identification
+    model: Model
+    acceptance: Decision | None = None
+    configuration: str = ""
+    hidden: HiddenByRecordings | None = None
+    accuracy: AccuracyStatement | None = None
+
+    @property
+    def summary(self) -> str:
+        """How many stiffnesses were identified, and how well the model fits."""
+        goodness = self.result.goodness
+        text = f"{counted(len(self.result.robot.actuators), 'actuator')} of {self.result.robot.name}"
+        if goodness.p_value is None:
+            return text
+        return f"{text}, chi2 {self.result.fit.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
+
+    def as_model(self) -> Model:
+        """The identified model."""
+        return self.model
+
+    @property
+    def stiffness(self) -> pd.DataFrame:
+        """Estimate and 95 % interval of every actuator's stiffness, by its name."""
+        interval = self.result.stiffness
+        columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
+        frame = pd.DataFrame(columns, index=pd.Index(self.result.robot.actuators, name="actuator"))
+        frame["unit"] = stiffness_unit(self.result)
+        return frame
+
+    @property
+    def geometry(self) -> pd.DataFrame | None:
+        """Estimate and 95 % interval of every error of the geometry (m or rad), or None where it is nominal."""
+        interval = self.result.geometry
+        if interval is None:
+            return None
+        columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
+        return pd.DataFrame(columns, index=pd.Index(self.result.geometry_names, name="parameter"))
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `identification.json` (file-formats.md, identification.json)."""
+        accepted = {} if self.acceptance is None else {"acceptance": acceptance_record(self.acceptance)}
+        stated = {} if self.accuracy is None else {"accuracy": self.accuracy.record}
+        return identification_record(self.result) | accepted | stated
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
+
+        further = [] if self.acceptance is None else [acceptance_section(self.acceptance, "the identified robot")]
+        if self.hidden is not None:
+            further.append(
+                recordings_section(
+                    self.hidden, hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+                )
+            )
+        return identification_report(self.result, self.robot.document.source, self.configuration, further)
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the files of `expdesign identify` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
+            write_file(scratch / "identification.json", json_text(self.record))
+            if self.result.arm is not None and self.result.geometry is not None:
+                write_file(scratch / "robot.urdf", calibrated_urdf(self.result.arm, self.result.recordings))
+            write_report(scratch, self.page(), Path(folder))
+        return Path(folder) / PAGE
+
+
+def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
+    """Recordings, read from one or more files or from a frame."""
+    if isinstance(recordings, Recordings):
+        return recordings
+    if isinstance(recordings, pd.DataFrame | Result):
+        measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
+        require_measured(measured, robot.robot)
+        say(recordings_findings(measured, robot.robot), measured.source)
+        return measured
+    files = [recordings] if isinstance(recordings, str | Path) else recordings
+    if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
+        what = f"recordings cannot be a `{type(recordings).__name__}`"
+        raise InputError(what, remedy="Give one path or several, a frame, `Recordings`, or what `simulate` returned.")
+    read = read_several([Path(file) for file in files], robot.robot)
+    say(recordings_findings(read, robot.robot), read.source)
+    return read
+
+
+def with_doubts(result: Identification) -> Identification:
+    """An identification that says, before its own remarks, what physics holds against its recordings."""
+    found = recordings_findings(result.recordings, result.robot)
+    doubts = [Implausible(finding.what, finding.likely, finding.where) for finding in found]
+    return replace(result, suspicions=[*doubts, *result.suspicions])
+
+
+def require_prior(prior: float | None) -> None:
+    """Raise an `InputError` where `prior` is no standard deviation in percent."""
+    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
+        raise ArgumentError(f"{prior:g} % is not a standard deviation", argument="prior", remedy="Give e.g. 30.")
+
+
+def identify(
+    robot: RobotInput,
+    recordings: RecordingsInput,
+    *,
+    shared_reference: bool | None = None,
+    prior: float | None = None,
+    targets: Config | None = None,
+    calibration: Calibration | None = None,
+    frames: Frames = "known",
+    other_robot: bool = False,
+    loss: Loss = "squares",
+) -> IdentificationResult:
+    """Identify the stiffness of every actuator, the geometry, or both from recordings.
+
+    Args:
+        robot: whose stiffness is wanted.
+        recordings: in one or more files, or as a frame.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            or the configuration of `targets` say.
+        prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
+        targets: run configuration at whose targets the robot is accepted or not.
+        calibration: `elastostatic`, `geometric` or `both`; None for what the columns say.
+        frames: `unknown` where measured poses are not in the very frames of the commands: the displacements of the
+            frames of instrument and platform are then identified as well.
+        other_robot: whether a configuration of another geometry than the robot's is meant.
+        loss: of rows of an arm's positions with large residuals: `squares`, `huber` or `student`.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the recordings do not determine the stiffness or the geometry.
+    """
+    require_prior(prior)
+    machine = robot_of(robot)
+    problem = None if targets is None else problem_of(targets)
+    if problem is not None:
+        require_same_robot(
+            problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=other_robot
+        )
+    measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
+    relative = None if prior is None else prior / 100.0
+    if frames not in ("known", "unknown"):
+        raise ArgumentError(f"`{frames}` says nothing of frames", argument="frames", remedy="Choose known or unknown.")
+    if loss not in get_args(Loss):
+        raise ArgumentError(f"`{loss}` is no loss", argument="loss", remedy=f"Choose {', '.join(get_args(Loss))}.")
+    result = identify_recordings(
+        machine.robot,
+        measured,
+        prior=relative,
+        calibration=calibration,
+        frames_known=frames == "known",
+        options=ArmOptions(loss=loss),
+    )
+    result = with_doubts(result)
+    accepted = None if problem is None else accept_identified(problem, result)
+    hidden, accuracy = None, None
+    meir = None if problem is None else meir_of_problem(problem)
+    if problem is not None and meir is not None and accepted is not None:
+        deviations, assumptions = result.noise.deviations, meir.assumptions
+        hidden = hidden_by(problem, result.recordings.rows(result.fitted), deviations, assumptions)
+        accuracy = recorded_accuracy(problem, accepted.budget, hidden)
+    names = measured.deviation_columns(machine.robot.coordinates)
+    model = Model.from_fit(
+        result.fit,
+        machine.document,
+        measured.source,
+        birge_ratio=result.goodness.birge_ratio,
+        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
+        verdict=result.goodness.verdict,
+        recordings=measured.rows(result.fitted),
+    )
+    source = "" if problem is None else problem.source
+    purpose = purpose_of("identify", robot, recordings)
+    return IdentificationResult(machine, result, model, accepted, source, hidden, accuracy, purpose=purpose)
+
+
+def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
+    """Whether an identified robot is accepted at the targets of a configuration; not decided where it is refuted."""
+    noise, recorded = result.noise, result.recordings.rows(result.fitted)
+    whitening = Whitening(noise.deviations, references=recorded.references)
+    degrees = min((group.dof for group in noise.groups), default=float("inf"))
+    budget = fitted_budget(problem, FittedModel(result.fit, recorded, whitening, float(degrees)))
+    return Decision(budget, Basis.REFUTED if result.goodness.refuted else Basis.MODEL)
+
+
+def recorded_accuracy(
+    problem: DesignProblem, budget: UncertaintyBudget, hidden: HiddenByRecordings
+) -> AccuracyStatement | None:
+    """The accuracy to expect at the targets from recordings: their budget, and what they may hide."""
+    parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
+    for each in budget.contributions:
+        parts[each.name == NOISE] += each.deviation**2
+    variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
+    return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")

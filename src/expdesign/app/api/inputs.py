@@ -1,0 +1,200 @@
+"""What the functions of the package take: a path, or what was loaded or computed before."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.result import Result
+from expdesign.assurance.plausibility.finding import Finding, say
+from expdesign.assurance.plausibility.problem import pose_findings, problem_findings
+from expdesign.assurance.plausibility.robot import robot_findings
+from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.errors import ExpdesignError, InputError
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.schema import Section
+from expdesign.io.table import Table, parse_table, read_table
+from expdesign.io.written import Purpose
+from expdesign.io.yaml_reader import YamlDocument, document_from_mapping, read_yaml
+from expdesign.mechanics.robots.robot import Robot, RobotSection
+from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.schema import RunSection
+
+PathLike = str | Path
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """A robot with the file that describes it.
+
+    Attributes:
+        robot: for computing.
+        document: the content of its file.
+    """
+
+    robot: Robot
+    document: YamlDocument
+
+
+Config = PathLike | Mapping[str, Any] | RunSection | DesignProblem
+RobotInput = PathLike | Mapping[str, Any] | RobotSection | RobotFile
+ModelInput = PathLike | Model | Result
+TruthInput = ModelInput | RobotFile | RobotSection | Mapping[str, Any]
+TableInput = PathLike | pd.DataFrame | Result
+
+
+def purpose_of(command: str, *inputs: object) -> Purpose:
+    """The purpose of what a command writes from its main inputs, paths or objects; None is left out."""
+    return Purpose(command, tuple(name for each in inputs for name in _names(each)))
+
+
+def _names(given: object) -> list[str]:
+    """Paths of an input, or a name and the digest of what is in memory only."""
+    if given is None:
+        return []
+    if isinstance(given, str | Path):
+        return [str(given)]
+    if isinstance(given, list | tuple):
+        return [name for each in given for name in _names(each)]
+    if isinstance(given, RobotFile):
+        given = given.document
+    if isinstance(given, Result):
+        rows = given.as_table()
+        return [f"{given.purpose.command} {_digest('' if rows is None else csv_text(rows))}", *given.purpose.inputs]
+    if isinstance(given, pd.DataFrame):
+        return [f"frame {_digest(csv_text(given))}"]
+    if isinstance(given, Section):
+        given = given.as_mapping()
+    if isinstance(given, Mapping):
+        return [f"mapping {_digest(json.dumps(given, sort_keys=True, default=str))}"]
+    if isinstance(given, Recordings):
+        return [file.partition(", sheet `")[0] for file in given.files or (given.source,)]
+    source = str(getattr(given, "source", type(given).__name__))
+    content = getattr(given, "content", None) or getattr(given, "config", None)
+    return [source] if content is None or Path(source).exists() else [f"{source} {_names(content)[0]}"]
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()[:12]
+
+
+def document_of(content: PathLike | Mapping[str, Any] | Section, name: str) -> YamlDocument:
+    """A YAML file, or a mapping or object with its content (relative paths are then those of the working folder)."""
+    if isinstance(content, Section):
+        return document_from_mapping(content.as_mapping(), name)
+    if isinstance(content, Mapping):
+        return document_from_mapping(content, name)
+    return read_yaml(_path(content, name, f"a path, a mapping or an object that describes a {name}"))
+
+
+def _path(given: object, name: str, known: str) -> Path:
+    """A path; raises an `InputError` where something else was given."""
+    if isinstance(given, str | Path):
+        return Path(given)
+    what = f"the {name} cannot be a `{type(given).__name__}`"
+    raise InputError(what, remedy=f"Give {known}.")
+
+
+def problem_of(config: Config) -> DesignProblem:
+    """A run configuration, read."""
+    if isinstance(config, DesignProblem):
+        return config
+    return checked_problem(document_of(config, "configuration"))
+
+
+def checked_problem(document: YamlDocument) -> DesignProblem:
+    """The problem of a run configuration, of which physics has been asked what it says.
+
+    Raises:
+        InputError: the configuration is wrong, or impossible.
+    """
+    try:
+        problem = problem_from_document(document)
+    except ExpdesignError:
+        # A target beyond the limits, say: units may be the reason, which the message that follows cannot know.
+        say(target_findings(document), document.source)
+        raise
+    say(problem_findings(problem), problem.source)
+    return problem
+
+
+def target_findings(document: YamlDocument) -> list[Finding]:
+    """What speaks against the robot and the targets' poses of a configuration that could not be read as a whole."""
+    try:
+        robot = robot_from_document(_robot_document(document))
+        poses = np.array([target["pose"] for target in document.content["targets"]], dtype=float)
+    except (ExpdesignError, KeyError, TypeError, ValueError):
+        return []
+    found = robot_findings(robot)
+    if poses.ndim == 2 and poses.shape[1] == len(robot.configuration):
+        found += pose_findings(robot, poses, "targets")
+    return found
+
+
+def _robot_document(document: YamlDocument) -> YamlDocument:
+    robot = document.content["robot"]
+    return read_yaml(document.folder / robot) if isinstance(robot, str) else document.part("robot")
+
+
+def robot_of(robot: RobotInput) -> RobotFile:
+    """A robot file, read."""
+    if isinstance(robot, RobotFile):
+        return robot
+    document = document_of(robot, "robot")
+    machine = robot_from_document(document)
+    say(robot_findings(machine), document.source)
+    return RobotFile(machine, document)
+
+
+def model_of(model: ModelInput) -> Model:
+    """A model file, read, or the model of a result."""
+    if isinstance(model, Model):
+        return model
+    own = model.as_model() if isinstance(model, Result) else None
+    if own is not None:
+        return own
+    return read_model(_path(model, "model", "the path of a model file, a `Model`, or what `identify` returned"))
+
+
+def truth_of(truth: TruthInput) -> Model:
+    """What really deflects: an identified model, or a robot whose stiffness is then exact."""
+    if isinstance(truth, Model | Result):
+        return model_of(truth)
+    document = truth.document if isinstance(truth, RobotFile) else document_of(truth, "model")
+    if isinstance(document.content, dict) and document.content.get("kind") == "model":
+        return model_from_document(document)
+    return model_of_robot(robot_from_document(document), document)
+
+
+def table_of(table: TableInput, name: str) -> Table:
+    """A CSV file, or a frame or the rows of a result as the table that their CSV file gives; NaN is an empty cell."""
+    rows = table.as_table() if isinstance(table, Result) else table
+    if isinstance(rows, pd.DataFrame):
+        return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name)
+    return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
+
+
+def numeric(text: pd.DataFrame) -> pd.DataFrame:
+    """A frame whose cells are as in a CSV file, with the columns that hold numbers only as numbers, exactly as read."""
+    return pd.DataFrame({name: _numbers(text[name].tolist()) for name in text.columns})
+
+
+def _numbers(cells: list[Any]) -> list[Any]:
+    for kind in (int, float):
+        try:
+            return [float("nan") if kind is float and cell == "" else kind(cell) for cell in _texts(cells)]
+        except ValueError:
+            continue
+    return cells
+
+
+def _texts(cells: list[Any]) -> list[str]:
+    return [repr(float(cell)) if isinstance(cell, float) else str(cell) for cell in cells]

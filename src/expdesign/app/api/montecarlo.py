@@ -1,0 +1,205 @@
+"""`montecarlo`: a plan carried out, identified and compensated many times, beside what the criteria predict."""
+
+from copy import copy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
+
+from expdesign.app.api.evaluate import evaluate
+from expdesign.app.api.inputs import Config, PathLike, TableInput, TruthInput, purpose_of, truth_of
+from expdesign.app.api.result import Result
+from expdesign.app.api.run import Report, silent
+from expdesign.app.sweeps.engine import Engine
+from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.assurance.validation.plants import PLANTS
+from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
+from expdesign.assurance.validation.simulation import Batch, simulated
+from expdesign.chain.instrument.drawn_errors import Distribution
+from expdesign.chain.models.model_file import Model, model_from_document, model_text
+from expdesign.counted import counted
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.yaml_reader import parse_yaml
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.report.page import Page
+
+MOST_SAMPLES = 5_000_000
+Common = tuple[Plan, int, str, Distribution]
+"""What all batches share: plan, seed, plant and distribution."""
+_ROOT = Path("/")
+"""What the paths of a truth that is sent to workers are relative to."""
+DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")
+
+
+@dataclass(frozen=True, repr=False)
+class MonteCarloResult(Result):
+    """Repetitions of a plan.
+
+    Attributes:
+        result: the samples and what is compared.
+        remarks: what is doubtful about the plan, in words.
+    """
+
+    FILES: ClassVar = ("montecarlo.json", "report.html", "report.json")
+    result: Repeated
+    remarks: tuple[str, ...]
+
+    @property
+    def criteria(self) -> pd.DataFrame:
+        """DUIR, FEIR and total as they came out (tolerances) and as predicted."""
+        rows = {}
+        for cause in self.result.causes:
+            found, predicted = self.result.criterion(cause)
+            numbers = (float(found.value), float(found.standard_error), predicted)
+            rows[cause] = [*numbers, self.result.criterion_score(cause)]
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["rms", "standard_error", "predicted", "z"])
+
+    @property
+    def summary(self) -> str:
+        """DUIR, FEIR and total as they came out and as predicted, and how many comparisons differ."""
+        lines = [
+            f"{row.Index}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}"
+            for row in self.criteria.itertuples()
+        ]
+        record = self.record
+        lines.append(
+            f"{record['beyond_three']} of {counted(record['comparisons'], 'comparison')} "
+            f"{'differs' if record['beyond_three'] == 1 else 'differ'} by more than three standard errors "
+            f"(largest {record['largest_z']:.2f})"
+        )
+        return "\n".join(lines)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `montecarlo.json`."""
+        return self.result.record()
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.montecarlo_report import montecarlo_report  # noqa: PLC0415 (slow to import)
+
+        return montecarlo_report(self.result, *self.purpose.inputs[1:2])
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the files of `expdesign montecarlo` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "montecarlo.json", json_text(self.record))
+            write_report(scratch, self.page(), Path(folder))
+        return Path(folder) / PAGE
+
+
+def montecarlo(
+    config: Config,
+    plan: TableInput,
+    *,
+    samples: int = 100_000,
+    seed: int = 1,
+    plant: str = "explicit",
+    distribution: str = "normal",
+    truth: TruthInput | None = None,
+    engine: Engine | None = None,
+    report: Report = silent,
+) -> MonteCarloResult:
+    """Repeat a plan's experiment, identification and exact compensation, and compare with the criteria.
+
+    Args:
+        config: run configuration.
+        plan: what is measured.
+        samples: number of repetitions.
+        seed: of all random numbers.
+        plant: `explicit` (the linear mapping) or `equilibrium` (the exact equilibrium of a robot on legs).
+        distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
+        truth: robot file or model without further effects that is really measured and commanded; the configuration's
+            robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
+        engine: that does batches of repetitions; one after another in this process if left out. The results are the
+            same.
+        report: called with the number of finished batches, where there is an engine.
+
+    Raises:
+        InputError: a file or an argument is wrong.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the plan does not identify what the targets need.
+        ConvergenceError: a repetition has no compensation.
+        WorkersError: the workers are gone.
+    """
+    if plant not in PLANTS:
+        raise ArgumentError(f"there is no plant `{plant}`", argument="plant", remedy=f"Known: {', '.join(PLANTS)}.")
+    chosen = next((known for known in DISTRIBUTIONS if known == distribution), None)
+    if chosen is None:
+        remedy = f"Known: {', '.join(DISTRIBUTIONS)}."
+        raise ArgumentError(f"there is no distribution `{distribution}`", argument="distribution", remedy=remedy)
+    if not 100 <= samples <= MOST_SAMPLES:
+        what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
+        raise ArgumentError(what, argument="samples", remedy="Use e.g. 100000.")
+    if seed < 0:
+        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
+    judged = evaluate(config, plan)
+    model = None if truth is None else truth_of(truth)
+    real = None if model is None else _truth(judged.problem, model, plant)
+    common = (judged.plan, seed, plant, chosen)
+    elsewhere = None if engine is None else _by_engine(judged.problem, engine, common, model, report)
+    result = repeat(
+        judged.problem,
+        judged.plan,
+        samples,
+        seed,
+        plant=PLANTS[plant],
+        distribution=chosen,
+        truth=real,
+        elsewhere=elsewhere,
+    )
+    return MonteCarloResult(result, judged.remarks, purpose=purpose_of("montecarlo", config, plan))
+
+
+def _by_engine(
+    problem: DesignProblem, engine: Engine, common: Common, truth: Model | None, report: Report
+) -> Elsewhere:
+    """Batches by an engine; a truth travels as its model file."""
+    text = None if truth is None else model_text(truth, _ROOT)
+
+    def elsewhere(batches: list[Drawn]) -> list[Batch]:
+        count, done = len(batches), 0
+        report("repeating", 0, count, "")
+
+        def finished(index: int) -> None:
+            nonlocal done
+            done += 1
+            report("repeating", done, count, "")
+
+        return by_engine(problem, engine)(_batch, [(drawn, common, text) for drawn in batches], finished)
+
+    return elsewhere
+
+
+def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Batch:
+    """One batch, in a worker."""
+    (size, noise, load_errors), (plan, seed, plant, distribution) = drawn, common
+    real = None
+    if truth is not None:
+        real = _truth(problem, model_from_document(parse_yaml(truth, "truth", _ROOT)), plant)
+    options: dict[str, Any] = {"plant": PLANTS[plant], "distribution": distribution, "truth": real}
+    return simulated(problem, plan, [size], seed, noise, load_errors, **options)
+
+
+def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:
+    """The robot that is measured, under the loads of the configuration."""
+    robot, own = model.chain.robot, problem.loaded.robot
+    if plant != "explicit":
+        remedy = "Use `--plant explicit`, or a configuration of the true robot."
+        raise ArgumentError("another robot as the truth needs the explicit plant", argument="truth", remedy=remedy)
+    if model.chain.effects:
+        remedy = "Simulate single experiments of it with `expdesign simulate --truth`."
+        raise InputError("the truth has effects beyond the base model", where=model.source, remedy=remedy)
+    if robot.configuration != own.configuration or robot.kind != own.kind:
+        what = f"the truth is a {robot.kind}, and the configuration is of a {own.kind}"
+        raise InputError(what, where=model.source, remedy="Give a robot of the same kind.")
+    real = copy(robot)
+    real.stiffness = 1.0 / model.compliance
+    loaded = problem.loaded
+    return LoadedRobot(real, loaded.load, loaded.sources, loaded.geometric_stiffness, loaded.regressor)

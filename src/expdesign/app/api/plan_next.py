@@ -1,0 +1,149 @@
+"""`plan_next`: the measurements that would most improve the accuracy at the targets (the command `next`).
+
+Named so because `next` is a builtin function of Python.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.referenced import referenced
+from expdesign.app.api.result import Result
+from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.reader import recordings_from_table, require_measured
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.references import REFERENCE, reference_names
+from expdesign.counted import counted
+from expdesign.errors import ArgumentError, NotIdentifiableError
+from expdesign.estimation.goodness import StatementOfFit
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import output_file
+from expdesign.io.table import Table
+from expdesign.planning.plan import Plan, plan_frame, read_plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.recorded_knowledge import identified_so_far, recorded_knowledge, require_readings_of
+from expdesign.planning.sequential import next_measurements
+
+MOST = 24
+"""Measurements that are added at most in order to reach an accuracy."""
+
+
+@dataclass(frozen=True, repr=False)
+class NextResult(Result):
+    """The next measurements, and what they are expected to achieve.
+
+    Attributes:
+        recordings: what was measured so far.
+        frame: the plan of the next measurements, numbered on from the recordings.
+        before: expected total error now, in tolerances; infinite where the recordings do not determine it.
+        after: the same with each further measurement, shape (k,).
+        fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
+            diagnosis found more than the base model.
+        undetermined: what the recordings alone do not determine, in words, or None.
+    """
+
+    recordings: Recordings
+    frame: pd.DataFrame
+    before: float
+    after: FloatArray
+    fit: StatementOfFit | None
+    undetermined: str | None
+
+    @property
+    def summary(self) -> str:
+        """How many measurements there are."""
+        return f"{counted(len(self.frame), 'further measurement')}"
+
+    def as_table(self) -> pd.DataFrame:
+        """The plan."""
+        return self.frame
+
+    @property
+    def totals(self) -> FloatArray:
+        """Expected total error now and with each further measurement, shape (k + 1,)."""
+        return np.concatenate([[self.before], self.after])
+
+    def save(self, file: PathLike, *, force: bool = False) -> Path:
+        """Write the plan into a file."""
+        output_file(Path(file), csv_text(self.frame), self.purpose, force=force)
+        return Path(file)
+
+
+def plan_next(
+    config: Config,
+    recordings: TableInput,
+    *,
+    count: int | None = None,
+    accuracy: float | None = None,
+    seed: int = 1,
+) -> NextResult:
+    """Plan the next measurements, given what was measured.
+
+    Args:
+        config: run configuration.
+        recordings: what was measured so far.
+        count: how many; 1 if left out, or as many as the accuracy takes (at most `MOST`).
+        accuracy: expected error from noise and load errors, in tolerances, at which to stop.
+        seed: of the candidates that are drawn.
+
+    Raises:
+        InputError: a file is missing or wrong, or a number is out of range.
+        SingularConfigurationError: the robot is singular in a row.
+    """
+    _require_sensible(count, accuracy, seed)
+    purpose = purpose_of("next", config, recordings)
+    problem = problem_of(config)
+    table = table_of(recordings, "recordings")
+    measured = referenced(recordings_from_table(table, problem.loaded.robot), None, problem)
+    require_measured(measured, problem.loaded.robot)
+    require_readings_of(problem, measured)
+    fit, undetermined = _fit_so_far(problem, measured)
+    known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
+    most = count or (1 if accuracy is None else MOST)
+    found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
+    frame = _continued(problem, found.decisions, measured)
+    return NextResult(measured, frame, found.before, found.after, fit, undetermined, purpose=purpose)
+
+
+def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
+    if count is not None and count < 1:
+        raise ArgumentError(f"{count} is not a number of measurements", argument="count", remedy="Use at least 1.")
+    if seed < 0:
+        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
+    if accuracy is not None and not 0.0 < accuracy < float("inf"):
+        raise ArgumentError(
+            f"{accuracy:g} is not an accuracy", argument="accuracy", remedy="Give tolerances, e.g. 0.8."
+        )
+
+
+def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -> FloatArray | None:
+    """Parameters of the load of every recording, which errors of the load depend on."""
+    if not problem.loaded.sources:
+        return None
+    plan = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    loads: FloatArray = plan.loads[np.searchsorted(table.lines, measured.lines)]
+    return loads
+
+
+def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[StatementOfFit | None, str | None]:
+    """Whether the base model accounts for the recordings, and what it does not determine."""
+    try:
+        found = identified_so_far(problem, measured)
+    except NotIdentifiableError as error:
+        return None, error.message
+    return (found.goodness if problem.found is None else None), None
+
+
+def _continued(problem: DesignProblem, decisions: FloatArray, measured: Recordings) -> pd.DataFrame:
+    """The plan, numbered on from the recordings; every measurement is a series of its own."""
+    settable = np.concatenate([problem.settable(row[None, None])[0] for row in decisions])  # keeps the order
+    configurations, parameters = problem.space.decode(settable)
+    series = np.arange(len(decisions)) + 1 + int(measured.series.max())
+    frame = plan_frame(Plan(configurations, parameters, series), problem.loaded, problem.space.tilts)
+    frame["sequence"] += int(measured.sequence.max())
+    if problem.noise.shared_reference:
+        frame[REFERENCE] = reference_names(series)
+    return frame

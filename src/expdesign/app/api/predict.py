@@ -1,0 +1,173 @@
+"""`predict`: deflections of an identified robot, with their standard deviations."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation
+
+from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, numeric, purpose_of, table_of, truth_of
+from expdesign.app.api.outputs import save_table
+from expdesign.app.api.result import Result
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.target_readings import TARGET
+from expdesign.counted import counted
+from expdesign.errors import InputError
+from expdesign.estimation.compensation.prediction import (
+    Prediction,
+    in_file_order,
+    require_history,
+    require_regular_points,
+)
+from expdesign.estimation.compensation.prediction import predict as predict_points
+from expdesign.io.table import Table
+from expdesign.mechanics.robots.robot import Robot
+
+
+@dataclass(frozen=True, repr=False)
+class PredictionResult(Result):
+    """Points with their deflections.
+
+    Attributes:
+        text: the points as they stand in a file, with `dx_m …` (`measured_x_m …` of measured poses) and `sx_m …` filled
+            in.
+        prediction: the same as arrays, rows in the order of their sequence.
+        birge_ratio: by which the standard deviations are widened, because the recordings of the model ask for it.
+        readings: whether they are of readings (else of the model alone).
+    """
+
+    text: pd.DataFrame
+    prediction: Prediction
+    birge_ratio: float = 1.0
+    readings: bool = False
+
+    @property
+    def summary(self) -> str:
+        """How many points there are."""
+        return f"{counted(len(self.text), 'point')} predicted"
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The points with numbers as numbers."""
+        return numeric(self.text)
+
+    @property
+    def contains(self) -> str:
+        """What the standard deviations contain, in words."""
+        ratio = "" if self.birge_ratio == 1.0 else f", {self.birge_ratio:.3g} times as wide as its residuals ask for"
+        if self.readings:
+            return f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
+        return f"standard deviations are of the model{ratio}; --readings adds the noise of a reading"
+
+    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write the points into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
+        return save_table(file, self.text, units, self.purpose, force=force)
+
+
+def predict(
+    model: TruthInput, points: TableInput, *, platform: bool = False, readings: bool = False
+) -> PredictionResult:
+    """Predict deflections at points in recordings form.
+
+    Args:
+        model: identified robot, or a robot file whose stiffness is then taken as exact.
+        points: commands and loads.
+        platform: the motion of the platform instead of the instrument's reading.
+        readings: whether standard deviations are to hold readings: the noise of a reading is added as the model's
+            recordings have it (or, with a model that does not say, as the points state it). Axes that these did not
+            measure have none.
+
+    Raises:
+        InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a
+            reading is not known.
+        SingularConfigurationError: the robot is singular at a point.
+    """
+    identified = truth_of(model)
+    robot = identified.chain.robot
+    table = table_of(points, "points")
+    require_history(identified, table)
+    table = _with_target(table, identified)
+    loaded = points_from_table(table, robot)
+    require_regular_points(robot, loaded)
+    prediction = predict_points(identified, loaded, platform=platform)
+    names = prediction.measurand.deviation_columns(robot.coordinates)
+    if prediction.orientations is not None:
+        names = (*names, *robot.coordinates.deviation[robot.coordinates.translations :])
+    if readings:
+        prediction = replace(prediction, deviations=_of_readings(identified, table, loaded, prediction, names))
+    deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
+    frame = table.frame.copy()
+    for axis, name in enumerate(prediction.measurand.columns(robot.coordinates)):
+        frame[name] = deflections[:, axis]
+    for axis, name in enumerate(names):
+        if readings and np.isnan(deviations[:, axis]).all():
+            frame = frame.drop(columns=name, errors="ignore")
+        else:
+            frame[name] = deviations[:, axis]
+    if prediction.orientations is not None:
+        frame = _with_poses(frame, loaded, prediction, deviations, robot)
+    purpose = purpose_of("predict", model, points)
+    return PredictionResult(frame, prediction, identified.birge_ratio, readings, purpose=purpose)
+
+
+def _of_readings(
+    model: Model, table: Table, points: LoadedPoints, prediction: Prediction, names: tuple[str, ...]
+) -> FloatArray:
+    """Standard deviations of readings (N, n): of the model and of the noise together; NaN where that is not known."""
+    noise = np.full(prediction.deviations.shape, np.nan)
+    order = np.searchsorted(table.lines, points.lines)
+    for axis, name in enumerate(names):
+        if name in model.reading_std:
+            noise[:, axis] = model.reading_std[name]
+        elif not model.reading_std and table.has(name):
+            noise[:, axis] = table.numbers_where_filled((name,))[order, 0]
+    if np.isnan(noise).all():
+        what = f"neither the points nor the model say how large the noise of a reading is ({', '.join(names)})"
+        remedy = "Add these columns to the points, or identify the recordings again."
+        raise InputError(what, where=table.where(), remedy=remedy)
+    found: FloatArray = np.hypot(prediction.deviations, noise)
+    return found
+
+
+def _poses(frame: pd.DataFrame) -> BoolArray:
+    """Rows of the kind `pose`."""
+    if "kind" not in frame:
+        return np.zeros(len(frame), dtype=bool)
+    return frame["kind"].astype(str).str.strip().isin(("pose", "reference")).to_numpy()
+
+
+def _with_target(table: Table, model: Model) -> Table:
+    """The table with the name of the target in rows of the kind `pose` that name none."""
+    rows = _poses(table.frame)
+    if model.chain.robot.links is None or not rows.any() or TARGET not in model.chain.reading.names:
+        return table
+    names = table.frame["marker"].astype(str).str.strip() if table.has("marker") else pd.Series([""] * len(table))
+    marker = np.where(rows & (names.to_numpy() == ""), TARGET, names)
+    return replace(table, frame=table.frame.assign(marker=marker))
+
+
+def _with_poses(
+    frame: pd.DataFrame, points: LoadedPoints, prediction: Prediction, deviations: FloatArray, robot: Robot
+) -> pd.DataFrame:
+    """Rows of poses as `measured_x_m` ... with `sx_m` ..., the others as positions of their markers."""
+    assert prediction.orientations is not None
+    angles = Rotation.from_matrix(prediction.orientations).as_euler("xyz")
+    values = np.hstack([prediction.deflections[:, :3], angles])
+    (values,) = in_file_order(points, values)
+    rows = _poses(frame)
+    for axis, name in enumerate(measured_names(robot.coordinates)):
+        frame[name] = np.where(rows, values[:, axis], np.nan)
+    for axis, name in enumerate(robot.coordinates.deviation):
+        frame[name] = np.where(rows, deviations[:, axis], np.nan)
+    for name in (*POSITION, *POSITION_DEVIATION):
+        frame[name] = np.where(rows, np.nan, frame[name])
+    return frame.dropna(axis="columns", how="all")

@@ -1,0 +1,254 @@
+"""`register`: recordings from lists of points that were measured unloaded and loaded."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, purpose_of, robot_of, table_of
+from expdesign.app.api.outputs import save_table
+from expdesign.app.api.result import Result
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
+from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION
+from expdesign.chain.recordings.point_lists import PointSet, read_point_sets
+from expdesign.chain.recordings.references import REFERENCE
+from expdesign.chain.recordings.registered_deflections import (
+    Frame,
+    RegisteredDeflection,
+    difference_variance,
+    registered_deflection,
+    suspicion,
+)
+from expdesign.chain.recordings.states import State, matched
+from expdesign.counted import counted
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.output import json_text, output_file
+from expdesign.io.table import Table
+from expdesign.io.units import Unit, unit_of
+from expdesign.mechanics.robots.orientation import rotation_matrix
+from expdesign.mechanics.robots.robot import Robot
+
+
+@dataclass(frozen=True, repr=False)
+class RegistrationResult(Result):
+    """Recordings from points.
+
+    Attributes:
+        text: recordings (file-formats.md, Recordings), as they stand in a file: deflections, with the unloaded set of
+            each row as its `reference`, or positions of markers.
+        found: what registration found for every deflection, in the order of the rows; empty for positions.
+        covariance: of the deflections (m², m·rad, rad²), shape (N, 6, 6); N = 0 for positions.
+        estimated: standard deviation of one coordinate of a point (m), estimated from the residuals, or None where the
+            lists or the caller state it.
+        suspicions: points that moved otherwise than the others, in words.
+        unmeasured: sequence numbers of loaded rows for which there are no points.
+    """
+
+    text: pd.DataFrame
+    found: tuple[RegisteredDeflection, ...]
+    covariance: FloatArray
+    estimated: float | None
+    suspicions: tuple[str, ...]
+    unmeasured: tuple[int, ...] = ()
+
+    @property
+    def marker_fit(self) -> str:
+        """How the unloaded points fit the robot's markers, in words; empty where these are not known."""
+        fits = {one.markers for one in self.found if one.markers is not None}
+        if not fits:
+            return ""
+        rms, worst = np.sqrt(np.mean([fit.rms**2 for fit in fits])), max(fits, key=lambda fit: fit.size)
+        return (
+            f"points fit the robot's `markers` to {1e6 * rms:.3g} µm (RMS); the worst, {worst.worst}, is "
+            f"{1e6 * worst.size:.3g} µm off"
+        )
+
+    @property
+    def summary(self) -> str:
+        """How many rows there are."""
+        return f"{counted(len(self.text), 'row')} registered"
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The recordings with numbers as numbers."""
+        return numeric(self.text)
+
+    def record(self) -> dict[str, Any]:
+        """The covariance of every deflection, and what the registrations leave over."""
+        return {
+            "covariance": self.covariance.tolist(),
+            "estimated_deviation_m": self.estimated,
+            "residual_rms_m": [float(np.sqrt((one.residuals**2).mean())) for one in self.found],
+            "points": [list(one.points) for one in self.found],
+            "suspicions": list(self.suspicions),
+        }
+
+    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write the recordings into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
+        return save_table(file, self.text, units, self.purpose, force=force)
+
+    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
+        """Write `record` into a JSON file."""
+        output_file(Path(file), json_text(self.record()), self.purpose, force=force)
+        return Path(file)
+
+
+def register(
+    robot: RobotInput,
+    plan: TableInput,
+    points: PathLike | Sequence[PathLike],
+    *,
+    unit: str | None = None,
+    deviation: float | None = None,
+    base_frame: bool = False,
+    positions: bool = False,
+) -> RegistrationResult:
+    """Turn lists of points, measured unloaded and loaded, into recordings.
+
+    Args:
+        robot: with `markers` (places of the points on the platform) or `instrument`, unless `base_frame` is set.
+        plan: in recordings form with `sequence` and `series`; which points belong to which row is said in
+            docs/units-and-files.md.
+        points: one or more lists.
+        unit: of their coordinates, where a list does not state it.
+        deviation: standard deviation of a measured coordinate (m); else as the lists state it, or estimated.
+        base_frame: whether the points were measured in the robot's base frame O.
+        positions: positions of markers instead of deflections.
+
+    Raises:
+        InputError: a file is missing or wrong, points do not match the plan, or do not determine a motion.
+    """
+    machine = robot_of(robot).robot
+    table = table_of(plan, "plan")
+    table.require(("sequence", "series"))
+    sets = _read(points, unit)
+    if deviation is not None and not 0.0 < deviation < 1.0:
+        remedy = "Give it in m, e.g. 15e-6."
+        raise InputError(f"{deviation:g} is not a standard deviation in m", where="deviation", remedy=remedy)
+    unloaded = unloaded_rows(table, machine.coordinates)
+    states = matched(table, sets, unloaded)
+    purpose = purpose_of("register", robot, plan, points)
+    if positions:
+        text = _positions(table, states, machine, deviation)
+        missing = _unmeasured(table, states, unloaded)
+        return RegistrationResult(text, (), np.zeros((0, 6, 6)), None, (), missing, purpose=purpose)
+    frames = _frames(machine, table.numbers(machine.configuration))
+    instrument = _instrument(machine, base_frame=base_frame)
+    markers = {} if base_frame else dict(machine.markers)
+    found = [
+        registered_deflection(state, frames[state.row], markers=markers, instrument=instrument, deviation=deviation)
+        for state in states
+    ]
+    variance = None
+    if any(one.variances is None for one in found):
+        variance = difference_variance(found)
+        if variance is None:
+            what = "three points a state leave nothing over from which their standard deviation could be estimated"
+            remedy = "Give it (--std 15um), or measure more points."
+            raise InputError(what, where=sets[0].source, remedy=remedy)
+    covariance = np.array([one.covariance(variance or 0.0) for one in found])
+    doubts = [(state, suspicion(one, variance)) for state, one in zip(states, found, strict=True)]
+    misplaced = {one.markers.worst: one.markers for one in found if one.markers is not None and one.markers.off}
+    drawn = tuple(
+        f"marker {name} lies {1e3 * fit.size:.3g} mm from where the robot file has it, and the others fit: correct it"
+        for name, fit in misplaced.items()
+    )
+    return RegistrationResult(
+        _deflections(table, states, found, covariance, machine),
+        tuple(found),
+        covariance,
+        None if variance is None else float(np.sqrt(variance / 2.0)),
+        drawn + tuple(f"{state.loaded.name} against {state.reference.name}: {text}" for state, text in doubts if text),
+        _unmeasured(table, states, unloaded),
+        purpose=purpose,
+    )
+
+
+def _unmeasured(table: Table, states: list[State], unloaded: BoolArray) -> tuple[int, ...]:
+    """Sequence numbers of loaded rows of which there are no points."""
+    rows = sorted(set(np.flatnonzero(~unloaded).tolist()) - {state.row for state in states})
+    return tuple(int(number) for number in table.integers("sequence")[rows])
+
+
+def _read(points: PathLike | Sequence[PathLike], unit: str | None) -> list[PointSet]:
+    given: Unit | None = None
+    if unit is not None:
+        given = unit_of(unit)
+        if given is None or given.dimension != "length":
+            raise ArgumentError(f"`{unit}` is not a unit of length", argument="unit", remedy="Write e.g. mm.")
+    files = [points] if isinstance(points, str | Path) else list(points)
+    return [item for file in files for item in read_point_sets(Path(file), given)]
+
+
+def _frames(robot: Robot, configurations: FloatArray) -> list[Frame]:
+    jacobians = robot.jacobians(configurations)
+    count = robot.coordinates.n
+    if count != 6 or not len(robot.stiffness):
+        what = f"deflections are registered for platforms and arms, not for a {robot.kind}"
+        raise InputError(
+            what, remedy="Take positions of markers instead (--positions), where the robot moves in space."
+        )
+    origins, rates = robot.position(configurations), robot.pose_rates(configurations)
+    return [Frame(r, p, t) for r, p, t in zip(jacobians.rotation, origins, rates, strict=True)]
+
+
+def _instrument(robot: Robot, *, base_frame: bool) -> tuple[FloatArray, FloatArray] | None:
+    if base_frame:
+        return np.eye(3), np.zeros(3)
+    if robot.instrument is None:
+        return None
+    return np.array(ca.DM(rotation_matrix(ca.SX(robot.instrument[3:]), "fixed-xyz"))), robot.instrument[:3]
+
+
+def _without_measured(table: Table, robot: Robot) -> pd.DataFrame:
+    coordinates = robot.coordinates
+    measured = {
+        *coordinates.deflection, *coordinates.deviation, *reading_names(coordinates), "marker", *POSITION, REFERENCE,
+        *POSITION_DEVIATION, "points", "reference_points",
+    }  # fmt: skip
+    blank = {name for name in table.columns if all(str(cell).strip() == "" for cell in table.frame[name])}
+    return table.frame[[name for name in table.columns if name not in measured | blank]]
+
+
+def _deflections(
+    table: Table, states: list[State], found: list[RegisteredDeflection], covariance: FloatArray, robot: Robot
+) -> pd.DataFrame:
+    text = _without_measured(table, robot).iloc[[state.row for state in states]].reset_index(drop=True)
+    text[REFERENCE] = [state.reference.name for state in states]
+    for axis, name in enumerate(robot.coordinates.deflection):
+        text[name] = [float(one.deflection[axis]) for one in found]
+    for axis, name in enumerate(robot.coordinates.deviation):
+        text[name] = np.sqrt(covariance[:, axis, axis])
+    return text
+
+
+def _positions(table: Table, states: list[State], robot: Robot, deviation: float | None) -> pd.DataFrame:
+    """One row per state and point, the unloaded state of each first."""
+    plan = _without_measured(table, robot)
+    loads = [name for name in ("mass_kg", *robot.coordinates.wrench) if table.has(name)]
+    rows: list[dict[str, Any]] = []
+    last: PointSet | None = None
+    for state in states:
+        pairs = [(state.loaded, False)]
+        if state.reference is not last:
+            pairs.insert(0, (state.reference, True))
+        last = state.reference
+        for points, empty in pairs:
+            for name, point in points.points.items():
+                row = dict(plan.iloc[state.row]) | (dict.fromkeys(loads, "0") if empty else {})
+                row |= {"sequence": len(rows) + 1, "marker": name}
+                row |= dict(zip(POSITION, point.position.tolist(), strict=True))
+                spread = point.deviation if deviation is None else np.full(3, deviation)
+                if spread is not None:
+                    row |= dict(zip(POSITION_DEVIATION, spread.tolist(), strict=True))
+                rows.append(row)
+    return pd.DataFrame(rows)

@@ -1,0 +1,241 @@
+"""`run`: the Pareto front of a configuration."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import Config, PathLike, problem_of, purpose_of
+from expdesign.app.api.result import Result
+from expdesign.assurance.acceptance.decision import acceptance_record
+from expdesign.assurance.acceptance.recommended import recommended_acceptance
+from expdesign.assurance.model_error.planned import recommended_accuracy
+from expdesign.counted import counted
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.planning.front import Front
+from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
+from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.protocol import protocol_frame
+from expdesign.planning.record import run_record
+from expdesign.planning.result import design_minutes, pareto_frame, plan_of, planned, plans_frame
+from expdesign.planning.search import Follow, Progress, joined, search
+from expdesign.report.page import Page
+
+Report = Callable[[str, int, int, str], None]
+"""Called with the stage (one word), the steps done, the steps in all, and a note on what was reached."""
+
+
+def silent(title: str, done: int, total: int, note: str) -> None:
+    """The report of who does not want one."""
+
+
+@dataclass(frozen=True, repr=False)
+class RunResult(Result):
+    """A finished search.
+
+    Attributes:
+        problem: what was searched.
+        front: what was found.
+        record: the content of `run.json` (file-formats.md, run.json).
+    """
+
+    FILES: ClassVar = ("pareto.csv", "plans.csv", "plan.csv", "poses.csv", "run.json", "report.html", "report.json")
+    problem: DesignProblem
+    front: Front
+    record: dict[str, Any]
+
+    @property
+    def summary(self) -> str:
+        """How many designs there are, and the criteria of the recommended one."""
+        front = self.front
+        best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
+        return (
+            f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
+            f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
+        )
+
+    def as_table(self) -> pd.DataFrame:
+        """The recommended plan."""
+        return self.plan
+
+    @property
+    def pareto(self) -> pd.DataFrame:
+        """Every criterion of every design of the front (`pareto.csv`)."""
+        return pareto_frame(self.front, design_minutes(self.problem, self.front))
+
+    @property
+    def plans(self) -> pd.DataFrame:
+        """The plans of all designs, one below the other (`plans.csv`)."""
+        return plans_frame(self.problem, self.front)
+
+    @property
+    def plan(self) -> pd.DataFrame:
+        """The recommended design's plan (`plan.csv`)."""
+        return self.plan_of(self.front.recommended)
+
+    @property
+    def protocol(self) -> pd.DataFrame | None:
+        """The poses to measure for `plan` with a reference before each (`poses.csv`); None without a reference."""
+        return protocol_frame(self.problem, planned(self.problem, self.front.decisions[self.front.recommended]))
+
+    def plan_of(self, design: int) -> pd.DataFrame:
+        """The plan of a design by its row in `pareto`, from 0; the files number designs from 1."""
+        if not 0 <= design < len(self.front):
+            what = f"there is no design {design}"
+            raise ArgumentError(what, argument="design", remedy=f"Designs are 0 to {len(self.front) - 1}.")
+        return plan_of(self.problem, self.front, design)
+
+    def page(self) -> Page:
+        """The report."""
+        from expdesign.report.design_report import design_report  # noqa: PLC0415 (slow to import)
+
+        return design_report(self.problem, self.front, self.record)
+
+    def files(self) -> dict[str, str]:
+        """Names and texts of the files that hold the results, without the report."""
+        further = {} if self.protocol is None else {"poses.csv": csv_text(self.protocol)}
+        return {
+            **further,
+            "pareto.csv": csv_text(self.pareto),
+            "plans.csv": csv_text(self.plans),
+            "plan.csv": csv_text(self.plan),
+            "run.json": json_text(self.record),
+        }
+
+    def save_plan(self, folder: PathLike, *, force: bool = False) -> None:
+        """Write the plans alone, without what takes longer."""
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "plan.csv", csv_text(self.plan))
+            write_file(scratch / "pareto.csv", csv_text(self.pareto))
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the files of `expdesign run` into a folder and return the path of the report."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            for name, text in self.files().items():
+                write_file(scratch / name, text)
+            write_report(scratch, self.page(), Path(folder))
+        return Path(folder) / PAGE
+
+
+def run(
+    config: Config,
+    *,
+    report: Report = silent,
+    follow: Follow = lambda state: None,
+    ended: Callable[[], bool] = lambda: False,
+    seconds: float | None = None,
+    timed: bool = True,
+    searched: Callable[[RunResult], None] = lambda run: None,
+) -> RunResult:
+    """Find the Pareto front of a configuration's objectives, and lower bounds of DUIR and of the total error.
+
+    Args:
+        config: run configuration.
+        report: called with the progress.
+        follow: called with the state of the search, its front so far; returns True to end it with what is there.
+        ended: whether a person wants no more; asked after every generation and every round of bounding.
+        seconds: limit of all that is done here and of writing the results; the search ends with what is there, and
+            bounds after the round that they are in. Without a limit, the same input gives the same front.
+        timed: whether the record says how long it took; without that, the same input gives the same bytes.
+        searched: called with the run as it is before it is bounded, so that its plans can be kept.
+
+    Raises:
+        InputError: the configuration is wrong, or leaves nothing to choose; or the search was ended before any plan
+            was known.
+        InfeasibleError: no pose is within the robot's limits.
+        NotIdentifiableError: no design identifies what the targets need.
+    """
+    started = time.perf_counter()
+    problem = problem_of(config)
+    if problem.space.decisions == 0:
+        what = "every pose and every load is fixed, so that there is nothing to choose"
+        remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
+        raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
+    limit = _Limit(seconds, started, lambda state: bool(follow(state)) or ended(), ended, report)
+    front = search(problem, limit.searching)
+    unbounded = CriterionBounds(LowerBound(None, "not computed yet"), np.inf)
+    purpose = purpose_of("run", config)
+    first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
+    searched(first)
+    duir, total = _bounds(problem, front, report, limit)
+    front = joined(problem, front, [bounds.plan for bounds in (duir, total)])
+    result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
+    if timed:
+        result.record["wall_s"] = time.perf_counter() - started
+    return result
+
+
+class _Limit:
+    """What ends a run before its own end: a person, or the clock."""
+
+    def __init__(
+        self,
+        seconds: float | None,
+        started: float,
+        follow: Callable[[Progress], bool],
+        ended: Callable[[], bool],
+        report: Report,
+    ) -> None:
+        # What bounds and results take at the end is kept, as far as the limit allows for it.
+        left = np.inf if seconds is None else seconds
+        self._search_end = started + left - min(_BOUNDING + _WRITING, 0.4 * left) if seconds is not None else np.inf
+        self._end = started + left - min(_WRITING, 0.2 * left) if seconds is not None else np.inf
+        self._follow, self._wanted, self._report = follow, ended, report
+        self.ended = ""
+
+    def searching(self, state: Progress) -> bool:
+        """Report; whether the search is to end."""
+        best = f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
+        self._report("searching", state.generation, 0, f"{state.note}: {best}")
+        wanted = self._follow(state) or time.perf_counter() > self._search_end
+        if wanted and not self.ended:
+            self.ended = f"generation {state.generation}, {state.note}"
+        return bool(self.ended)
+
+    def bounding(self) -> bool:
+        """Whether bounds are to end."""
+        return self._wanted() or time.perf_counter() > self._end
+
+
+_BOUNDING, _WRITING = 2.0, 3.0
+"""s of a limit that are kept for bounds, and for writing."""
+
+
+def _result(
+    problem: DesignProblem, front: Front, duir: CriterionBounds, total: CriterionBounds, ended: str
+) -> RunResult:
+    record = run_record(problem, front, duir, total)
+    record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
+    accuracy = recommended_accuracy(problem, front)
+    if accuracy is not None:
+        record["accuracy"] = accuracy.record
+    minutes = design_minutes(problem, front)
+    if minutes is not None:
+        record["cost_min"] = float(minutes[front.recommended])
+        record["measurements"] = int(problem.space.taken(front.decisions[front.recommended]).sum())
+    if ended:
+        record["ended_by_hand"] = ended
+    return RunResult(problem, front, record)
+
+
+def _bounds(
+    problem: DesignProblem, front: Front, report: Report, limit: _Limit
+) -> tuple[CriterionBounds, CriterionBounds]:
+    found = []
+    for place, (name, errors) in enumerate((("DUIR", 0.0), ("total", 1.0))):
+        report("bounding", place, 2, name)
+        if limit.bounding():
+            found.append(CriterionBounds(LowerBound(None, "not computed: the run was ended before"), np.inf))
+        else:
+            found.append(criterion_bounds(problem, errors, front.decisions, ended=limit.bounding))
+    report("bounding", 2, 2, "DUIR and total")
+    return found[0], found[1]

@@ -1,0 +1,180 @@
+"""`sheet`: a plan as a sheet for the laboratory, which `identify` takes back when it is filled in."""
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+
+from expdesign.app.api.inputs import Config, PathLike, TableInput, numeric, problem_of, purpose_of, table_of
+from expdesign.app.api.result import Result
+from expdesign.chain.instrument.reference_pose import ReferencedNoise
+from expdesign.chain.recordings.filled_in import reading_names
+from expdesign.errors import InputError
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.excel import workbook
+from expdesign.io.output import output_folder, write_bytes, write_file
+from expdesign.io.tables_in_units import in_units
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
+from expdesign.planning.plan import Plan, read_plan
+from expdesign.planning.problem import DesignProblem
+
+_FILL = "FFF8DC"
+
+
+@dataclass(frozen=True, repr=False)
+class SheetResult(Result):
+    """What is done in the laboratory, with room for what is read.
+
+    Attributes:
+        text: one row per step, in order: set-points, load, what to do, and empty cells to be filled in.
+        steps: the order and what it takes.
+        minutes: time of the steps, or None where the configuration states no costs.
+        minutes_in_plan_order: the same for the plan row by row.
+        title: of the page.
+        shared: whether rows of a series share their reference.
+        robot_file: path of the robot's file, for the command that follows; empty where it is not known.
+    """
+
+    FILES: ClassVar = ("sheet.html", "sheet.csv", "sheet.xlsx")
+    text: pd.DataFrame
+    steps: Steps
+    minutes: float | None
+    minutes_in_plan_order: float | None
+    title: str
+    shared: bool
+    robot_file: str = ""
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The steps with numbers as numbers."""
+        return numeric(self.text)
+
+    @property
+    def summary(self) -> str:
+        """What is measured, and how long it takes."""
+        references = int(self.steps.reference.sum())
+        text = f"{len(self.text)} readings, {references} of them without load; {self.steps.pose_changes} poses to set, "
+        text += f"{self.steps.load_changes} changes of the load"
+        text += " (no order needs less)." if self.steps.exact else "."
+        if self.minutes is not None:
+            text += f" Time: {self.minutes:.4g} min; row by row as planned {self.minutes_in_plan_order:.4g} min."
+        return text
+
+    @property
+    def notes(self) -> list[str]:
+        """What to do with the sheet."""
+        return [
+            "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
+            "counted from the unloaded row before it in its series. Rows left empty are ignored.",
+            "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
+            "otherwise. Columns time and temperature may stay empty.",
+            f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
+        ]
+
+    def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write `sheet.html`, `sheet.csv` and `sheet.xlsx` into a folder, in SI or in units such as `mm,mrad`."""
+        from expdesign.report.laboratory_sheet import rounded, sheet_page  # noqa: PLC0415 (slow to import)
+
+        frame = rounded(in_units(self.text, units))
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "sheet.csv", csv_text(frame))
+            path = shlex.quote(str(Path(folder) / "sheet.xlsx"))
+            lines = [line.replace(" sheet.xlsx ", f" {path} ") for line in self.notes]
+            notes = [self.title, self.summary, *lines]
+            write_bytes(scratch / "sheet.xlsx", workbook(frame, notes=notes, blank=_FILL))
+            write_file(scratch / "sheet.html", sheet_page(frame, self.title, self.summary, lines))
+        return Path(folder) / "sheet.html"
+
+
+def sheet(config: Config, plan: TableInput) -> SheetResult:
+    """A plan as steps for the laboratory, in the order that saves changes of pose and load.
+
+    Args:
+        config: run configuration; `experiment.costs` says in minutes what changes take.
+        plan: what is measured.
+
+    Raises:
+        InputError: a file is missing or wrong, a series mixes poses, or poses are measured between reference poses.
+    """
+    problem = problem_of(config)
+    if isinstance(problem.noise, ReferencedNoise):
+        what = "with a reference pose every pose stands between references"
+        remedy = "`expdesign run` writes them in order (poses.csv), and `expdesign correct` reads that file."
+        raise InputError(what, where=f"{problem.source}, experiment.reference_pose", remedy=remedy)
+    table = table_of(plan, "plan")
+    shared = problem.noise.shared_reference
+    planned = read_plan(table, problem.loaded, shared_reference=shared)
+    referenced = isinstance(problem.loaded.regressor, Elastostatic)
+    stated = problem.config["experiment"].get("costs")
+    costs = Costs(**stated) if stated else Costs()
+    try:
+        steps = ordered(planned, costs, referenced=referenced, shared=shared)
+    except InputError as error:
+        raise InputError(error.what, where=f"{table.source}, column series", remedy=error.remedy) from None
+    text = _frame(problem, planned, steps, referenced=referenced)
+    if table.has("split"):
+        text.insert(list(text.columns).index("plan_row"), "split", table.frame["split"].to_numpy()[steps.rows])
+    before = in_plan_order(planned, referenced=referenced, shared=shared)
+    return SheetResult(
+        text,
+        steps,
+        steps.minutes(costs) if costs.known else None,
+        before.minutes(costs) if costs.known else None,
+        f"Measuring {problem.loaded.robot.name}: {Path(table.source).name}",
+        shared,
+        problem.robot_file,
+        purpose=purpose_of("sheet", config, plan),
+    )
+
+
+def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool) -> pd.DataFrame:
+    robot, load = problem.loaded.robot, problem.loaded.load
+    count, rows = len(steps.rows), steps.rows
+    columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": plan.series[rows]}
+    columns |= {name: plan.configurations[rows, i] for i, name in enumerate(robot.configuration)}
+    own = load.gravity_columns
+    taken_off = ("mass_kg", *robot.coordinates.wrench)
+    for i, name in enumerate(load.columns):
+        values = plan.loads[rows, i]
+        if name in own and np.all(values == robot.gravity[own.index(name)]):
+            continue
+        columns[name] = np.where(steps.reference, 0.0, values) if name in taken_off else values
+    columns["do"] = [_what(plan, steps, index) for index in range(count)]
+    columns["plan_row"] = rows + 1
+    readings = (
+        reading_names(robot.coordinates) if referenced else tuple(f"measured_{n}" for n in robot.coordinates.pose)
+    )
+    if not referenced:
+        columns["kind"] = ["pose"] * count
+    columns |= dict.fromkeys((readings[axis] for axis in problem.noise.axes), "")
+    deviations = problem.noise.deviations_at(robot.jacobians(plan.configurations[rows]).pose)
+    columns |= {robot.coordinates.deviation[axis]: deviations[:, i] for i, axis in enumerate(problem.noise.axes)}
+    columns |= {"time_min": "", "temperature_degC": "", "remarks": ""}
+    return pd.DataFrame({name: _filled(value, count) for name, value in columns.items()})
+
+
+def _filled(value: object, count: int) -> object:
+    return [value] * count if isinstance(value, str) else value
+
+
+def _what(plan: Plan, steps: Steps, index: int) -> str:
+    """What changes before a step, in words."""
+    row = steps.rows[index]
+    if index == 0:
+        moved, other = True, True
+    else:
+        last = steps.rows[index - 1]
+        moved = bool(np.any(plan.configurations[row] != plan.configurations[last]))
+        other = bool(np.any(plan.loads[row] != plan.loads[last])) or bool(steps.reference[index - 1])
+    if not steps.reference[index]:
+        return ", ".join((["set the pose"] if moved else []) + (["load as given"] if other else []) + ["read"])
+    off = bool(index) and not steps.reference[index - 1]
+    return ", ".join((["load off"] if off else []) + (["set the pose"] if moved else []) + ["read the reference"])

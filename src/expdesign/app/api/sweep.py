@@ -1,0 +1,113 @@
+"""`sweep`: many runs with other values, resumable, on one machine or a cluster."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
+import yaml
+
+from expdesign.app.api.inputs import PathLike, document_of, numeric, purpose_of
+from expdesign.app.api.result import Result
+from expdesign.app.api.run import Report, run, silent
+from expdesign.app.sweeps.computed_by import computed_by, computed_by_text
+from expdesign.app.sweeps.engine import Engine, Serial
+from expdesign.app.sweeps.runs import sweep_runs
+from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, sole_writer
+from expdesign.counted import counted
+from expdesign.errors import ExpdesignError
+from expdesign.io.output import json_text, require_writable
+from expdesign.io.written import claim, require_free_names
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.problem_file import problem_from_document
+
+CONFIG = "config.yaml"
+"""In the folder of a run: its configuration, as resolved, so that it can be run and judged there."""
+COMPUTED_BY = "computed_by.json"
+"""In the folder of a run: digest of the code and versions of the libraries that its numbers come from."""
+
+
+@dataclass(frozen=True, repr=False)
+class SweepResult(Result):
+    """A finished sweep.
+
+    Attributes:
+        folder: where it lies.
+        table: one row per run (`sweep.csv`).
+    """
+
+    FILES: ClassVar = (TABLE, TIMES)
+    folder: Path
+    table: pd.DataFrame
+
+    @property
+    def summary(self) -> str:
+        """How many runs there are, and how many have no result."""
+        return f"{counted(len(self.table), 'run')} in {self.folder}, {self.failed} of them without a result"
+
+    @property
+    def failed(self) -> int:
+        """How many runs have no result."""
+        return int((self.table["status"] == "failed").sum())
+
+
+def sweep(
+    file: PathLike, folder: PathLike, *, engine: Engine | None = None, report: Report = silent, force: bool = False
+) -> SweepResult:
+    """Do the runs of a sweep that are not done yet, and keep each as it arrives.
+
+    Given again after an interruption, it goes on; given again with more values, it does only the new runs. A run is
+    done again where other code or other libraries would compute it now.
+
+    Args:
+        file: what varies.
+        folder: for the results.
+        engine: that does the runs; one after another in this process if left out.
+        report: called with the number of finished runs.
+        force: whether the tables of another sweep in the folder are replaced.
+
+    Raises:
+        InputError: the sweep is wrong, or a result cannot be written.
+        WorkersError: the workers are gone.
+    """
+    path = Path(folder)
+    document = document_of(file, "sweep")
+    require_writable(path)
+    purpose = purpose_of("sweep", file)
+    require_free_names(path, SweepResult.FILES, purpose, force=force)
+    runs = sweep_runs(document, computed_by_text())
+    with sole_writer(path):
+        claim(path, SweepResult.FILES, purpose)
+        store = Store(path, runs)
+        waiting = store.waiting()
+        done = store.count()
+        report("sweeping", done, len(runs), f"{done} were done before" if done else "")
+        try:
+            results = (engine or Serial()).execute(run_files, [item.config for item in waiting])
+            for index, (files, seconds) in results:
+                store.put(waiting[index], files, seconds)
+                report("sweeping", store.count(), len(runs), "")
+            store.write_tables()
+        except ExpdesignError as error:
+            kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."
+            remedy = f"{error.remedy} {kept}".strip()
+            raise type(error)(error.what, where=error.where, remedy=remedy) from None
+    return SweepResult(path, numeric(store.table()), purpose=purpose)
+
+
+def run_files(config: dict[str, Any]) -> tuple[dict[str, str], float]:
+    """Names and texts of the files of one run, without a time in them, and how long it took (s).
+
+    What is wrong with a run is its result; only what is wrong with the machine is raised.
+    """
+    from expdesign.report.stored import CONTENT, page_text  # noqa: PLC0415 (slow to import)
+
+    started = time.perf_counter()
+    try:
+        result = run(problem_from_document(YamlDocument(CONFIG, Path(), config)), timed=False)
+        files = result.files() | {CONTENT: page_text(result.page())}
+    except ExpdesignError as error:
+        files = {FAILURE: json_text({"message": error.message})}
+    text = yaml.safe_dump(config, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
+    return files | {CONFIG: text, COMPUTED_BY: json_text(computed_by())}, time.perf_counter() - started

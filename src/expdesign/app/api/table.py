@@ -1,0 +1,228 @@
+"""`table`: corrections of commands over poses and loads, for a machine's control."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+import expdesign
+from expdesign.app.api.inputs import ModelInput, PathLike, model_of, purpose_of
+from expdesign.app.api.result import Result
+from expdesign.arrays import FloatArray
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
+from expdesign.estimation.compensation.c_source import c_source
+from expdesign.estimation.compensation.compensate import compensate as commands_for
+from expdesign.estimation.compensation.correction_table import CorrectionTable, correction_table
+from expdesign.estimation.compensation.prediction import require_history
+from expdesign.io.csv_writer import csv_text
+from expdesign.io.nearest import nearest
+from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.table import Table
+from expdesign.io.units import measured_column
+from expdesign.mechanics.robots.robot import Robot
+
+MOST_NODES = 50_000
+ERROR = {"length": 1e-8, "angle": 1e-7}
+"""m, rad."""
+
+
+@dataclass(frozen=True, repr=False)
+class CorrectionTableResult(Result):
+    """A table of corrections: command = target + correction.
+
+    Attributes:
+        axes: the coordinates that vary, with their SI units.
+        outputs: the corrected coordinates, with their SI units.
+        held: coordinates with one value in the whole table.
+        table: nodes, values and the error of interpolation.
+        model: of the robot.
+    """
+
+    FILES: ClassVar = ("table.csv", "correction.c", "table.json")
+    axes: tuple[str, ...]
+    outputs: tuple[str, ...]
+    held: dict[str, float]
+    table: CorrectionTable
+    model: Model
+
+    @property
+    def summary(self) -> str:
+        """How many nodes there are, over what, and how well the table interpolates."""
+        table = self.table
+        lines = [f"{len(table.values)} nodes ({' x '.join(map(str, table.grid.counts))}) over {', '.join(self.axes)}"]
+        lines += [
+            f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {table.checks} points)"
+            for name, stated, found in zip(self.outputs, table.stated, table.found, strict=True)
+        ]
+        return "\n".join(lines)
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """One row per node: the axes and the corrections in SI units."""
+        names = [*self.axes, *(f"correction_{name}" for name in self.outputs)]
+        return pd.DataFrame(np.concatenate([self.table.grid.nodes, self.table.values], axis=1), columns=names)
+
+    def exact(self, points: FloatArray) -> FloatArray:
+        """What the table interpolates: command − target of `compensate` (N, o) at points (N, d)."""
+        return _corrections(self.model, self.axes, self.held, points)
+
+    def interpolated(self, points: FloatArray) -> FloatArray:
+        """What the table says at points (N, d) within its range, shape (N, o)."""
+        return self.table.grid.interpolate(self.table.values, points)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Ranges, nodes and errors."""
+        grid, table = self.table.grid, self.table
+        rows = zip(self.axes, grid.low, grid.high, grid.counts, strict=True)
+        errors = zip(self.outputs, table.stated, table.bound, table.found, strict=True)
+        return {
+            "model": self.model.source,
+            "version": expdesign.__version__,
+            "axes": {name: {"low": float(a), "high": float(b), "nodes": int(n)} for name, a, b, n in rows},
+            "held": self.held,
+            "nodes": len(table.values),
+            "interpolation_error": {
+                name: {"stated": float(stated), "bound": float(bound), "found": float(found)}
+                for name, stated, bound, found in errors
+            },
+            "checked_at": table.checks,
+        }
+
+    @property
+    def c_source(self) -> str:
+        """The table as one file of C99."""
+        about = f"Robot {self.model.robot.get('name', '')}, model {Path(self.model.source).name}; "
+        about += f"made by expdesign {expdesign.__version__}. SI units."
+        return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write `table.csv`, `correction.c` and `table.json` into a folder."""
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "table.csv", csv_text(self.frame))
+            write_file(scratch / "correction.c", self.c_source)
+            write_file(scratch / "table.json", json_text(self.record))
+        return Path(folder)
+
+
+def table(
+    model: ModelInput,
+    over: Mapping[str, tuple[float, float]],
+    at: Mapping[str, float] | None = None,
+    *,
+    error: Mapping[str, float] = ERROR,
+    nodes: int = MOST_NODES,
+    seed: int = 1,
+) -> CorrectionTableResult:
+    """Tabulate the corrections of commands, as finely as the wanted error of interpolation takes.
+
+    Args:
+        model: identified robot.
+        over: low and high of every coordinate of target or load that varies, by the names of columns (`x_m`, `z_mm`).
+        at: values of coordinates that do not vary; poses, places and wrenches that are not named are those of the
+            robot's reference and 0.
+        error: largest error of interpolation, `length` in m and `angle` in rad.
+        nodes: at most.
+        seed: of the points at which the table is checked.
+
+    Raises:
+        InputError: a coordinate is unknown or named twice, a range is empty, no load is named, or the model depends on
+            history.
+        InfeasibleError: a command in the range is beyond the robot's limits.
+        SingularConfigurationError: the robot is singular in the range.
+        ConvergenceError: more nodes would be needed.
+    """
+    identified = model_of(model)
+    robot = identified.chain.robot
+    ranges = {name: _range(name, pair) for name, pair in _in_si(over, "over", robot).items()}
+    held = {
+        name: float(value[0]) for name, value in _in_si({k: (v,) for k, v in (at or {}).items()}, "at", robot).items()
+    }
+    both = next((name for name in held if name in ranges), None)
+    if both is not None:
+        raise InputError(f"{both} is both varied and held", where="at", remedy="Name it once.")
+    if not ranges:
+        raise InputError("nothing varies", where="over", remedy="Name a coordinate, e.g. x_m=-0.03:0.03.")
+    loads = ("mass_kg", *robot.coordinates.wrench)
+    if not any(name in ranges or name in held for name in loads):
+        raise InputError("no load is named", where="at", remedy=f"Name {', '.join(loads[:4])} ..., or vary it.")
+    if not error.get("length", 0.0) > 0.0 or not error.get("angle", 0.0) > 0.0:
+        raise InputError("the error must be positive", where="error", remedy="Give lengths (m) and angles (rad).")
+    axes = tuple(ranges)
+    low, high = np.array(list(ranges.values())).T
+    wanted = np.array([error["length" if name.endswith("_m") else "angle"] for name in robot.configuration])
+    _require_no_history(identified, axes, held)
+
+    def exact(points: FloatArray) -> FloatArray:
+        return _corrections(identified, axes, held, points)
+
+    found = correction_table(exact, low, high, wanted, most=nodes, seed=seed)
+    return CorrectionTableResult(axes, robot.configuration, held, found, identified, purpose=purpose_of("table", model))
+
+
+def _in_si(values: Mapping[str, tuple[float, ...]], where: str, robot: Robot) -> dict[str, tuple[float, ...]]:
+    """The named coordinates in SI units."""
+    coordinates = robot.coordinates
+    known = (
+        *robot.configuration, "mass_kg", *coordinates.centre_of_mass, *coordinates.wrench, *coordinates.gravity,
+        "temperature_degC",
+    )  # fmt: skip
+    found: dict[str, tuple[float, ...]] = {}
+    for name, numbers in values.items():
+        measured = measured_column(name)
+        si = name if measured is None else measured.si_name
+        if si not in known:
+            raise InputError(f"unknown coordinate `{name}`", where=where, remedy=nearest(name, known))
+        if si in found:
+            raise InputError(f"{si} is named twice", where=where, remedy="Name it once.")
+        found[si] = numbers if measured is None else tuple(measured.unit.to_si(number) for number in numbers)
+    return found
+
+
+def _range(name: str, pair: tuple[float, ...]) -> tuple[float, float]:
+    low, high = pair
+    if not low < high or not np.isfinite(high - low):
+        what = f"the range of {name} from {low:g} to {high:g} is empty"
+        raise InputError(what, where="over", remedy="Give the lower end first, or hold the coordinate.")
+    return low, high
+
+
+def _points(model: Model, axes: tuple[str, ...], held: Mapping[str, float], points: FloatArray) -> Table:
+    robot = model.chain.robot
+    columns: dict[str, Any] = dict(zip(robot.configuration, robot.reference_configuration().tolist(), strict=True))
+    given = {*axes, *held}
+    if "mass_kg" in given:
+        columns |= dict.fromkeys(robot.coordinates.centre_of_mass, 0.0)
+    if given & set(robot.coordinates.wrench):
+        columns |= dict.fromkeys(robot.coordinates.wrench, 0.0)
+    columns |= dict(held) | {name: points[:, index] for index, name in enumerate(axes)}
+    frame = pd.DataFrame({name: np.broadcast_to(value, len(points)) for name, value in columns.items()})
+    return Table("table", frame, np.arange(len(points)))
+
+
+def _corrections(model: Model, axes: tuple[str, ...], held: Mapping[str, float], points: FloatArray) -> FloatArray:
+    """Command − target (N, n_q) at points (N, d); what is wrong is said with the values there."""
+    loaded = points_from_table(_points(model, axes, held, points), model.chain.robot)
+    try:
+        corrections: FloatArray = commands_for(model, loaded).commands - loaded.configurations
+    except (InfeasibleError, SingularConfigurationError, ConvergenceError) as error:
+        row = int(error.where.rpartition("row ")[2]) if "row " in error.where else 0
+        place = ", ".join(f"{name} {value:.4g}" for name, value in zip(axes, points[row], strict=True))
+        remedy = "Take smaller ranges, in which every target can be reached."
+        raise type(error)(error.what, where=f"table at {place}", remedy=remedy) from None
+    return corrections
+
+
+def _require_no_history(model: Model, axes: tuple[str, ...], held: Mapping[str, float]) -> None:
+    one = np.zeros((1, len(axes)))
+    try:
+        require_history(model, _points(model, axes, held, one))
+    except InputError as error:
+        what = f"the model depends on more than pose and load, which a table cannot tell ({error.where.split()[-1]})"
+        remedy = "Use `expdesign compensate` with the history, or a model without these effects."
+        raise InputError(what, where=model.source, remedy=remedy) from None

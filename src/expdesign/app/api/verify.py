@@ -1,0 +1,181 @@
+"""`verify`: a check measurement of compensated poses, and the certificate."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from expdesign.app.api.inputs import (
+    Config,
+    ModelInput,
+    PathLike,
+    TableInput,
+    model_of,
+    problem_of,
+    purpose_of,
+    table_of,
+)
+from expdesign.app.api.referenced import referenced
+from expdesign.app.api.result import Result
+from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.about import About, about_of, read_about
+from expdesign.assurance.acceptance.budget import tolerances
+from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
+from expdesign.assurance.acceptance.planned import reading_deviations
+from expdesign.assurance.acceptance.record import certificate_number, verification_record
+from expdesign.assurance.acceptance.verification import Tolerances, Verification, compare, judge
+from expdesign.chain.models.model_file import Model
+from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
+from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.planning.problem import DesignProblem
+from expdesign.report.page import Page
+
+SAME = 1e-6
+"""Relative difference below which standard deviations are those that `compensate` wrote."""
+
+
+@dataclass(frozen=True, repr=False)
+class VerificationResult(Result):
+    """A verified robot.
+
+    Attributes:
+        model: of the robot.
+        check: what was measured.
+        result: what it says.
+        about: texts of the certificate.
+        files: SHA-256 of every file, by its name.
+    """
+
+    FILES: ClassVar = ("verification.json", "report.html", "report.json")
+    model: Model
+    check: CheckMeasurement
+    result: Verification
+    about: About
+    files: dict[str, str]
+
+    @property
+    def summary(self) -> str:
+        """The verdict."""
+        return f"verdict {self.result.verdict} for {self.model.chain.robot.name}"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The content of `verification.json`."""
+        robot = self.model.chain.robot
+        axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
+        record = verification_record(self.result, robot, axes, self.about, self.files)
+        return {"certificate": certificate_number(record)} | record
+
+    def page(self) -> Page:
+        """The certificate."""
+        from expdesign.report.verification_report import verification_report  # noqa: PLC0415 (slow to import)
+
+        number = self.record["certificate"]
+        return verification_report(self.result, self.model, self.check, self.about, self.files, number)
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the files of `expdesign verify` into a folder and return the path of the certificate."""
+        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
+
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "verification.json", json_text(self.record))
+            write_report(scratch, self.page(), Path(folder))
+        return Path(folder) / PAGE
+
+
+def verify(
+    model: ModelInput,
+    recordings: TableInput,
+    *,
+    config: Config | None = None,
+    about: PathLike | Mapping[str, str] | About | None = None,
+    coverage: float | None = None,
+    shared_reference: bool | None = None,
+    other_robot: bool = False,
+) -> VerificationResult:
+    """Compare poses attained at compensated commands with what was predicted, and with their tolerances.
+
+    Args:
+        model: identified robot, with which the commands were found.
+        recordings: the commands as `compensate` wrote them, with what was measured filled in.
+        config: run configuration that names the tolerances (and the noise, where the recordings do not).
+        about: texts of the certificate.
+        coverage: of the expanded uncertainty; the configuration's, or that of k = 2, if left out.
+        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
+            or the configuration of `config` say.
+        other_robot: whether a configuration of another geometry than the robot's is meant.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular at a command.
+        NotIdentifiableError: the model did not determine what a prediction needs.
+    """
+    if coverage is not None and not 0.0 < coverage < 1.0:
+        raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")
+    identified = model_of(model)
+    robot = identified.chain.robot
+    table = table_of(recordings, "recordings")
+    require_history(identified, table)
+    check = read_check_measurement(table, robot)
+    require_regular_points(robot, check.points)
+    problem = None if config is None else problem_of(config)
+    if problem is not None:
+        require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
+    deviations = _deviations(identified, check, problem)
+    check = replace(check, points=referenced(check.points, shared_reference, problem))
+    comparison = compare(identified, check, deviations)
+    chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
+    limits = None
+    if problem is not None:
+        targets = problem.targets
+        limits = Tolerances(targets.configurations, tolerances(problem), targets.axes, reading_deviations(problem))
+    columns = [robot.coordinates.deflection[axis] for axis in check.axes]
+    statement = comparison.statement(check.points, columns)
+    judged = judge(check, comparison, limits, chosen, robot)
+    result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
+    files = _hashes(model, recordings, config, about)
+    return VerificationResult(
+        identified, check, result, _about(about), files, purpose=purpose_of("verify", model, recordings)
+    )
+
+
+def _deviations(model: Model, check: CheckMeasurement, problem: DesignProblem | None) -> FloatArray:
+    """Standard deviations of the readings (N, k): the recordings' own, or those of the configuration."""
+    if check.deviations is not None:
+        predicted = predict_with(chain_of(model, platform=True), model, check.points).deviations[:, check.axes]
+        # What `compensate` wrote into `sx_m …` is how well the pose is predicted, not how well it was measured.
+        if (np.abs(check.deviations - predicted) > SAME * predicted).any():
+            return check.deviations
+    if problem is not None:
+        noise = problem.noise
+        pose_map = model.chain.robot.jacobians(check.points.configurations).pose
+        of_axes = dict(zip(noise.axes.tolist(), noise.deviations_at(pose_map).T, strict=True))
+        if all(int(axis) in of_axes for axis in check.axes):
+            return np.stack([of_axes[int(axis)] for axis in check.axes], axis=-1)
+    names = ", ".join(model.chain.robot.coordinates.deviation[axis] for axis in check.axes)
+    what = "how well the poses were measured is not stated"
+    if check.deviations is not None:
+        what += " (the standard deviations are still those of the prediction, which `compensate` wrote)"
+    remedy = f"Write the instrument's standard deviations into {names}, or give a configuration with them (--config)."
+    raise InputError(what, where=check.points.source, remedy=remedy)
+
+
+def _about(about: PathLike | Mapping[str, str] | About | None) -> About:
+    if about is None or isinstance(about, About):
+        return about or About()
+    return about_of(dict(about)) if isinstance(about, Mapping) else read_about(Path(about))
+
+
+def _hashes(*inputs: object) -> dict[str, str]:
+    """SHA-256 of the inputs that are files, by their names."""
+    found: dict[str, str] = {}
+    for one in inputs:
+        if isinstance(one, str | Path) and Path(one).is_file():
+            found[str(one)] = hashlib.sha256(Path(one).read_bytes()).hexdigest()
+    return found

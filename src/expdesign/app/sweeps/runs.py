@@ -1,0 +1,195 @@
+"""The runs of a sweep, each with the resolved configuration that makes it what it is."""
+
+import copy
+import hashlib
+import itertools
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from expdesign.app.sweeps.schema import RangeSection, SweepSection
+from expdesign.errors import InputError
+from expdesign.io.kinds import require_kind
+from expdesign.io.schema import validate
+from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.found_robot import robot_of
+from expdesign.planning.problem_file import problem_from_document, resolved_config
+
+_KEY = re.compile(r"[^.\[\]]+|\[\d+\]")
+MOST_RUNS = 100_000
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """One run.
+
+    Attributes:
+        number: from 1, in the order of the sweep.
+        values: what is varied, by its dotted key, as the sweep names it.
+        config: the configuration as resolved; beside it only the program and its libraries decide.
+        identity: digest of `config` and of what computes it (`computed_by.py`).
+    """
+
+    number: int
+    values: dict[str, Any]
+    config: dict[str, Any]
+    identity: str
+
+
+def sweep_runs(document: YamlDocument, computed_by: str) -> list[SweepRun]:
+    """The runs of a sweep file: every case with every combination of the varied values, the last key fastest.
+
+    Each value of each key is tried in a whole problem, so that what is wrong is said before the first run starts.
+
+    Raises:
+        InputError: the sweep, its configuration, or a value is wrong.
+        SingularConfigurationError: the robot is singular at a target.
+    """
+    require_kind(document, "sweep")
+    sweep = validate(SweepSection, document)
+    base = _base(sweep, document)
+    runs, robots, tried = [], _Robots(), set[str]()
+    for number, values in enumerate(_combinations(sweep, document), start=1):
+        described = ", ".join(f"{key} = {text_of(value)}" for key, value in values.items())
+        source = f"{document.source}, run {number} ({described})"
+        content = copy.deepcopy(base)
+        for key, value in values.items():
+            _put(content, key, _here(key, value, document.folder), robots, source)
+        content["robot"] = robots.content(content.get("robot"), source)
+        part = YamlDocument(source, Path(), content)
+        config = resolved_config(part, robots.robot(content["robot"], source))
+        fresh = {f"{key} = {text_of(value)}" for key, value in values.items()} - tried
+        if fresh:
+            tried |= fresh
+            problem_from_document(part)
+        runs.append(SweepRun(number, values, config, identity(config, computed_by)))
+    return runs
+
+
+def identity(config: dict[str, Any], computed_by: str) -> str:
+    """Identity of a run: the digest of its resolved configuration and of what computes it, as a text.
+
+    Of a robot in a file of its own (URDF) the content counts, and not where it lies.
+    """
+    robot = config["robot"]
+    if isinstance(robot.get("urdf"), str):
+        digest = hashlib.sha256(Path(robot["urdf"]).read_bytes()).hexdigest()
+        config = config | {"robot": robot | {"urdf": digest}}
+    text = json.dumps({"config": config, "computed_by": computed_by}, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def text_of(value: Any) -> str:
+    """A value as `sweep.csv` and messages show it."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _base(sweep: SweepSection, document: YamlDocument) -> dict[str, Any]:
+    """The configuration that is varied, its paths made independent of where it lies."""
+    if isinstance(sweep.config, str):
+        path = document.folder / sweep.config
+        if not path.is_file():
+            remedy = "Paths are relative to the sweep file."
+            raise InputError(f"there is no file {path}", where=document.where(("config",)), remedy=remedy)
+        found = read_yaml(path)
+    else:
+        found = document.part("config")
+    require_kind(found, "run configuration")
+    if not isinstance(found.content, dict):
+        raise InputError("a run configuration is needed here", where=found.where(), remedy="See `expdesign new`.")
+    content = copy.deepcopy(found.content)
+    for key in ("robot", "experiment.poses.candidates"):
+        value = _get(content, key)
+        if isinstance(value, str):
+            _put(content, key, str(found.folder / value), _Robots(), found.source)
+    return content
+
+
+def _combinations(sweep: SweepSection, document: YamlDocument) -> list[dict[str, Any]]:
+    lists = [v.values() if isinstance(v, RangeSection) else v for v in sweep.vary.values()]
+    count = max(len(sweep.cases), 1)
+    for values in lists:
+        count *= len(values)
+    if count > MOST_RUNS:
+        raise InputError(f"these are {count} runs", where=document.where(), remedy=f"At most {MOST_RUNS}.")
+    for index, case in enumerate(sweep.cases):
+        for key in case:
+            if key in sweep.vary:
+                where = document.where(("cases", index, key))
+                raise InputError("this key is also under `vary`", where=where, remedy="Keep one of them.")
+    grid = [dict(zip(sweep.vary, values, strict=True)) for values in itertools.product(*lists)]
+    return [case | values for case in (sweep.cases or [{}]) for values in grid]
+
+
+class _Robots:
+    """Robots by their files and by their content, each read once."""
+
+    def __init__(self) -> None:
+        self._contents: dict[str, Any] = {}
+        self._robots: dict[str, Robot] = {}
+
+    def content(self, robot: Any, source: str) -> Any:
+        """The mapping of a robot, or of the file that it lies in."""
+        if not isinstance(robot, str):
+            return robot
+        if robot not in self._contents:
+            path = Path(robot)
+            if not path.is_file():
+                remedy = "Paths are relative to the file in which they stand."
+                raise InputError(f"there is no file {path}", where=f"{source}, robot", remedy=remedy)
+            document = read_yaml(path)
+            content = document.content
+            if isinstance(content, dict) and isinstance(content.get("urdf"), str):
+                content = content | {"urdf": str((document.folder / content["urdf"]).resolve())}
+            self._contents[robot] = content
+        return copy.deepcopy(self._contents[robot])
+
+    def robot(self, content: Any, source: str) -> Robot:
+        """The robot that a mapping describes."""
+        key = json.dumps(content, sort_keys=True, default=str)
+        if key not in self._robots:
+            self._robots[key] = robot_of(YamlDocument(source, Path(), {"robot": content}).part("robot"))[0]
+        return self._robots[key]
+
+
+def _here(key: str, value: Any, folder: Path) -> Any:
+    """A value of the sweep file; paths in it are relative to that file."""
+    return str(folder / value) if key in ("robot", "experiment.poses.candidates") and isinstance(value, str) else value
+
+
+def _keys(key: str) -> list[str | int]:
+    """`targets[0].tolerance.dz_m` (or `targets.0…`) as the keys on the way."""
+    return [
+        int(part.strip("[]")) if part.startswith("[") or part.isdecimal() else part for part in _KEY.findall(key)
+    ] or [key]
+
+
+def _get(content: Any, key: str) -> Any:
+    for part in _keys(key):
+        if not isinstance(content, dict) or part not in content:
+            return None
+        content = content[part]
+    return content
+
+
+def _put(content: dict[str, Any], key: str, value: Any, robots: _Robots, source: str) -> None:
+    """Set what stands at a dotted key; mappings on the way that are missing are made, and files are read in."""
+    *way, last = _keys(key)
+    place: Any = content
+    for depth, part in enumerate([*way, last]):
+        if isinstance(place, list):
+            if not isinstance(part, int) or part >= len(place):
+                remedy = f"There are {len(place)} entries, counted from 0."
+                raise InputError(f"`{key}` is not in the configuration", where=source, remedy=remedy)
+        elif not isinstance(place, dict):
+            at = ".".join(str(part) for part in [*way, last][:depth])
+            raise InputError(f"`{key}` is not in the configuration: `{at}` has no keys", where=source, remedy="Check.")
+        if depth == len(way):
+            place[part] = copy.deepcopy(value)
+            return
+        if part == "robot" and depth == 0:
+            place[part] = robots.content(place.get(part), source)
+        place = place[part] if isinstance(place, list) and isinstance(part, int) else place.setdefault(part, {})

@@ -1,0 +1,125 @@
+"""The uncertainty budget of the pose that is attained after compensation (JCGM 100:2008, clauses 4, 5 and 8).
+
+The error of the attained pose is −A_D·ε_c (theory.md 4.1), linear in independent inputs: the noise of the deflections
+and each source of load error. The combined standard uncertainty along an axis is u_c = √Σ u_i² (5.1.2) and the
+expanded one U = k·u_c (6.2.1).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.estimation.coverage_factor import Coverage
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.problem import DesignProblem
+
+NOISE = "noise"
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """One line of a budget.
+
+    Attributes:
+        name: `noise`, or the source of load error.
+        deviation: standard uncertainty of the attained pose along every axis (m, rad), shape (t, n); NaN where it is
+            not determined.
+        repeatable: whether it is independent from one repetition of the experiment to the next, and so shrinks with
+            their number; what all measurements share does not.
+        degrees: degrees of freedom of the estimate of it; infinite where it is known.
+    """
+
+    name: str
+    deviation: FloatArray
+    repeatable: bool
+    degrees: float = float("inf")
+
+
+@dataclass(frozen=True)
+class UncertaintyBudget:
+    """Contributions at t targets along n axes.
+
+    Attributes:
+        contributions: independent of each other.
+        tolerance: ± what is accepted (m, rad), shape (t, n), NaN where an axis does not matter.
+        axes: deflection columns along the axes.
+        coverage: of the expanded uncertainty.
+        measurements: of the experiment.
+    """
+
+    contributions: tuple[Contribution, ...]
+    tolerance: FloatArray
+    axes: tuple[str, ...]
+    coverage: Coverage
+    measurements: int
+
+    @property
+    def matters(self) -> BoolArray:
+        """Which axes have a tolerance, shape (t, n)."""
+        matters: BoolArray = np.isfinite(self.tolerance)
+        return matters
+
+    @cached_property
+    def standard(self) -> FloatArray:
+        """u_c (m, rad), shape (t, n)."""
+        return self._root([one.deviation for one in self.contributions])
+
+    @cached_property
+    def degrees(self) -> FloatArray:
+        """ν_eff of Welch and Satterthwaite (JCGM 100:2008, G.2b), shape (t, n)."""
+        parts = [one.deviation**4 / one.degrees for one in self.contributions]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            degrees: FloatArray = self.standard**4 / np.sum(parts, axis=0)
+        return np.where(np.isnan(degrees), np.inf, degrees)
+
+    @cached_property
+    def factor(self) -> FloatArray:
+        """k, shape (t, n)."""
+        return self.coverage.factors(self.degrees)
+
+    @cached_property
+    def expanded(self) -> FloatArray:
+        """U = k·u_c (m, rad), shape (t, n)."""
+        return self.factor * self.standard
+
+    def repeated(self, times: float) -> FloatArray:
+        """U when the whole experiment is done `times` times, everything set up anew (its noise then averages)."""
+        repeatable = self._root([one.deviation for one in self.contributions if one.repeatable])
+        shared = self._root([one.deviation for one in self.contributions if not one.repeatable])
+        return self.factor * np.sqrt(repeatable**2 / times + shared**2)
+
+    def _root(self, deviations: list[FloatArray]) -> FloatArray:
+        total = np.zeros_like(self.tolerance)
+        for deviation in deviations:
+            total = total + deviation**2
+        return np.sqrt(total)
+
+
+def tolerances(problem: DesignProblem) -> FloatArray:
+    """Tolerances of the targets (m, rad), shape (t, n), NaN where an axis does not matter."""
+    importance = problem.targets.importance
+    with np.errstate(divide="ignore"):
+        return np.where(importance > 0.0, 1.0 / np.sqrt(importance), np.nan)
+
+
+def load_contributions(problem: DesignProblem, assessment: Assessment) -> tuple[Contribution, ...]:
+    """One line for each source of load error of the first design of an assessment."""
+    deviations = np.sqrt(assessment.source_variances[0])
+    return tuple(
+        Contribution(source.source, deviations[..., index], not source.shared)
+        for index, source in enumerate(problem.loaded.sources)
+    )
+
+
+def planned_budget(problem: DesignProblem, assessment: Assessment) -> UncertaintyBudget:
+    """The budget of the first design of an assessment, before anything is measured."""
+    noise = Contribution(NOISE, np.sqrt(assessment.noise_variance[0]), True)
+    return UncertaintyBudget(
+        contributions=(noise, *load_contributions(problem, assessment)),
+        tolerance=tolerances(problem),
+        axes=problem.loaded.robot.coordinates.deflection,
+        coverage=problem.coverage,
+        measurements=assessment.count,
+    )

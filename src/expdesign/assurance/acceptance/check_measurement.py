@@ -1,0 +1,106 @@
+"""A check measurement: poses attained at compensated commands, in a table (file-formats.md, Check measurements).
+
+The columns are those that `compensate` wrote, the command in the pose columns and the target in `target_x_m …`, with
+what was measured filled in: deflections `dx_m …`, or measured poses `measured_x_m …`, and their standard deviations in
+`sx_m …`. A tolerance may stand in `tolerance_dx_m …`.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.recordings.columns import order_in_time, read_deflections, read_deviations
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.errors import InputError
+from expdesign.io.table import Table
+from expdesign.mechanics.robots.robot import Robot
+
+FARTHEST = 0.1
+"""m or rad; a measured pose farther from its target is in another unit or frame."""
+
+
+@dataclass(frozen=True)
+class CheckMeasurement:
+    """N rows in the order of their sequence.
+
+    Attributes:
+        points: commands, and loads as they act at the target.
+        targets: configurations that were to be reached, shape (N, n_q).
+        axes: indices of the measured components, shape (k,).
+        readings: deflections, or measured minus wanted poses, of these components (m, rad), shape (N, k).
+        absolute: whether the readings are of poses (else of deflections).
+        deviations: standard deviations of the readings, shape (N, k), or None where the table states none.
+        tolerance: ± that columns state, shape (N, n), NaN where they do not; None without such columns.
+    """
+
+    points: LoadedPoints
+    targets: FloatArray
+    axes: IntArray
+    readings: FloatArray
+    absolute: bool
+    deviations: FloatArray | None
+    tolerance: FloatArray | None
+
+    def __len__(self) -> int:
+        return len(self.targets)
+
+
+def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
+    """Read a check measurement.
+
+    Raises:
+        InputError: there is no target or nothing measured, or anything in the table is missing or cannot be right.
+    """
+    names = tuple(f"target_{name}" for name in robot.configuration)
+    if not any(table.has(name) for name in names):
+        what = "there are no targets: these are no recordings at compensated commands"
+        remedy = "Measure at the commands that `expdesign compensate` writes, and keep its columns `target_...`."
+        raise InputError(what, where=table.where(column=names[0]), remedy=remedy)
+    order = order_in_time(table)
+    targets = table.numbers(names)[order]
+    commands = table.numbers(robot.configuration)[order]
+    # The load acts where the platform shall be: its wrench is taken at the target, as it was for the command.
+    frame = table.frame.copy()
+    for name, target in zip(robot.configuration, names, strict=True):
+        frame[name] = frame[target]
+    points = replace(points_from_table(replace(table, frame=frame), robot), configurations=commands)
+    axes, readings, absolute = _readings(table, robot, targets, order)
+    tolerance_names = tuple(f"tolerance_{name}" for name in robot.coordinates.deflection)
+    tolerance = None
+    if any(table.has(name) for name in tolerance_names):
+        tolerance = np.full((len(targets), robot.coordinates.n), np.nan)
+        for axis, name in enumerate(tolerance_names):
+            if table.has(name):
+                tolerance[:, axis] = table.numbers((name,))[order, 0]
+        wrong = np.argwhere(tolerance <= 0.0)
+        if len(wrong):
+            where = table.where(int(order[wrong[0, 0]]), tolerance_names[wrong[0, 1]])
+            raise InputError("a tolerance must be positive", where=where, remedy="Correct it.")
+    deviations = read_deviations(table, robot.coordinates, axes, order)
+    return CheckMeasurement(points, targets, axes, readings, absolute, deviations, tolerance)
+
+
+def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) -> tuple[IntArray, FloatArray, bool]:
+    coordinates = robot.coordinates
+    measured = [f"measured_{name}" for name in coordinates.pose]
+    deflected = any(table.has(name) for name in coordinates.deflection)
+    if not any(table.has(name) for name in measured):
+        return (*read_deflections(table, coordinates, order), False)
+    if deflected:
+        what = "there are both deflections and measured poses"
+        raise InputError(what, where=table.where(), remedy="Take one of the two out.")
+    if robot.configuration != coordinates.pose:
+        what = "measured poses are for robots that are commanded by a pose"
+        raise InputError(what, where=table.where(column=measured[0]), remedy="Give deflections (dx_m ...).")
+    axes = np.array([axis for axis, name in enumerate(measured) if table.has(name)], dtype=np.int64)
+    poses = table.numbers(tuple(measured[axis] for axis in axes))[order]
+    errors = poses - targets[:, axes]
+    far: BoolArray = np.abs(errors) > FARTHEST
+    if far.any():
+        row, column = (int(i) for i in np.argwhere(far)[0])
+        what = f"the measured pose is {abs(errors[row, column]):.3g} m or rad from its target"
+        where = table.where(int(order[row]), measured[axes[column]])
+        raise InputError(what, where=where, remedy="Check the unit (m, rad) and the frame.")
+    return axes, errors, True

@@ -1,0 +1,137 @@
+"""The uncertainty budget at the targets of a model with any physics, as recordings determined it.
+
+With parameters θ, their covariance P and the sensitivities T of the attained pose at a target, the noise contributes
+√(T·P·Tᵀ). An error of the recorded loads moves the readings by g, and the estimate by P·Sᵀ·V⁻¹·g (theory.md 5.1 with
+the sensitivities S of all parameters); what a parameter of the load takes up no longer reaches the others.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
+from expdesign.chain.chain import Chain
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.row import row_data
+from expdesign.errors import InputError
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.whitening import Whitening
+from expdesign.planning.problem import DesignProblem
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """A model as recordings determined it.
+
+    Attributes:
+        fit: of the rows, its covariance being that with which it predicts.
+        recordings: the rows that were fitted.
+        whitening: of these rows.
+        degrees: degrees of freedom of the noise level, infinite where it is stated.
+    """
+
+    fit: Fit
+    recordings: Recordings
+    whitening: Whitening
+    degrees: float = float("inf")
+
+
+def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudget:
+    """The budget of a model at the targets of a configuration of the same robot.
+
+    Raises:
+        InputError: the load errors of the configuration are of another kind of load than was recorded.
+    """
+    problem.require_elastostatic("a robot can be accepted from recordings")
+    sensitivities = _at_targets(problem, model.fit)
+    deviations = model.fit.estimable.deviations(sensitivities)
+    noise = np.where(np.isfinite(deviations), deviations, np.nan)
+    contributions = [Contribution(NOISE, noise, True, model.degrees)]
+    effects = _effects_of_loads(problem, model) if problem.loaded.sources else []
+    for source, moved in zip(problem.loaded.sources, effects, strict=True):
+        # Errors that every row has for itself add up in squares, one that all share adds up as it is.
+        estimates = moved.sum(axis=0)[None] if source.shared else moved
+        errors = np.einsum("tnp,mpd->tnmd", sensitivities, estimates)
+        deviation = np.sqrt((errors**2).sum(axis=(2, 3)))
+        contributions.append(Contribution(source.source, deviation, not source.shared))
+    return UncertaintyBudget(
+        contributions=tuple(contributions),
+        tolerance=tolerances(problem),
+        axes=problem.loaded.robot.coordinates.deflection,
+        coverage=problem.coverage,
+        measurements=len(model.recordings),
+    )
+
+
+def _at_targets(problem: DesignProblem, fit: Fit) -> FloatArray:
+    """Derivatives of the attained pose along the axes of the tolerances, shape (t, n, p)."""
+    known = fit.chain
+    chain = Chain(known.robot, known.effects, reading=known.reading, instrument=False, from_command=True)
+    turned = problem.targets.axes
+    rows = []
+    for index in range(len(problem.targets.configurations)):
+        points = target_points(problem, index)
+        moved = chain.predict_with_sensitivities(row_data(points, known.robot), fit.values)[1][0]
+        rows.append(moved if turned is None else turned[index] @ moved)
+    return np.array(rows)
+
+
+def target_points(problem: DesignProblem, index: int) -> LoadedPoints:
+    """A target as a point of its own series, relaxed and at the temperature of its reference."""
+    loaded, parameters = problem.target_loads[index]
+    one, load = np.ones(1, dtype=np.int64), parameters[None]
+    wrench = problem.target_wrenches[index][None]
+    return LoadedPoints(
+        source=problem.source,
+        lines=one,
+        sequence=one,
+        series=one,
+        time=None,
+        configurations=problem.targets.configurations[index][None],
+        wrenches=wrench,
+        absolute=wrench,
+        payload=loaded.load.payloads(load),
+        gravity=loaded.load.gravities(load, loaded.robot.gravity),
+        temperature=None,
+        leg_temperature=None,
+        extra=pd.DataFrame(index=[0]),
+    )
+
+
+def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[FloatArray]:
+    """What one standard deviation of every component of each source does to the estimate, row by row, (N, p, d)."""
+    recorded, fit = model.recordings, model.fit
+    loads = recorded_loads(problem, recorded)
+    rotation = fit.chain.robot.jacobians(recorded.configurations).rotation
+    _, sources = problem.loaded.wrenches(rotation, loads)
+    weights = model.whitening.decorrelated(fit.sensitivities)
+    gain = (weights @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
+    found: list[FloatArray] = []
+    for wrenches in sources:
+        readings = np.stack([_moved(fit, recorded, wrenches[..., d]) for d in range(wrenches.shape[-1])], axis=-1)
+        found.append(gain @ (readings / model.whitening.deviations[..., None]))
+    return found
+
+
+def _moved(fit: Fit, recorded: Recordings, change: FloatArray) -> FloatArray:
+    """Change of the readings (N, k) by a change of the loads (N, n), halved between its two signs."""
+    ends = []
+    for sign in (0.5, -0.5):
+        wrenches, absolute = recorded.wrenches + sign * change, recorded.absolute + sign * change
+        rows = row_data(replace(recorded, wrenches=wrenches, absolute=absolute), fit.chain.robot)
+        ends.append(fit.chain.predict(rows, fit.values))
+    moved: FloatArray = (ends[0] - ends[1])[:, recorded.axes]
+    return moved
+
+
+def recorded_loads(problem: DesignProblem, recorded: Recordings) -> FloatArray:
+    """Parameters of the recorded loads, of the kind that the load errors of a configuration are of, shape (N, k)."""
+    if not problem.loaded.load.has_mass:
+        return recorded.wrenches
+    if recorded.payload is None:
+        what = "the load errors of the configuration are those of a payload, and the recordings have wrenches"
+        remedy = "Record mass_kg and the centre of mass, or use a configuration with `kind: wrench`."
+        raise InputError(what, where=recorded.source, remedy=remedy)
+    return np.concatenate([recorded.payload, recorded.gravity], axis=1)

@@ -1,0 +1,63 @@
+"""What is expected of a plan before anything is measured, and how many check readings will prove it.
+
+`verify` proves conformity of an axis where |ē| + k·s ≤ T, ē being the mean of n readings and s = σ/√n its standard
+uncertainty. Before the experiment the error e is expected within ±k·u_c of 0, and ē within ±k·√(u_c² + s²): with the
+probability that the coverage states, conformity is proven where
+
+    k·√(u_c² + s²) + k·s ≤ T,  that is  s ≤ (T² − U²)/(2·k·T).
+"""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budget
+from expdesign.assurance.acceptance.decision import MOST, Basis, Decision
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.problem import DesignProblem
+
+
+def planned_decision(problem: DesignProblem, assessment: Assessment) -> Decision:
+    """The decision on the first plan of an assessment."""
+    return expected_decision(problem, planned_budget(problem, assessment))
+
+
+def expected_decision(problem: DesignProblem, budget: UncertaintyBudget) -> Decision:
+    """The decision on a plan with this budget."""
+    readings = None
+    if isinstance(problem.loaded.regressor, Elastostatic):
+        readings = check_readings(budget, reading_deviations(problem))
+    return Decision(budget, Basis.PLAN, check_readings=readings)
+
+
+def reading_deviations(problem: DesignProblem) -> FloatArray:
+    """Standard deviation of one reading along the axes of the tolerances, (t, n); NaN where the instrument sees none.
+
+    A tolerance along an axis of the body that turns an axis which is not measured into it is not seen either.
+    """
+    targets, noise = problem.targets, problem.noise
+    pose_map = problem.loaded.robot.jacobians(targets.configurations).pose
+    deviations = np.full(targets.importance.shape, np.nan)
+    deviations[:, noise.axes] = noise.deviations_at(pose_map)
+    if targets.axes is None:
+        return deviations
+    turned = targets.axes
+    parts = np.where(turned != 0.0, (turned * deviations[:, None, :]) ** 2, 0.0)
+    found: FloatArray = np.sqrt(parts.sum(axis=2))
+    return found
+
+
+def check_readings(budget: UncertaintyBudget, deviations: FloatArray) -> int | None:
+    """How many independent readings of every target will prove conformity; None where no number will.
+
+    Args:
+        budget: of the attained pose.
+        deviations: standard deviation of one reading along each axis (m, rad), shape (t, n).
+    """
+    tolerance, expanded, k = budget.tolerance, budget.expanded, budget.coverage.factor
+    room = tolerance**2 - expanded**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = np.ceil((2.0 * k * tolerance * deviations / room) ** 2 * (1.0 - 1e-12))
+    provable = (room > 0.0) & np.isfinite(deviations)
+    most = float(np.where(provable, needed, np.inf)[budget.matters].max(initial=1.0))
+    return int(most) if most <= MOST else None

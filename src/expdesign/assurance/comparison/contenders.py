@@ -1,0 +1,105 @@
+"""The designs that are compared: the best by each criterion alone, random ones, and plans that are given."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.planning.parts import Parts, one_after_another
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.result import planned
+from expdesign.planning.search import search_single
+from expdesign.planning.start import starting_designs
+
+Origin = Literal["optimised", "random", "given"]
+_RANDOM_STREAM = 7
+_PROBES, _SAME = 8, 1e-12
+"""Designs on which criteria are compared, and the relative difference below which they are the same."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A design with its name and where it comes from."""
+
+    name: str
+    origin: Origin
+    plan: Plan
+
+
+def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> Plan:
+    """The plan that decisions (m, g) stand for."""
+    return planned(problem, decisions)
+
+
+def optimised(
+    problem: DesignProblem,
+    seed: int,
+    generations: int | None,
+    report: Callable[[str], None] = lambda text: None,
+    parts: Parts | None = None,
+) -> list[Contender]:
+    """The best design by each known criterion alone, as its own author would have chosen it.
+
+    Every criterion is searched by itself, and once more from what all searches found: a design that was sought by one
+    criterion often lies in a better valley of another. Of all designs that were found, each criterion has the best.
+    Criteria that are the same (DUIR and `total` without load errors) are searched once, and one that no design changes
+    not at all. `parts` does the searches and refinements, which do not
+    need each other.
+
+    Raises:
+        InfeasibleError: no design within the limits was found.
+        NotIdentifiableError: no design identifies what the targets need.
+    """
+    criteria, each = problem.criteria, parts or one_after_another(problem)
+    names = distinct_criteria(problem, seed)
+    found = each(_searched, [(name, seed, generations) for name in names])
+    report("searched")
+    decisions = np.unique(np.concatenate(found), axis=0)
+    jobs = [(name, seed, generations, decisions) for name in names]
+    better = each(_searched, jobs, lambda index: report(names[index]))
+    for name in criteria:
+        if name not in names:
+            report(name)
+    designs = np.concatenate([decisions, *better])
+    plans = [plan_of_decisions(problem, one) for one in designs]
+    assessment = problem.assessed(designs)
+    best = []
+    for name, criterion in criteria.items():
+        values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
+        best.append(Contender(name, "optimised", plans[int(np.nanargmin(values))]))
+    return best
+
+
+def _searched(
+    problem: DesignProblem, name: str, seed: int, generations: int | None, start: FloatArray | None = None
+) -> FloatArray:
+    """Genes (1, m, g) of the best design that the search by a criterion finds."""
+    criterion = problem.criteria[name]
+    return search_single(problem, criterion, seed=seed, generations=generations, start=start).decisions[:1]
+
+
+def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
+    """Criteria that order designs, without those that are another one to within rounding, by designs at random."""
+    plans = [one.plan for one in drawn(problem, _PROBES, seed)]
+    configurations, loads = (np.array([getattr(plan, name) for plan in plans]) for name in ("configurations", "loads"))
+    assessment = problem.assess(configurations, loads, np.array([plan.series for plan in plans]))
+    kept: dict[str, FloatArray] = {}
+    for name, criterion in problem.criteria.items():
+        values = criterion.values(assessment)
+        varies = not np.allclose(values, values[0], rtol=_SAME, atol=0.0)
+        if varies and not any(np.allclose(values, other, rtol=_SAME, atol=0.0) for other in kept.values()):
+            kept[name] = values
+    return list(kept) or list(problem.criteria)[:1]
+
+
+def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:
+    """Random designs of measurements within the robot's limits."""
+    decisions = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
+    designs = decisions.reshape(count, problem.space.measurements, problem.space.decisions)
+    return [
+        Contender(f"random {index}", "random", plan_of_decisions(problem, one))
+        for index, one in enumerate(designs, start=1)
+    ]

@@ -1,0 +1,253 @@
+"""Recordings of deflections, as they are or under a hypothesis, and how well the base model fits them.
+
+The misfit of a fit is the share of the readings that it leaves over, Σ w²r² / Σ w²y², so that it depends on no unit.
+Two weightings are asked: by the stated standard deviations, and with translations and rotations each in parts of their
+own size, which serves where no deviation is stated or the deviations themselves are mistaken.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import chi2 as chi_squared
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.robots.robot import Robot
+
+Weighting = Callable[["Sample"], FloatArray]
+"""Weights (N, k) of the readings of a sample."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Recordings under a hypothesis.
+
+    Attributes:
+        configurations: commands, shape (N, n_q).
+        wrenches: loads, shape (N, n).
+        readings: deflections of the measured axes, shape (N, k).
+        deviations: their standard deviations, shape (N, k), or None where they are not stated.
+    """
+
+    configurations: FloatArray
+    wrenches: FloatArray
+    readings: FloatArray
+    deviations: FloatArray | None
+
+    def scaled(self, factors: FloatArray) -> "Sample":
+        """Readings times factors (k,), their standard deviations with them."""
+        deviations = None if self.deviations is None else self.deviations * np.abs(factors)
+        return replace(self, readings=self.readings * factors, deviations=deviations)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The base model fitted to a sample.
+
+    Attributes:
+        misfit: share of the readings that is left over.
+        chi2: the weighted sum of squares that is left over.
+        dof: readings less compliances.
+        compliances: in parts of those of the robot file, shape (n_p,); NaN where no load shows them.
+        positive: whether no compliance is negative beyond its uncertainty.
+        residuals: what is left of every reading, shape (N, k).
+    """
+
+    misfit: float
+    chi2: float
+    dof: int
+    compliances: FloatArray
+    positive: bool
+    residuals: FloatArray
+
+    @property
+    def ratio(self) -> float:
+        """Median of the compliances in parts of those of the robot file."""
+        shown = self.compliances[self.compliances > 0.0]
+        return float(np.median(shown)) if shown.size else float("nan")
+
+    @property
+    def share_positive(self) -> float:
+        """How many of the compliances that show are positive, in parts of all of them."""
+        shown = self.compliances[np.isfinite(self.compliances)]
+        return float((shown > 0.0).mean()) if shown.size else 0.0
+
+    @property
+    def p_value(self) -> float:
+        """Probability of a larger χ², where the weights are reciprocals of standard deviations."""
+        return float(chi_squared.sf(self.chi2, self.dof)) if self.dof > 0 else 1.0
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Recordings beside the robot that they are of.
+
+    Attributes:
+        recordings: rows that may be fitted.
+        robot: the robot.
+        options: thresholds.
+    """
+
+    recordings: Recordings
+    robot: Robot
+    options: MistakeOptions = DEFAULT
+    _observations: dict[tuple[int, int], tuple[Sample, FloatArray]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def stated(self) -> Sample:
+        """The recordings as they are."""
+        data = self.recordings
+        return Sample(data.configurations, data.wrenches, data.deflections, data.deviations)
+
+    @cached_property
+    def linear(self) -> BoolArray:
+        """Which of the measured axes are translations, shape (k,)."""
+        linear: BoolArray = self.axes < self.robot.coordinates.translations
+        return linear
+
+    @property
+    def axes(self) -> IntArray:
+        """Indices of the measured axes, shape (k,)."""
+        return self.recordings.axes
+
+    @property
+    def names(self) -> list[str]:
+        """Columns of the readings."""
+        components = self.recordings.components(self.robot.coordinates)
+        return [components[axis] for axis in self.axes]
+
+    @cached_property
+    def weightings(self) -> tuple[Weighting, ...]:
+        """By the stated standard deviations, where there are some, and by size."""
+        return (self._by_size,) if self.stated.deviations is None else (_by_deviation, self._by_size)
+
+    @cached_property
+    def fits(self) -> tuple[Fitted | None, ...]:
+        """The recordings as they are, fitted under each weighting."""
+        return tuple(self.fit(self.stated, weighting) for weighting in self.weightings)
+
+    @property
+    def noise_stated(self) -> bool:
+        """Whether χ² of the first weighting has the distribution of that name."""
+        return self.stated.deviations is not None
+
+    def _by_size(self, sample: Sample) -> FloatArray:
+        weights = np.ones_like(sample.readings)
+        for kind in (self.linear, ~self.linear):
+            size = np.sqrt((sample.readings[:, kind] ** 2).mean()) if kind.any() else 0.0
+            weights[:, kind] = 1.0 / size if size > 0.0 else 0.0
+        return weights
+
+    def observation(self, sample: Sample) -> FloatArray:
+        """Sensitivities of the readings to relative compliances, shape (N, k, n_p); kept for samples alike."""
+        key = (id(sample.configurations), id(sample.wrenches))
+        if key not in self._observations:
+            jacobians = self.robot.jacobians(sample.configurations)
+            matrix = observation_matrix(jacobians, sample.wrenches)[:, self.axes] * self.robot.compliance
+            self._observations[key] = sample, matrix  # the sample is kept so that its arrays keep their identity
+        return self._observations[key][1]
+
+    def fit(self, sample: Sample, weighting: Weighting) -> Fitted | None:
+        """Least squares under a weighting; None where nothing can be fitted."""
+        observation = self.observation(sample)
+        if not np.isfinite(observation).all():
+            return None
+        weights = weighting(sample)
+        rows = (observation * weights[..., None]).reshape(-1, observation.shape[-1])
+        right = (sample.readings * weights).ravel()
+        scale = np.linalg.norm(rows, axis=0)
+        kept = scale > 1e-6 * scale.max(initial=0.0)
+        total = float((right**2).sum())
+        if not kept.any() or total == 0.0:
+            return None
+        values, _, _, _ = np.linalg.lstsq(rows[:, kept] / scale[kept], right, rcond=1e-8)
+        left = right - rows[:, kept] / scale[kept] @ values
+        compliances = np.full(len(kept), np.nan)
+        compliances[kept] = values / scale[kept]
+        spread = np.sqrt((left**2).mean()) / scale[kept] * np.sqrt(kept.sum())
+        positive = bool((compliances[kept] > -3.0 * spread).all() and compliances[kept].sum() > 0.0)
+        known = np.where(kept, compliances, 0.0)
+        residuals = sample.readings - observation @ known
+        chi2 = float((left**2).sum())
+        return Fitted(chi2 / total, chi2, len(right) - int(kept.sum()), compliances, positive, residuals)
+
+    @cached_property
+    def _deletion(self) -> tuple[FloatArray, FloatArray, Fitted] | None:
+        """Weighted residuals (N, k), an orthonormal basis of what the fit can reach (N, k, r), and the fit."""
+        first = self.fits[0]
+        if first is None or first.dof <= 2 * len(self.axes):
+            return None
+        weights = self.weightings[0](self.stated)
+        rows = (self.observation(self.stated) * weights[..., None]).reshape(weights.size, -1)
+        kept = np.isfinite(first.compliances)
+        basis = np.linalg.qr(rows[:, kept] / np.linalg.norm(rows[:, kept], axis=0))[0]
+        return first.residuals * weights, basis.reshape(*weights.shape, -1), first
+
+    @cached_property
+    def row_scores(self) -> FloatArray | None:
+        """How far each row is from what the others say, shape (N,): √F of leaving it out (Cook and Weisberg 1982).
+
+        χ² falls by rᵀ(I − H)⁻¹r where a row with residuals r and leverage H is left out. None with too few readings.
+        """
+        if self._deletion is None:
+            return None
+        residuals, basis, fitted = self._deletion
+        own = np.eye(residuals.shape[1]) - basis @ basis.swapaxes(-1, -2)
+        falls = np.einsum("ni,nij,nj->n", residuals, np.linalg.pinv(own, rcond=1e-9, hermitian=True), residuals)
+        return _score(falls, residuals.shape[1], fitted)
+
+    @cached_property
+    def reading_scores(self) -> FloatArray | None:
+        """The same for single readings, shape (N, k)."""
+        if self._deletion is None:
+            return None
+        residuals, basis, fitted = self._deletion
+        return _score(residuals**2 / np.maximum(1.0 - (basis**2).sum(axis=-1), 1e-9), 1, fitted)
+
+    def at(self, configurations: FloatArray, payload: FloatArray | None = None) -> Sample:
+        """The recordings at other commands (N, n_q): weights act where the platform would then be."""
+        payload = self.recordings.payload if payload is None else payload
+        other = replace(self.stated, configurations=configurations)
+        return other if payload is None else replace(other, wrenches=self._weights(configurations, payload))
+
+    def with_payload(self, payload: FloatArray, gravity: FloatArray | None = None) -> Sample:
+        """The recordings under payloads (N, 4), and under another gravity (N, d) where it is given."""
+        return replace(self.stated, wrenches=self._weights(self.stated.configurations, payload, gravity))
+
+    @cached_property
+    def _loaded(self) -> LoadedRobot:
+        return LoadedRobot(self.robot, Payload(self.robot.coordinates))
+
+    def _weights(self, commands: FloatArray, payload: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
+        gravity = self.recordings.gravity if gravity is None else gravity
+        rotation = self.robot.jacobians(commands).rotation
+        return self._loaded.wrenches(rotation, np.concatenate([payload, gravity], axis=1))[0]
+
+    def where(self, row: int, column: str = "") -> str:
+        """`row 7`, as the file counts, and its column."""
+        return f"row {self.recordings.lines[row]}" + (f", column {column}" if column else "")
+
+
+def _by_deviation(sample: Sample) -> FloatArray:
+    assert sample.deviations is not None
+    return 1.0 / sample.deviations
+
+
+def _score(falls: FloatArray, count: int, fitted: Fitted) -> FloatArray:
+    """√F of leaving out `count` readings, by which χ² falls."""
+    left = np.maximum(fitted.chi2 - falls, 1e-12 * fitted.chi2) / max(fitted.dof - count, 1)
+    score: FloatArray = np.sqrt(falls / count / np.maximum(left, 1e-300))
+    return score
+
+
+def evidence_of(recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT) -> Evidence:
+    """The rows of recordings that may be fitted, without references, which measure nothing."""
+    unloaded = (recordings.wrenches == 0.0).all(axis=1) & (recordings.deflections == 0.0).all(axis=1)
+    rows = np.flatnonzero(~recordings.test & ~unloaded)[: options.rows]
+    return Evidence(recordings.rows(rows), robot, options)

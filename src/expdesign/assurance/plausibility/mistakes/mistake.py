@@ -1,0 +1,36 @@
+"""What a kind of mistake says about itself: how recordings with it would have to be read, or what gives it away."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from expdesign.assurance.plausibility.evidence import Evidence, Sample
+from expdesign.assurance.plausibility.finding import Finding
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another reading of the same recordings.
+
+    Attributes:
+        sentence: what was mistaken, and what to do.
+        sample: the recordings read so.
+        where: row and column, where it concerns one.
+        tried: of how many alternatives of its kind it was the most promising, without fitting the others.
+    """
+
+    sentence: str
+    sample: Sample
+    where: str = ""
+    tried: int = 1
+
+
+class Mistake:
+    """A kind of mistake. Alternatives of all kinds compete, and the best is named; findings stand for themselves."""
+
+    def alternatives(self, evidence: Evidence) -> Iterator[Alternative]:
+        """The recordings as they would be without the mistake."""
+        return iter(())
+
+    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+        """What gives the mistake away without a comparison."""
+        return iter(())

@@ -1,0 +1,232 @@
+"""Run configurations: loads, deflections, noise, ranges and tolerances against each other and against the robot."""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.plausibility.finding import Finding, extent, largest
+from expdesign.assurance.plausibility.robot import robot_findings
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.problem import DesignProblem
+
+FAR = 8.0
+"""Times the robot's size at which no centre of mass and no pose is."""
+SOFT, SOFT_ARM, BROKEN = 0.003, 0.05, 0.5
+"""Deflections in parts of the robot's size that are suspicious for robots on legs and for arms, and impossible."""
+TURNED, OVERTURNED = 0.05, 1.0
+"""rad of deflection that are suspicious, and impossible."""
+NOISES = (1e-12, 1e-3)
+"""m: standard deviations between which instruments are."""
+ANGULAR_NOISES = (1e-12, 2e-2)
+"""rad."""
+PLATFORM_ANGLE = 1.8
+"""rad that no platform on legs turns by."""
+RATIO = 150.0
+"""Ratio of loads in the experiment and at the targets beyond which one of them is in another unit."""
+UNSEEN, PERFECT = 1.0, 1e7
+"""Largest deflection in standard deviations of its reading below and above which one of them is in another unit."""
+COARSE = (1e-2, 0.2)
+"""m, rad: tolerances that need no calibration."""
+_SAMPLES = 200
+
+
+def problem_findings(problem: DesignProblem) -> list[Finding]:
+    """What speaks against a run configuration."""
+    found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
+    if isinstance(problem.loaded.regressor, Elastostatic):
+        found += [*_centres(problem), *_masses(problem), *_deflections(problem), *_load_errors(problem)]
+    return found
+
+
+def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
+    """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
+    decisions = problem.space.sample(_SAMPLES, np.random.default_rng(0))
+    poses, loads = problem.space.decode(decisions)
+    usable = problem.loaded.robot.usable(poses)
+    return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
+
+
+def _ranges(problem: DesignProblem) -> list[Finding]:
+    corners = np.stack([problem.space.lower, problem.space.upper])
+    drawn = problem.space.sample(_SAMPLES, np.random.default_rng(0))
+    poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
+    robot = problem.loaded.robot
+    return [
+        *pose_findings(robot, poses, "experiment.poses"),
+        *pose_findings(robot, problem.targets.configurations, "targets"),
+    ]
+
+
+def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Finding]:
+    """What speaks against the units of poses (s, n_q)."""
+    size = extent(robot)
+    found = []
+    for axis, name in enumerate(robot.configuration):
+        most = largest(poses[:, axis])
+        if name.endswith("_rad"):
+            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PLATFORM_ANGLE
+            if most > turns * 1.0001:
+                what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
+                found.append(Finding(what, "Is it in degrees? It has to be in rad.", where))
+        elif size is not None and most > FAR * size:
+            what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
+            found.append(Finding(what, "Is it in millimetres? It has to be in m.", where))
+    return found
+
+
+def _noise(problem: DesignProblem) -> list[Finding]:
+    robot, noise = problem.loaded.robot, problem.noise
+    deviations = np.sqrt(np.diag(noise.covariance))
+    found = []
+    for axis, deviation in zip(noise.axes, deviations, strict=True):
+        linear = axis < robot.coordinates.translations
+        low, high = NOISES if linear else ANGULAR_NOISES
+        if low <= deviation <= high:
+            continue
+        unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
+        coarse = deviation > high
+        what = f"no instrument has a noise of {deviation:.3g} {unit[0]}"
+        likely = f"Is it in {unit[1]}?" if coarse else f"Is it a variance, or divided by 1e6 twice? In {unit[0]}."
+        found.append(Finding(what, likely, f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"))
+    return found[:1]
+
+
+def _tolerances(problem: DesignProblem) -> list[Finding]:
+    robot, importance = problem.loaded.robot, problem.targets.importance
+    found = []
+    for target, axis in np.argwhere(importance > 0.0):
+        tolerance = float(1.0 / np.sqrt(importance[target, axis]))
+        linear = axis < robot.coordinates.translations
+        name = robot.coordinates.deflection[axis]
+        where = f"targets.{target}.tolerance, {name}"
+        limit = COARSE[0] if linear else COARSE[1]
+        if tolerance > limit:
+            unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
+            what = f"a tolerance of {tolerance:.3g} {unit[0]} needs no calibration"
+            found.append(Finding(what, f"Is it in {unit[1]}?", where))
+        elif tolerance < 1e-12:
+            found.append(
+                Finding(f"a tolerance of {tolerance:.3g} is below what can be measured", "Check its unit.", where)
+            )
+    return found[:1]
+
+
+def _centres(problem: DesignProblem) -> list[Finding]:
+    robot = problem.loaded.robot
+    size = extent(robot)
+    if size is None or not robot.coordinates.centre_of_mass:
+        return []
+    loads = problem.space.decode(np.stack([problem.space.lower, problem.space.upper]))[1]
+    centres = [(problem.loaded.load.centres(loads), "experiment.load")]
+    for index, (loaded, parameters) in enumerate(problem.target_loads):
+        centres.append((loaded.load.centres(parameters), f"targets.{index}.payload.com_m"))
+    return [
+        Finding(
+            f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m",
+            "Is it in millimetres? It has to be in m.",
+            where,
+            far > 10.0 * FAR * size,
+        )
+        for far, where in ((largest(places), where) for places, where in centres if places.size)
+        if far > FAR * size
+    ][:1]
+
+
+def _masses(problem: DesignProblem) -> list[Finding]:
+    """Loads of the experiment against those of the targets."""
+    loaded = problem.loaded
+    poses, loads = _decoded(problem)
+    if not len(poses):
+        return []
+    split = loaded.robot.coordinates.translations
+    wrenches = loaded.wrenches(loaded.robot.jacobians(poses).rotation, loads)[0]
+    found = []
+    for part, noun, units in (
+        (slice(0, split), "force", "a mass in grams, or a force in kN"),
+        (slice(split, None), "moment", "a moment in N·mm, or a centre of mass in millimetres"),
+    ):
+        here = largest(np.linalg.norm(wrenches[:, part], axis=1))
+        there = largest(np.linalg.norm(problem.target_wrenches[:, part], axis=1))
+        if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
+            what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
+            found.append(Finding(what, f"Is one of them {units}?", "experiment.load"))
+    return found[:1]
+
+
+def _deflections(problem: DesignProblem) -> list[Finding]:
+    loaded, robot = problem.loaded, problem.loaded.robot
+    at_targets = problem.targets.observation @ robot.compliance
+    poses, loads = _decoded(problem)
+    in_plan = np.zeros((0, robot.coordinates.n))
+    if len(poses):
+        in_plan = loaded.measure(poses, loads).observation @ robot.compliance
+    for values, where in ((at_targets, "targets"), (in_plan, "experiment.load")):
+        found = deflection_finding(robot, values, where)
+        if found is not None:
+            return [found]
+    return _seen(problem, in_plan)
+
+
+def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Finding | None:
+    """What speaks against deflections (s, n) under loads (m, rad)."""
+    split, size = robot.coordinates.translations, extent(robot)
+    soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
+    moved, turned = largest(values[:, :split]), largest(values[:, split:])
+    likely = (
+        "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
+    )
+    if size is not None and moved > soft * size:
+        what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
+        return Finding(what, likely, where, moved > BROKEN * size)
+    if turned > TURNED:
+        what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
+        return Finding(what, likely, where, turned > OVERTURNED)
+    return None
+
+
+def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Finding]:
+    """Deflections in the plan against the noise: translations and rotations apart."""
+    if not len(in_plan):
+        return []
+    noise, split = problem.noise, problem.loaded.robot.coordinates.translations
+    deviations = np.sqrt(np.diag(noise.covariance))
+    ratio = np.abs(in_plan[:, noise.axes]) / deviations
+    linear = noise.axes < split
+    best = [float(ratio[:, kind].max()) for kind in (linear, ~linear) if kind.any()]
+    if max(best) < UNSEEN:
+        what = f"no deflection would be above the noise (the largest is {max(best):.2g} standard deviations)"
+        likely = "Is the noise in µm or mm, a mass in tonnes, a force in kN, or the stiffness in another unit?"
+        return [Finding(what, likely, "experiment.deflection_noise")]
+    if max(best) > PERFECT:
+        what = f"the noise would be {max(best):.2g} times smaller than the deflections"
+        likely = "Is it in another unit, or a load (a mass in grams) or the stiffness?"
+        return [Finding(what, likely, "experiment.deflection_noise")]
+    if len(best) == 2 and max(best) > 3e4 * min(best) and min(best) < UNSEEN:
+        kinds = ("translations", "rotations") if best[0] < best[1] else ("rotations", "translations")
+        what = f"the largest of all {kinds[0]} is {min(best):.2g} standard deviations, of {kinds[1]} {max(best):.2g}"
+        return [Finding(what, f"Is the noise of the {kinds[0]} in another unit?", "experiment.deflection_noise")]
+    return []
+
+
+def _load_errors(problem: DesignProblem) -> list[Finding]:
+    size, load = extent(problem.loaded.robot), problem.loaded.load
+    _, loads = _decoded(problem)
+    heaviest = largest(loads[:, 0]) if load.has_mass else 0.0
+    split = problem.loaded.robot.coordinates.translations
+    forces = largest(problem.target_wrenches[:, :split])
+    found = []
+    for index, source in enumerate(problem.loaded.sources):
+        most, where = largest(source.deviation), f"experiment.load_error.{index}"
+        if source.source == "com" and size is not None and most > size:
+            found.append(
+                Finding(f"a centre of mass known to {most:.3g} m is not known", "Is it in millimetres?", where)
+            )
+        elif source.source == "mass" and heaviest and most > heaviest:
+            found.append(Finding(f"a mass known to {most:.3g} kg is not known", "Is it in grams?", where))
+        elif source.source == "direction" and most > 0.3:
+            found.append(
+                Finding(f"a direction known to {most:.3g} rad is not known", "Is it in degrees or mrad?", where)
+            )
+        elif source.source == "wrench" and forces and largest(source.deviation[:split]) > 10.0 * forces:
+            found.append(Finding(f"a force known to {most:.3g} N is not known", "Is it in mN?", where))
+    return found

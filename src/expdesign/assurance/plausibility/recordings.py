@@ -1,0 +1,112 @@
+"""Recordings: would another unit, sign, order or frame make them fit, or do the numbers give a mistake away?
+
+The base model is fitted to the recordings as they are and as they would be read under every alternative that a kind of
+mistake proposes (`mistakes`). With n readings more than compliances, the noise unknown, the logarithm of the ratio of
+likelihoods of two readings is n/2·ln(misfit/misfit'). An alternative is named where that exceeds the logarithm of the
+number of alternatives times the odds against a mistake, its misfit is a tenth, and no compliance comes out negative; or
+where noise is stated, the recordings as they are are refuted and the alternative's are not; or where nearly all
+compliances come out negative, and positive under it. Physics that the base model lacks is reduced by none so far.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.assurance.plausibility.evidence import Evidence, Fitted, Weighting, evidence_of
+from expdesign.assurance.plausibility.finding import Finding
+from expdesign.assurance.plausibility.mistakes import MISTAKES
+from expdesign.assurance.plausibility.mistakes.mistake import Alternative
+from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
+from expdesign.assurance.plausibility.positions import positions_findings
+from expdesign.chain.recordings.measurand import POSITIONS
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.mechanics.robots.robot import Robot
+
+_SPARE = 4
+"""Readings beyond the compliances that a judgement takes at least."""
+
+
+def recordings_findings(recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT) -> list[Finding]:
+    """What speaks against units, signs, frames and single numbers of recordings of deflections or positions."""
+    if recordings.measurand is POSITIONS:
+        return positions_findings(recordings, robot)
+    if recordings.measurand.absolute or not len(robot.stiffness):
+        return []
+    evidence = evidence_of(recordings, robot, options)
+    enough = evidence.stated.readings.size >= len(robot.stiffness) + _SPARE and len(evidence.stated.readings) >= 2
+    if not enough or not np.any(evidence.stated.wrenches) or evidence.fits[-1] is None:
+        return []
+    named = _named(evidence)
+    return [*named, *(finding for finding in _own(evidence) if not named or finding.where)]
+
+
+def _own(evidence: Evidence) -> Iterator[Finding]:
+    for mistake in MISTAKES:
+        yield from mistake.findings(evidence)
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    alternative: Alternative
+    fitted: Fitted
+
+
+def _named(evidence: Evidence) -> list[Finding]:
+    """The alternative that explains the recordings, where they do not fit as they are."""
+    alternatives: list[Alternative] | None = None
+    for place, (weighting, stated) in enumerate(zip(evidence.weightings, evidence.fits, strict=True)):
+        chi_square = evidence.noise_stated and place == 0
+        if stated is None or not _needed(stated, evidence, chi_square=chi_square):
+            continue
+        if alternatives is None:
+            alternatives = [item for mistake in MISTAKES for item in mistake.alternatives(evidence)]
+        suspects = _suspects(alternatives, evidence, weighting, stated, chi_square=chi_square)
+        if suspects:
+            best, *others = _likeliest(suspects)
+            what = "the recordings do not fit the robot as they are, and would fit otherwise"
+            before, after = (f"{100 * each.misfit:.2g} %" for each in (stated, best.fitted))
+            if chi_square:
+                before, after = (f"{each.chi2:.4g}" for each in (stated, best.fitted))
+                what += f" (chi2 {before} for {stated.dof} degrees of freedom, and {after} for {best.fitted.dof})"
+            else:
+                what += f" ({before} of the readings is left over, and {after})"
+            or_else = f" Or: {others[0].alternative.sentence}" if others else ""
+            return [Finding(what, best.alternative.sentence + or_else, best.alternative.where)]
+    return []
+
+
+def _needed(stated: Fitted, evidence: Evidence, *, chi_square: bool) -> bool:
+    refuted = chi_square and stated.p_value < evidence.options.refuted
+    return stated.misfit > evidence.options.poor or not stated.positive or refuted
+
+
+def _suspects(
+    alternatives: list[Alternative], evidence: Evidence, weighting: Weighting, stated: Fitted, *, chi_square: bool
+) -> list[_Suspect]:
+    found, options = list[_Suspect](), evidence.options
+    for alternative in alternatives:
+        fitted = evidence.fit(alternative.sample, weighting)
+        if fitted is None or not fitted.positive:
+            continue
+        hurdle = np.log(options.odds * (len(alternatives) + alternative.tried))
+        ratio = stated.misfit / max(fitted.misfit, 1e-300)
+        likelier = 0.5 * fitted.dof * np.log(ratio) > hurdle
+        better = likelier and ratio > options.gain and stated.misfit > options.poor
+        upside_down = 1.0 - stated.share_positive >= options.most and stated.misfit < options.fair
+        upright = upside_down and fitted.share_positive >= options.most and fitted.misfit <= 1.05 * stated.misfit
+        explained = chi_square and likelier and stated.p_value < options.refuted and fitted.p_value > options.consistent
+        if better or upright or explained:
+            found.append(_Suspect(alternative, fitted))
+    return found
+
+
+def _likeliest(suspects: list[_Suspect]) -> list[_Suspect]:
+    """The best and those as good: first what keeps the stiffness, and then in the order of the mistakes.
+
+    Translations in mm and rotations in thousands of rad fit alike: what keeps the stiffness is likelier.
+    """
+    least = min(suspects, key=lambda one: one.fitted.misfit).fitted
+    slack = float(np.exp(6.0 / max(least.dof, 1)))
+    equal = [one for one in suspects if one.fitted.misfit <= slack * least.misfit + 1e-20]
+    return sorted(equal, key=lambda one: round(abs(np.log10(one.fitted.ratio))))

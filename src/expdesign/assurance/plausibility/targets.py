@@ -1,0 +1,75 @@
+"""Targets of a compensation: poses and loads against the robot and against what the model was calibrated with."""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.plausibility.finding import Finding, extent
+from expdesign.assurance.plausibility.problem import FAR, deflection_finding, pose_findings
+from expdesign.chain.models.calibrated import FORCE, MASS, MOMENT, Calibrated, quantities
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.mechanics.robots.robot import Robot
+
+HEAVY, OTHER_UNIT = 3.0, 100.0
+"""Times the largest calibrated load that are suspicious, and that are another unit."""
+LEVER = 0.05
+"""Part of the robot's size: moments below the largest force times this lever are not compared."""
+_UNITS = {
+    MASS: ("mass", "kg", "grams"),
+    FORCE: ("force", "N", "mN, or a mass in grams"),
+    MOMENT: ("moment", "N·m", "N·mm, or a centre of mass in millimetres"),
+}
+
+
+def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated | None) -> list[Finding]:
+    """What speaks against targets (poses and loads), before commands are computed."""
+    found = [*pose_findings(robot, points.configurations, "targets"), *_centres(points, robot)]
+    return found if calibrated is None else [*found, *_loads(points, robot, calibrated)]
+
+
+def correction_findings(
+    robot: Robot, points: LoadedPoints, translation: FloatArray, rotation: FloatArray
+) -> list[Finding]:
+    """What speaks against corrections (m, rad), shape (N,), of a model that does not say how it was calibrated."""
+    for values, axis in ((translation, 0), (rotation, robot.coordinates.translations)):
+        row = int(np.argmax(values))
+        deflection = np.zeros((1, max(robot.coordinates.n, axis + 1)))
+        deflection[0, axis] = values[row]
+        found = deflection_finding(robot, deflection, f"row {points.lines[row]}")
+        if found is not None:
+            return [found]
+    return []
+
+
+def _centres(points: LoadedPoints, robot: Robot) -> list[Finding]:
+    size = extent(robot)
+    if size is None or points.payload is None or points.payload.shape[1] < 2:
+        return []
+    distances = np.abs(points.payload[:, 1:]).max(axis=1)
+    row = int(np.argmax(distances))
+    if distances[row] <= FAR * size:
+        return []
+    what = f"a centre of mass would be {distances[row]:.3g} m away from a robot of {size:.3g} m"
+    likely = "Is it in millimetres? It has to be in m."
+    return [Finding(what, likely, f"row {points.lines[row]}", bool(distances[row] > 10.0 * FAR * size))]
+
+
+def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[Finding]:
+    """The row whose load exceeds what was calibrated by most; a mass stands for its force, and both for its moment."""
+    size = extent(robot)
+    for name, values in sorted(quantities(points, robot).items(), key=lambda item: item[0] != MASS):
+        if name not in _UNITS or name not in calibrated.ranges:
+            continue
+        largest = calibrated.ranges[name][1]
+        if name == MOMENT and size is not None:
+            largest = max(largest, LEVER * size * calibrated.ranges[FORCE][1])
+        row = int(np.argmax(values))
+        if largest <= 0.0 or values[row] <= HEAVY * largest:
+            continue
+        noun, unit, other = _UNITS[name]
+        ratio = values[row] / largest
+        what = (
+            f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest that was calibrated ({largest:.4g})"
+        )
+        return [Finding(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
+                        bool(ratio > OTHER_UNIT))]  # fmt: skip
+    return []

@@ -1,0 +1,220 @@
+"""One plan repeated with measurement noise alone, with load errors alone and with both, beside the criteria."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.validation.comparison import Estimate, mean, root_mean_square, standard_deviation
+from expdesign.assurance.validation.plants import ExplicitPlant, Plant
+from expdesign.assurance.validation.simulation import Batch, Simulation, batch_sizes, joined, simulate
+from expdesign.chain.instrument.drawn_errors import Distribution
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+
+CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
+"""Whether noise and load errors are drawn, by the criterion that predicts the result."""
+
+Drawn = tuple[tuple[int, int], bool, bool]
+"""A batch (`batch_sizes`), and whether noise and load errors are drawn in it."""
+Elsewhere = Callable[[list[Drawn]], list[Batch]]
+"""Does batches and returns them in their order."""
+
+ROUNDING = 1e-12
+"""m, rad: errors of the exact compensation below this are rounding, and differ from a prediction of 0 by nothing."""
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Simulations of one plan.
+
+    Attributes:
+        problem: by which the plan is judged.
+        plan: what was measured.
+        causes: simulations by the criterion that predicts them (`duir`, `feir`, `total`); without sources of load
+            error `feir` is missing, and `total` is `duir`.
+        plant: name of the plant.
+        distribution: of the load errors.
+        seed: of all random numbers.
+    """
+
+    problem: DesignProblem
+    plan: Plan
+    causes: dict[str, Simulation]
+    plant: str
+    distribution: str
+    seed: int
+
+    @property
+    def samples(self) -> int:
+        """Number of repetitions."""
+        return len(self.causes["total"].errors)
+
+    @property
+    def residual(self) -> float:
+        """Largest error of the predicted configuration at a command (m, rad)."""
+        return max(simulation.residual for simulation in self.causes.values())
+
+    def deviation(self, cause: str) -> tuple[Estimate, FloatArray]:
+        """Standard deviations (m, rad) of the attained pose, and the predicted ones, shape (t, n)."""
+        return self._deviations[cause]
+
+    def criterion(self, cause: str) -> tuple[Estimate, float]:
+        """The criterion as it came out (RMS in tolerances, mean or largest over targets), and as predicted."""
+        return self._criteria[cause]
+
+    @cached_property
+    def bias(self) -> Estimate:
+        """Mean error (m, rad) of the attained pose with all causes, shape (t, n)."""
+        return mean(self.causes["total"].errors)
+
+    @cached_property
+    def _deviations(self) -> dict[str, tuple[Estimate, FloatArray]]:
+        result = {}
+        for cause, simulation in self.causes.items():
+            predicted = np.sqrt(np.diagonal(simulation.predicted_covariance, axis1=-2, axis2=-1))
+            result[cause] = (standard_deviation(simulation.errors), predicted)
+        return result
+
+    @cached_property
+    def _criteria(self) -> dict[str, tuple[Estimate, float]]:
+        return {cause: self._compared(cause) for cause in self.causes}
+
+    def _compared(self, cause: str) -> tuple[Estimate, float]:
+        targets, simulation = self.problem.targets, self.causes[cause]
+        squares = (simulation.errors**2 * targets.importance).sum(axis=-1)
+        if targets.aggregate == "max":
+            squares = squares[:, [int(squares.mean(axis=0).argmax())]]
+        else:
+            squares = (squares @ targets.weights / targets.weights.sum())[:, None]
+        found = root_mean_square(np.sqrt(squares))
+        predicted = float(known_criteria()[cause].values(simulation.assessment)[0])
+        return Estimate(found.value[0], found.standard_error[0]), predicted
+
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """The causes that have a simulation of their own."""
+        return tuple(cause for cause in self.causes if cause == "total" or "feir" in self.causes)
+
+    def scores(self) -> FloatArray:
+        """Z scores of all compared standard deviations (axes that matter) and criteria, in one row."""
+        matters = self.problem.targets.importance > 0.0
+        scores = []
+        for cause in self.drawn:
+            scores.append(self.deviation_score(cause)[matters])
+            scores.append(np.atleast_1d(self.criterion_score(cause)))
+        return np.concatenate(scores)
+
+    def deviation_score(self, cause: str) -> FloatArray:
+        """Z scores of the standard deviations, shape (t, n)."""
+        estimate, predicted = self.deviation(cause)
+        return estimate.z_score(predicted, ROUNDING)
+
+    def criterion_score(self, cause: str) -> float:
+        """Z score of the criterion."""
+        found, predicted = self.criterion(cause)
+        finest = np.sqrt(self.problem.targets.importance.max())
+        return float(found.z_score(np.asarray(predicted), ROUNDING * finest))
+
+    def record(self) -> dict[str, Any]:
+        """The content of `montecarlo.json`."""
+        scores = self.scores()
+        return {
+            "config": self.problem.config,
+            "measurements": len(self.plan),
+            "samples": self.samples,
+            "seed": self.seed,
+            "plant": self.plant,
+            "distribution": self.distribution,
+            "criteria": {cause: self._criterion_record(cause) for cause in CAUSES},
+            "targets": [self._target(index) for index in range(len(self.problem.targets.configurations))],
+            "comparisons": len(scores),
+            "largest_z": float(np.abs(scores).max()),
+            "beyond_three": int((np.abs(scores) > 3.0).sum()),
+            "largest_residual": self.residual,
+        }
+
+    def _criterion_record(self, cause: str) -> dict[str, float | None] | None:
+        if cause not in self.causes:
+            return None
+        found, predicted = self.criterion(cause)
+        return {
+            "rms": float(found.value),
+            "standard_error": float(found.standard_error),
+            "predicted": predicted,
+            "z": _number(self.criterion_score(cause)),
+        }
+
+    def _target(self, target: int) -> dict[str, Any]:
+        robot, targets = self.problem.loaded.robot, self.problem.targets
+        configuration = dict(zip(robot.configuration, targets.configurations[target].tolist(), strict=True))
+        bias, axes = self.bias, []
+        for axis, name in enumerate(robot.coordinates.deflection):
+            importance = targets.importance[target, axis]
+            entry: dict[str, Any] = {
+                "axis": name,
+                "tolerance": float(1.0 / np.sqrt(importance)) if importance > 0.0 else None,
+                "mean": float(bias.value[target, axis]),
+                "mean_standard_error": float(bias.standard_error[target, axis]),
+            }
+            for cause in self.causes:
+                estimate, predicted = self.deviation(cause)
+                entry[cause] = {
+                    "std": float(estimate.value[target, axis]),
+                    "standard_error": float(estimate.standard_error[target, axis]),
+                    "predicted": _number(predicted[target, axis]),
+                    "z": _number(self.deviation_score(cause)[target, axis]),
+                }
+            axes.append(entry)
+        return {"configuration": configuration, "axes": axes}
+
+
+def repeat(
+    problem: DesignProblem,
+    plan: Plan,
+    samples: int,
+    seed: int,
+    *,
+    plant: type[Plant] = ExplicitPlant,
+    distribution: Distribution = "normal",
+    truth: LoadedRobot | None = None,
+    elsewhere: Elsewhere | None = None,
+) -> Repeated:
+    """Repeat a plan with each cause of error and with both; see `simulate`.
+
+    `elsewhere` does the batches of all causes in any order and place; here, one after another, if left out.
+    """
+    causes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}
+    if elsewhere is not None:
+        sizes = batch_sizes(samples)
+        done = iter(elsewhere([(size, *drawn) for drawn in causes.values() for size in sizes]))
+        simulations = {
+            cause: joined(problem, plan, [next(done) for _ in sizes], *drawn) for cause, drawn in causes.items()
+        }
+        simulations.setdefault("total", simulations["duir"])
+        return Repeated(problem, plan, simulations, plant.name, distribution, seed)
+    simulations = {
+        cause: simulate(
+            problem,
+            plan,
+            samples,
+            seed,
+            noise=noise,
+            load_errors=load_errors,
+            plant=plant,
+            distribution=distribution,
+            truth=truth,
+        )
+        for cause, (noise, load_errors) in causes.items()
+    }
+    simulations.setdefault("total", simulations["duir"])
+    return Repeated(problem, plan, simulations, plant.name, distribution, seed)
+
+
+def _number(value: FloatArray | float) -> float | None:
+    return float(value) if np.isfinite(value) else None

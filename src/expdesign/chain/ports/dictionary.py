@@ -1,0 +1,211 @@
+"""All laws that recordings could show, as whitened directions of the readings with unit mean prior variance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect
+from expdesign.chain.ports.columns import Columns, Dense, Mapped, Term
+from expdesign.chain.ports.families import look_back
+from expdesign.chain.ports.features import Basis, basis_of
+from expdesign.chain.ports.law import Injection, ports_of
+from expdesign.chain.ports.measured import Measured
+from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.sight import Sight
+from expdesign.mechanics.robots.robot import Robot
+
+MOST_FEATURES = 90
+
+
+@dataclass(frozen=True)
+class Atom:
+    """One entry with its directions.
+
+    Attributes:
+        component: where it acts.
+        columns: whitened derivatives Φ of the readings that count with respect to its weights, shape (M, f).
+        gram: ΦᵀΦ, shape (f, f).
+        entry: the law, whose channels have gains that make the mean prior variance of the readings 1; None for physics
+            of known form.
+        basis: features of the law.
+        named: physics of known form, for who put it there: what, and parameters to start from.
+    """
+
+    component: Component
+    columns: Columns
+    gram: FloatArray
+    entry: Entry | None = None
+    basis: Basis | None = None
+    named: tuple[Any, FloatArray] | None = None
+
+    @property
+    def directions(self) -> FloatArray:
+        """Φ itself, which is made every time that it is asked for, shape (M, f)."""
+        return self.columns.matrix()
+
+    @property
+    def width(self) -> int:
+        """Number of weights."""
+        return self.columns.width
+
+
+class Dictionary:
+    """Every law at every port, beside a fitted model.
+
+    Args:
+        robot: the robot.
+        measured: the rows that laws are sought in.
+        values: parameters of the model.
+        effects: of the model.
+        only: names of ports, or all.
+
+    Attributes:
+        atoms: laws at ports, and what `add` has put beside them.
+        sight: what ports see.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        measured: Measured,
+        values: FloatArray,
+        effects: tuple[Effect, ...] = (),
+        *,
+        only: tuple[str, ...] = (),
+    ) -> None:
+        chain = Chain(robot, effects, reading=measured.reading)
+        self.sight = Sight(
+            robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
+        )
+        self.atoms: list[Atom] = []
+        self._maps: dict[str, tuple[FloatArray, FloatArray]] = {}
+        known = _Known()
+        efforts = len(robot.stiffness) + 2 * robot.coordinates.n
+        look_back(self.sight, [Quantity("effort", index) for index in range(efforts)])
+        for port in ports_of(robot):
+            if only and port.name not in only:
+                continue
+            maps = port_map(port, robot, measured, values, effects)
+            if not np.any(maps):
+                continue
+            self._maps[port.name] = maps, maps[measured.counts]
+            entries = list(port.entries(self.sight))
+            self.sight.look([quantity for entry in entries for quantity in entry.quantities])
+            made = (_atom(entry, self._maps[port.name], self.sight, known) for entry in entries)
+            self.atoms += [atom for atom in made if atom is not None]
+
+    def made(self, entry: Entry) -> Atom | None:
+        """The atom of another entry at a known port; gains of its channels are taken anew."""
+        return _atom(entry, self._maps[entry.port], self.sight, _Known())
+
+
+def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]) -> FloatArray:
+    """Whitened derivatives of the readings with respect to u, shape (N, k, width)."""
+    injection = Injection(robot, port, port.components[0])
+    chain = Chain(robot, (*effects, injection), reading=measured.reading)
+    start = np.concatenate([values, np.zeros(port.width)])
+    sensitivities = chain.predict_with_sensitivities(measured.rows, start)[1][:, list(measured.axes)]
+    maps: FloatArray = measured.whiten(sensitivities[..., len(values) :])
+    return maps
+
+
+@dataclass(frozen=True)
+class _Known:
+    """Features that several laws share.
+
+    Attributes:
+        bases: by inputs, kernel, scales and rank; None for a kernel that vanishes on all of them.
+        values: of the same, by the group of inputs that they are taken at, in the rows that count.
+        amplitudes: in the rows that count.
+    """
+
+    bases: dict[object, Basis | None] = field(default_factory=dict)
+    values: dict[object, FloatArray] = field(default_factory=dict)
+    amplitudes: dict[Quantity | None, FloatArray] = field(default_factory=dict)
+
+
+def _atom(entry: Entry, maps: tuple[FloatArray, FloatArray], sight: Sight, known: _Known) -> Atom | None:
+    """`maps`: in all rows, and in those that count."""
+    pooled = tuple(dict.fromkeys(channel.inputs for channel in entry.channels))
+    key = (pooled, entry.kernel, entry.scales, entry.rank)
+    if key not in known.bases:
+        inputs = np.concatenate([_inputs(sight, group) for group in pooled])
+        rank = max(1, min(entry.rank, MOST_FEATURES // max(entry.blocks, 1)))
+        known.bases[key] = basis_of(entry.kernel, np.array(entry.scales), inputs, rank)
+    basis = known.bases[key]
+    if basis is None:
+        return None
+    channels = _commensurable(entry.channels, maps[0], sight)
+    terms = []
+    for channel in channels:
+        if (*key, channel.inputs) not in known.values:
+            known.values[*key, channel.inputs] = basis.values(_inputs(sight, channel.inputs))
+        if channel.amplitude not in known.amplitudes:
+            one = np.ones(int(sight.counts.sum()))
+            known.amplitudes[channel.amplitude] = (
+                one if channel.amplitude is None else _inputs(sight, (channel.amplitude,))[:, 0]
+            )
+        features = known.values[*key, channel.inputs]
+        terms.append(Term(channel.output, channel.block, features, known.amplitudes[channel.amplitude], channel.gain))
+    columns = Mapped(maps[1], tuple(terms), entry.blocks)
+    flat = columns.matrix()
+    gram = flat.T @ flat
+    size = float(gram.trace() / max(len(flat), 1))
+    if not np.isfinite(size) or size <= 0.0:
+        return None
+    factor = 1.0 / np.sqrt(size)
+    scaled = tuple(replace(channel, gain=channel.gain * factor) for channel in channels)
+    return Atom(entry.component, replace(columns, scale=factor), gram / size, replace(entry, channels=scaled), basis)
+
+
+def known_form(
+    component: Component, directions: Dense, named: tuple[Any, FloatArray]
+) -> tuple[Atom, FloatArray] | None:
+    """Physics of known form with parameters of unknown size, and what its weights are in units of these (d,).
+
+    Args:
+        component: where it acts.
+        directions: whitened derivatives of the readings (M, d).
+        named: see `Atom`.
+    """
+    matrix = directions.matrix()
+    gram = matrix.T @ matrix
+    sizes = np.sqrt(gram.diagonal() / len(matrix))
+    shown = sizes > 0.0
+    if not shown.any() or not np.isfinite(sizes).all():
+        return None
+    scale = np.where(shown, 1.0 / np.where(shown, sizes, 1.0), 0.0) / np.sqrt(shown.sum())
+    return Atom(component, replace(directions, scale=scale), gram * np.outer(scale, scale), named=named), scale
+
+
+def _inputs(sight: Sight, quantities: tuple[Quantity, ...]) -> FloatArray:
+    """In the rows that count, shape (N, d)."""
+    return np.column_stack([sight.values(quantity)[sight.counts] for quantity in quantities])
+
+
+def _commensurable(channels: tuple[Channel, ...], maps: FloatArray, sight: Sight) -> tuple[Channel, ...]:
+    """Gains that make amplitudes of different units alike, and translations and rotations of u alike in the readings.
+
+    Channels of one block follow one law, and keep their sizes relative to each other.
+    """
+    if len({channel.block for channel in channels}) == 1:
+        return channels
+    d = len(sight.robot.gravity)
+    several = maps.shape[2] == sight.robot.coordinates.n and maps.shape[2] > d
+    sizes = np.sqrt((maps**2).mean(axis=(0, 1)))
+    groups = [np.sqrt((sizes[:d] ** 2).mean()), np.sqrt((sizes[d:] ** 2).mean())] if several else [1.0, 1.0]
+    found = []
+    for channel in channels:
+        size = groups[0 if channel.output < d or not several else 1] or 1.0
+        amplitude = 1.0 if channel.amplitude is None else (sight.largest(channel.amplitude) or 1.0)
+        if several or channel.amplitude is None or channel.amplitude.kind != "effort":
+            found.append(replace(channel, gain=channel.gain / (size * amplitude)))
+        else:
+            found.append(channel)
+    return tuple(found)

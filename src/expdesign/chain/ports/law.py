@@ -1,0 +1,297 @@
+"""Laws as links of the chain: what a port does, with the weights of the law's features as parameters."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.ports.features import Basis
+from expdesign.chain.ports.port import Channel, Port
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import Row
+from expdesign.chain.variant import ONLY, Variant
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.plugins import implementations
+
+_FADES = 0.25
+"""Length over which a law fades beyond the range of its inputs, in widths of the range."""
+_GOES_ON = 0.1
+"""The same over which a law of time or temperature goes on, before it stays at its last value."""
+_WITHIN = 1e-24
+"""Square of what is left of the uncertainty beyond within the range: a root has no derivative at exactly 0."""
+
+
+def port_classes() -> dict[str, type[Port]]:
+    """Every port that lies in `ports/places`, by name."""
+    found = implementations("expdesign.chain.ports.places", Port)  # type: ignore[type-abstract]
+    return {cls.name: cls for cls in found}
+
+
+def ports_of(robot: Robot) -> list[Port]:
+    """The ports that a robot has."""
+    return [port for port in (cls(robot) for cls in port_classes().values()) if port.width > 0]
+
+
+@dataclass(frozen=True)
+class LawVariant:
+    """Which law of a model: its kind (`words.FORMS`) and its number, from 1."""
+
+    kind: str
+    number: int
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.number}"
+
+
+class _AtPort(Effect):
+    """An effect whose every hook is that of a port; subclasses say what u is."""
+
+    physics = "law"
+
+    def __init__(self, robot: Robot, port: Port, component: Component, variant: Variant = ONLY) -> None:
+        self.port = port
+        self.changes_geometry = type(port).geometry is not Port.geometry
+        super().__init__(robot, component, variant)
+
+    @classmethod
+    def components(cls, robot: Robot) -> Sequence[Component]:
+        """Every component of a port."""
+        return list(dict.fromkeys(component for port in ports_of(robot) for component in port.components))
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        """None: laws are not part of the library of named physics."""
+        return []
+
+    def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """What the port adds, u (width,), and the next states."""
+        raise NotImplementedError
+
+    def _u(self, row: Row, theta: ca.SX) -> ca.SX:
+        return self.extra(row, ca.SX.zeros(self.states), theta)[0]
+
+    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
+        return self.port.geometry(geometry, theta) if self.changes_geometry else geometry
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        return self.port.load(wrench, row, self._u(row, theta)) if self._acts("load") else wrench
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        if not self._acts("actuator"):
+            return elongation, state
+        extra, following = self.extra(row, state, theta)
+        return self.port.actuator(elongation, row, extra), following
+
+    def structure_with_memory(
+        self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        if not self._acts("structure"):
+            return deflection, state
+        extra, following = self.extra(row, state, theta)
+        return self.port.structure(deflection, row, extra), following
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        return self.port.reading(reading, row, self._u(row, theta)) if self._acts("reading") else reading
+
+    def _acts(self, hook: str) -> bool:
+        return getattr(type(self.port), hook) is not getattr(Port, hook)
+
+
+class Injection(_AtPort):
+    """u itself as parameters: its sensitivities are the port's map to the readings."""
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"u{i + 1}", 1.0) for i in range(self.port.width))
+
+    def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        return theta, state
+
+
+@dataclass(frozen=True)
+class Form:
+    """A law without its weights; everything that a model file has to hold.
+
+    Attributes:
+        port, component, kind: where it acts, and what kind of law it is (`words.FORMS`).
+        channels: its terms.
+        basis: of its features.
+        low, high: range of the inputs of each channel in the fitted rows, shape (channels, d) each.
+        deviation: standard deviation of the weights before anything is measured (σ).
+    """
+
+    port: str
+    component: Component
+    kind: str
+    channels: tuple[Channel, ...]
+    basis: Basis
+    low: FloatArray
+    high: FloatArray
+    deviation: float
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks of weights."""
+        return 1 + max(channel.block for channel in self.channels)
+
+    @property
+    def depends_on(self) -> tuple[Quantity, ...]:
+        """What the law depends on, each once."""
+        return tuple(dict.fromkeys(q for channel in self.channels for q in channel.inputs))
+
+
+class Law(_AtPort):
+    """An unknown law that was found at a port.
+
+    Parameters are the weights of its features, block after block, known beforehand to ±σ about 0; after them one per
+    component of u for what is not known beyond the range of the inputs: there the features fade, and this takes over
+    with the law's own standard deviation about 0. Soon beyond recorded times and temperatures a law stays at its last
+    value, and what is not known grows as a random walk that wanders by its standard deviation within their range.
+    """
+
+    def __init__(self, robot: Robot, form: Form, number: int = 1) -> None:
+        self.form = form
+        classes = port_classes()
+        self._outputs = sorted({channel.output for channel in form.channels})
+        super().__init__(robot, classes[form.port](robot), form.component, LawVariant(form.kind, number))
+
+    def describe(self) -> tuple[Parameter, ...]:
+        form = self.form
+        every = [q for channel in form.channels for q in (*channel.inputs, channel.amplitude) if q is not None]
+        memory = {q for q in every if q.states}
+        self._memory = sorted(memory, key=lambda q: (q.kind, q.index, q.setting))
+        self.states = sum(q.states for q in self._memory)
+        names = [f"w{b + 1}_{j + 1}" for b in range(form.blocks) for j in range(form.basis.rank)]
+        names += [f"beyond_{output + 1}" for output in self._outputs]
+        return tuple(Parameter(name, form.deviation, spread=form.deviation) for name in names)
+
+    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
+        if not self.changes_geometry:
+            return geometry
+        values = ca.SX.zeros(self.port.width)
+        for channel in self.form.channels:
+            values[channel.output] += channel.gain * theta[channel.block * self.form.basis.rank]
+        return self.port.geometry(geometry, values)
+
+    def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        form, robot = self.form, self.robot
+        remembered, following, offset = {}, [ca.SX.zeros(0)], 0
+        for quantity in self._memory:
+            own = state[offset : offset + quantity.states]
+            remembered[quantity], after = quantity.expression(row, robot, own)
+            following.append(after)
+            offset += quantity.states
+
+        def seen(quantity: Quantity) -> ca.SX:
+            if quantity.states:
+                return remembered[quantity]
+            return quantity.expression(row, robot, ca.SX.zeros(0))[0]
+
+        extra = ca.SX.zeros(self.port.width)
+        rank, blocks = form.basis.rank, form.blocks
+        features: dict[tuple[Quantity, ...], ca.SX] = {}
+        for index, channel in enumerate(form.channels):
+            inputs = [seen(quantity) for quantity in channel.inputs]
+            low, high = form.low[index], form.high[index]
+            held, later = _held(channel.inputs, inputs, low, high)
+            if channel.inputs not in features:
+                features[channel.inputs] = form.basis.expression(held)
+            weights = theta[channel.block * rank : (channel.block + 1) * rank]
+            fading = [i for i, quantity in enumerate(channel.inputs) if not quantity.drifts]
+            within = _within([inputs[i] for i in fading], low[fading], high[fading])
+            beyond = theta[blocks * rank + self._outputs.index(channel.output)]
+            value = within * ca.dot(features[channel.inputs], weights)
+            value += ca.sqrt(ca.fmax(1.0 - within**2 + later, _WITHIN)) * beyond
+            amplitude = 1.0 if channel.amplitude is None else seen(channel.amplitude)
+            extra[channel.output] += channel.gain * amplitude * value
+        return extra, ca.vertcat(*following)
+
+    def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
+        """A law is a curve; it has no parameters that a person would know."""
+        return {}
+
+
+def _held(
+    quantities: Sequence[Quantity], inputs: list[ca.SX], low: FloatArray, high: FloatArray
+) -> tuple[list[ca.SX], ca.SX]:
+    """Inputs with times and temperatures held soon beyond their range, and how many ranges these are beyond it."""
+    held, later = list(inputs), ca.SX(0.0)
+    for i, (quantity, least, most) in enumerate(zip(quantities, low, high, strict=True)):
+        if quantity.drifts:
+            width = max(float(most - least), 1e-12)
+            held[i] = ca.fmin(ca.fmax(inputs[i], float(least) - _GOES_ON * width), float(most) + _GOES_ON * width)
+            later += ca.fmax(ca.fmax(inputs[i] - float(most), float(least) - inputs[i]), 0.0) / width
+    return held, later
+
+
+def _within(inputs: list[ca.SX], low: FloatArray, high: FloatArray) -> ca.SX:
+    """1 within the range of the inputs, falling as exp(−½(distance/fade)²) beyond it."""
+    squares = ca.SX(0.0)
+    for value, least, most in zip(inputs, low, high, strict=True):
+        fade = _FADES * max(float(most - least), 1e-12)
+        outside = ca.fmax(ca.fmax(value - float(most), float(least) - value), 0.0)
+        squares += (outside / fade) ** 2
+    return ca.exp(-0.5 * squares)
+
+
+def form_data(form: Form) -> dict[str, Any]:
+    """A form as plain data, for a model file."""
+
+    def of(quantity: Quantity | None) -> list[Any] | None:
+        return None if quantity is None else [quantity.kind, quantity.index, *quantity.setting]
+
+    return {
+        "port": form.port,
+        "kind": form.kind,
+        "kernel": form.basis.kernel,
+        "scales": form.basis.scales.tolist(),
+        "centres": form.basis.centres.tolist(),
+        "features": form.basis.weights.tolist(),
+        "deviation": float(form.deviation),
+        "channels": [
+            {
+                "output": channel.output,
+                "block": channel.block,
+                "gain": float(channel.gain),
+                "inputs": [of(q) for q in channel.inputs],
+                "amplitude": of(channel.amplitude),
+                "low": form.low[index].tolist(),
+                "high": form.high[index].tolist(),
+            }
+            for index, channel in enumerate(form.channels)
+        ],
+    }
+
+
+def form_of(data: Mapping[str, Any], component: Component) -> Form:
+    """The form in the data of a model file; `KeyError`, `TypeError` or `ValueError` where it is wrong."""
+
+    def quantity(entry: Any) -> Quantity | None:
+        return None if entry is None else Quantity(str(entry[0]), int(entry[1]), tuple(float(v) for v in entry[2:]))
+
+    channels, low, high = [], [], []
+    for item in data["channels"]:
+        inputs = tuple(q for q in (quantity(entry) for entry in item["inputs"]) if q is not None)
+        channel = Channel(
+            int(item["output"]), int(item["block"]), inputs, quantity(item["amplitude"]), float(item["gain"])
+        )
+        channels.append(channel)
+        low.append(item["low"])
+        high.append(item["high"])
+    basis = Basis(
+        str(data["kernel"]),
+        np.array(data["scales"], dtype=float),
+        np.array(data["centres"], dtype=float),
+        np.array(data["features"], dtype=float),
+    )
+    return Form(
+        str(data["port"]), component, str(data["kind"]), tuple(channels), basis,
+        np.array(low, dtype=float), np.array(high, dtype=float), float(data["deviation"]),
+    )  # fmt: skip

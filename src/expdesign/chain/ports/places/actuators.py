@@ -1,0 +1,102 @@
+"""Legs and joints: each an actuator that a force passes through."""
+
+from collections.abc import Iterator, Sequence
+
+import casadi as ca
+
+from expdesign.chain.component import Component
+from expdesign.chain.components import actuators_and_all
+from expdesign.chain.ports.families import (
+    Prior,
+    memory_of,
+    of_effort,
+    over_temperature,
+    over_time,
+    repeating,
+    since_start,
+    smooth_over,
+)
+from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.sight import Sight
+from expdesign.chain.row import Row
+
+
+class Actuators(Port):
+    """u: extra elongation of every actuator (m, rad).
+
+    Laws of one actuator; of all, alike; of all, each its own. A compliance that varies is force times a law, a force
+    law depends on the force and vanishes with it, and an offset is there without load.
+    """
+
+    name = "actuators"
+
+    def components_of_motion(self) -> int:
+        return len(self.robot.stiffness)
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        return self.robot.actuators
+
+    def actuator(self, elongation: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        return elongation + extra
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return actuators_and_all(self.robot)
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        count = self.width
+        families = [list(_laws(sight, actuator)) for actuator in range(count)]
+        for actuator, family in enumerate(families):
+            for prior, scaled in family:
+                channel = Channel(actuator, 0, prior.inputs, Quantity("effort", actuator) if scaled else None)
+                channels = (channel,) if scaled else since_start(sight, (channel,))
+                yield Entry(
+                    self.name, self.components[actuator], prior.form, channels, prior.kernel, prior.scales, prior.rank
+                )
+        if len(self.components) > count and len({len(family) for family in families}) == 1:
+            everything = self.components[count]
+            for several in zip(*families, strict=True):
+                if len({(prior.form, prior.kernel, len(prior.inputs)) for prior, _ in several}) > 1:
+                    continue
+                for alike in (True, False):
+                    channels = tuple(
+                        Channel(a, 0 if alike else a, prior.inputs, Quantity("effort", a) if scaled else None)
+                        for a, (prior, scaled) in enumerate(several)
+                    )
+                    if not several[0][1]:
+                        channels = since_start(sight, channels)
+                    first = several[0][0]
+                    # One law for all needs one scale for all.
+                    scales = tuple(max(prior.scales[i] for prior, _ in several) for i in range(len(first.scales)))
+                    rank = first.rank if alike else min(first.rank, 8)
+                    yield Entry(self.name, everything, first.form, channels, first.kernel, scales, rank)
+
+
+def _laws(sight: Sight, actuator: int) -> Iterator[tuple[Prior, bool]]:
+    """Priors of one actuator, and whether they are a compliance (to be multiplied by the force)."""
+    effort, length = Quantity("effort", actuator), Quantity("length", actuator)
+    pose = tuple(Quantity("pose", index) for index in range(len(sight.robot.configuration)))
+    for prior in smooth_over(sight, "compliance", (length,)):
+        yield prior, True
+    for prior in smooth_over(sight, "compliance", (effort, length), 30):
+        yield prior, True
+    for prior in smooth_over(sight, "compliance", pose, 30):
+        yield prior, True
+    for prior in over_time(sight, "compliance"):
+        yield prior, True
+    for form, scaled in (("compliance", True), ("offset", False)):
+        yield from ((prior, scaled) for prior in over_temperature(sight, form, actuator))
+    for prior in of_effort(sight, effort):
+        yield prior, False
+    for prior in memory_of(sight, effort):
+        yield prior, False
+    for prior in repeating(sight, "compliance", length):
+        yield prior, True
+    for prior in repeating(sight, "periodic", length):
+        yield prior, False
+    for prior in smooth_over(sight, "offset", (length,)):
+        yield prior, False
+    for prior in over_time(sight, "offset"):
+        yield prior, False

@@ -1,0 +1,137 @@
+"""The payload and what surrounds it: an extra wrench on the platform or tip."""
+
+from collections.abc import Iterator, Sequence
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.component import ENVIRONMENT, PAYLOAD, Component
+from expdesign.chain.ports.families import COARSE, Prior, kinks_over, over_time, since_start, smooth_over
+from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.sight import Sight
+from expdesign.chain.row import Row
+
+_DIRECTIONS = 24
+_DISTANCES = (1.0, 2.0, 4.0, 10.0, 40.0)
+"""Of sources of force from the middle of the places, in spreads of these."""
+
+
+def _points(middle: FloatArray, spread: FloatArray) -> FloatArray:
+    """Points around a middle, evenly over directions (Fibonacci lattice) at several distances, shape (P, d)."""
+    count = np.arange(_DIRECTIONS) + 0.5
+    if len(middle) == 2:
+        angle = 2.0 * np.pi * count / _DIRECTIONS
+        directions = np.column_stack([np.cos(angle), np.sin(angle)])
+    else:
+        height, angle = 1.0 - 2.0 * count / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * count
+        ring = np.sqrt(1.0 - height**2)
+        directions = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), height])
+    size = float(np.linalg.norm(spread))
+    return np.concatenate([middle + size * distance * directions for distance in _DISTANCES])
+
+
+class Payload(Port):
+    """u: extra wrench (N, N·m) at the origin of P along the axes of O: forces of the environment, and payloads that are
+    not as stated.
+    """
+
+    name = "payload"
+
+    def components_of_motion(self) -> int:
+        return self.robot.coordinates.n
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        return self.robot.coordinates.wrench
+
+    def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        return wrench + extra
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return (ENVIRONMENT, PAYLOAD)
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        yield from self._fields(sight)
+        yield from self._contacts(sight)
+        yield from self._towards_points(sight, (0.5, 2.0))
+        yield from self._loads(sight)
+
+    def _fields(self, sight: Sight) -> Iterator[Entry]:
+        """Forces that follow the place, the pose or time."""
+        n, d = self.width, len(self.robot.gravity)
+        position = tuple(Quantity("position", i) for i in range(d))
+        pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
+        forces = range(d)
+        priors: list[tuple[Prior, range]] = []
+        for inputs in (position, pose) if n > 2 else (position,):
+            priors += [(prior, forces) for prior in smooth_over(sight, "field", inputs, 20)]
+            priors += [(prior, forces) for prior in kinks_over(sight, "field", inputs, 24)]
+        varying = tuple(q for q in position if sight.spread(q) > 0.0)
+        if varying:
+            for factor in COARSE:
+                scales = tuple(factor * sight.spread(q) for q in varying)
+                priors.append((Prior("field", "matern", varying, scales, 24), forces))
+        if n > 2:
+            priors += [(prior, range(n)) for prior in smooth_over(sight, "field", pose, 15)]
+            priors += [(prior, range(n)) for prior in kinks_over(sight, "field", pose, 15)]
+        priors += [(prior, forces) for prior in over_time(sight, "field")]
+        yield from self._each(sight, priors)
+
+    def _contacts(self, sight: Sight) -> Iterator[Entry]:
+        """Forces that follow the deflection: what is touched on the way."""
+        shown = tuple(Quantity("deflection", i) for i in range(self.width)) if not sight.positions else ()
+        sight.look(shown)
+        yield from self._each(sight, [(prior, range(self.width)) for prior in kinks_over(sight, "contact", shown, 15)])
+
+    def _each(self, sight: Sight, priors: list[tuple[Prior, range]]) -> Iterator[Entry]:
+        """Every prior with a law of its own in each of its directions."""
+        for prior, outputs in priors:
+            channels = self._moved(sight, tuple(Channel(a, i, prior.inputs) for i, a in enumerate(outputs)))
+            yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+
+    def _moved(self, sight: Sight, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+        """Channels as a reading shows them that is the change since the series' first row."""
+        return since_start(sight, channels)
+
+    def _towards_points(self, sight: Sight, lengths: tuple[float, ...]) -> Iterator[Entry]:
+        """Forces towards or from a point: springs, cords and magnets."""
+        d = len(self.robot.gravity)
+        places = np.column_stack([sight.values(Quantity("position", i)) for i in range(d)])[sight.counts]
+        middle, spread = places.mean(axis=0), places.std(axis=0)
+        if not spread.any():
+            return
+        for point in _points(middle, spread):
+            setting = tuple(round(float(v), 6) for v in point)
+            away = Quantity("distance", 0, setting)
+            if sight.spread(away) == 0.0:
+                continue
+            channels = tuple(Channel(i, 0, (away,), Quantity("towards", i, setting)) for i in range(d))
+            for factor in lengths:
+                scale = (factor * sight.spread(away),)
+                yield Entry(self.name, ENVIRONMENT, "field", channels, "squared_exponential", scale, 10)
+
+    def _loads(self, sight: Sight) -> Iterator[Entry]:
+        """A share of the stated load, in any direction, that is the same always or changes."""
+        efforts = self._efforts(sight)
+        if not efforts:
+            return
+        pairs = [(a, q) for a in range(self.width) for q in efforts]
+        pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
+        steady = Prior("load", "constant", (efforts[0],), (1.0,), 1)
+        same = [(a, q) for a, q in pairs if q.index == len(self.robot.stiffness) + a]
+        for prior in (steady, *over_time(sight, "load"), *smooth_over(sight, "load", pose, 12)):
+            for chosen in (pairs, same) if prior.kernel == "constant" else (same,):
+                channels = tuple(Channel(a, i, prior.inputs, q) for i, (a, q) in enumerate(chosen))
+                yield Entry(self.name, PAYLOAD, prior.form, channels, prior.kernel, prior.scales, min(prior.rank, 10))
+            alike = tuple(Channel(a, 0, prior.inputs, q) for a, q in same)
+            yield Entry(self.name, PAYLOAD, prior.form, alike, prior.kernel, prior.scales, prior.rank)
+
+    def _efforts(self, sight: Sight) -> list[Quantity]:
+        """Components of the stated wrench that vary."""
+        count = len(self.robot.stiffness)
+        several = [Quantity("effort", count + i) for i in range(self.width)]
+        sight.look(several)
+        return [quantity for quantity in several if sight.spread(quantity) > 0.0]

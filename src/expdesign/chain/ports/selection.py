@@ -1,0 +1,304 @@
+"""Which laws are there: every component is given its best chance, and evidence decides between components.
+
+Greedy growth of sparse Bayesian learning (Tipping and Faul 2003) over components instead of single columns. Physics of
+one part seldom is one entry of the dictionary: a plate that bends in three directions is three laws of the platform's
+mount, and judged entry by entry an instrument that reads wrong in two of them comes first. So laws are added at one
+component until no more of it is worth its evidence, for every component that comes near. From the best components the
+search goes on to further ones, laws that lost their worth are left out, and of the ends the one is chosen that predicts
+left-out series best, within 5 % the one with the largest evidence. At last the laws of each component are exchanged.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.component import Component
+from expdesign.chain.ports.dictionary import Atom, Dictionary
+from expdesign.chain.ports.evidence import Present
+from expdesign.chain.ports.refinement import refined
+from expdesign.chain.ports.screen import Screen
+
+ALARM = 8.0
+"""Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about
+1,200 entries exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
+CONTESTED = 10.0
+"""Log evidence by which laws have to exceed named physics: what machines are known to do is likelier."""
+MOST_LAWS = 6
+_AT_ONE = 3
+"""Laws of one component that are added together."""
+_NEAR, _COMPONENTS = 0.4, 6
+"""Share of the largest gain from which a component is given its chance, and how many are."""
+_STARTS, _LIKE = 2, 0.8
+"""Components that the search goes on from, and the share of the best one's gain that they need."""
+_ALIKE = 1.05
+"""Factor on left-out errors within which evidence decides."""
+_SEVERAL = 25.0
+"""Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
+_WANDERS = 20.0
+"""The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
+_SWAP = 4.0
+"""Gain of log evidence for which a law is replaced by one elsewhere."""
+_INEXACT = 0.01
+"""Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
+over, the next component would take."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Laws that are there together.
+
+    Attributes:
+        indices: in the dictionary.
+        state: with their sizes.
+        evidence: log evidence, less what laws of several actuators at once cost.
+        blocks: block of every reading that is left out together, shape (M,).
+        components: number of components that they are at.
+        nameless: whether one of them has no name.
+    """
+
+    indices: tuple[int, ...]
+    state: Present
+    evidence: float
+    blocks: IntArray
+    components: int
+    nameless: bool = False
+
+    @cached_property
+    def error(self) -> float:
+        """RMS of left-out readings."""
+        return float(np.sqrt((self.state.left_out(self.blocks) ** 2).mean()))
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Gains of every entry of the dictionary beside some laws, and the sizes that reach them."""
+
+    gains: FloatArray
+    variances: FloatArray
+
+
+class LawSearch:
+    """The search for laws in one set of readings.
+
+    Args:
+        dictionary: the laws that may be there; laws that are refined are added to it.
+        base: what is there anyway.
+        blocks: block of every reading that is left out together, shape (M,).
+    """
+
+    def __init__(self, dictionary: Dictionary, base: Present, blocks: IntArray) -> None:
+        self.dictionary, self.base, self.blocks = dictionary, base, blocks
+        self.atoms = dictionary.atoms
+        self._screen = Screen(base, self.atoms)
+        self._dearer = np.array([_dearer(atom) for atom in self.atoms])
+        self._listed = len(self.atoms)
+        self._seen: dict[tuple[int, ...], tuple[Proposal, list[Chosen]]] = {}
+        self.log: list[str] = []
+
+    def run(self, *, seeds: Sequence[int] = (), alarm: float = ALARM, most: int = MOST_LAWS) -> Chosen:
+        """The laws that are there; none where no gain exceeds `alarm`.
+
+        Args:
+            seeds: physics of known form that explains something together, from which the search goes on as well.
+            alarm: gain of log evidence below which nothing is believed.
+            most: laws.
+        """
+        start = self._chosen((), self.base)
+        firsts = self._starts(start, alarm, most)
+        if seeds:
+            firsts.append(self._seeded(start, seeds))
+        ends = [self._completed(start, first, alarm, most) for first in firsts]
+        if not ends:
+            return start
+        best = self._finer(preferred(ends))
+        exchanged = self._swapped(self._exchanged(best, alarm, most))
+        return best if exchanged is best else preferred([best, self._finer(exchanged)])
+
+    def _starts(self, start: Chosen, alarm: float, most: int) -> list[Chosen]:
+        """The best components with their laws, from which the search goes on: the first one need not be right."""
+        trials = sorted(self._trials(start, alarm, most), key=lambda trial: -trial.evidence)
+        gains = [trial.evidence - start.evidence for trial in trials]
+        return [t for t, gain in zip(trials, gains, strict=True) if gain >= max(alarm, _LIKE * gains[0])][:_STARTS]
+
+    def _seeded(self, current: Chosen, seeds: Sequence[int]) -> Chosen:
+        """With physics of known form, less what is not worth its evidence."""
+        for index in seeds:
+            variance = current.state.gain(self._screen.directions(index))[1]
+            current = self._beside(current, index, variance)
+        return self._pruned(current)
+
+    def _completed(self, start: Chosen, current: Chosen, alarm: float, most: int) -> Chosen:
+        """With the laws of further components, as long as they are worth it."""
+        while len(current.indices) < most:
+            trials = self._trials(current, alarm, most)
+            if not trials:
+                break
+            grown = max(trials, key=lambda trial: trial.evidence)
+            if grown.evidence - current.evidence < alarm + _INEXACT * (current.evidence - start.evidence):
+                break
+            current = self._pruned(grown)
+        return current
+
+    def propose(self, beside: Chosen, only: Sequence[int] | None = None) -> Proposal:
+        """The whole dictionary beside some laws, or `only` some of it."""
+        gains, variances = self._screen.gains(beside.state, beside.indices, only)
+        return Proposal(gains - (self._dearer if only is None else self._dearer[only]), variances)
+
+    def components(self, chosen: Chosen) -> list[Component]:
+        """Where the laws are, each component once."""
+        return list(dict.fromkeys(self.atoms[i].component for i in chosen.indices))
+
+    def without(self, chosen: Chosen, component: Component) -> Chosen:
+        """The laws of all other components, refitted."""
+        state, indices = chosen.state, list(chosen.indices)
+        for position in reversed(range(len(indices))):
+            if self.atoms[indices[position]].component == component:
+                state = state.without(position)
+                del indices[position]
+        return self._chosen(tuple(indices), state.refitted())
+
+    def weighed(self, chosen: Chosen, component: Component) -> dict[Component, float]:
+        """Gain of log evidence by every component, by its laws together, in the place of a chosen one.
+
+        Components that come nowhere near are judged by their best single entry. A component with many entries has
+        more chances, which the logarithm of their number takes back.
+        """
+        rest = self.without(chosen, component)
+        proposal, trials = self._proposed(rest, ALARM, MOST_LAWS)
+        single: dict[Component, float] = {}
+        number: dict[Component, int] = {}
+        for atom, gain in zip(self.atoms, proposal.gains, strict=False):
+            single[atom.component] = max(single.get(atom.component, 0.0), float(gain))
+            number[atom.component] = number.get(atom.component, 0) + 1
+        for grown in trials:
+            near = self.atoms[grown.indices[-1]].component
+            single[near] = max(single[near], grown.evidence - rest.evidence)
+        single[component] = max(single[component], chosen.evidence - rest.evidence)
+        return {place: gain - float(np.log(number[place])) for place, gain in single.items()}
+
+    def _add(self, atom: Atom) -> None:
+        self.atoms.append(atom)
+        self._screen.add([atom])
+        self._dearer = np.append(self._dearer, _dearer(atom))
+
+    def _chosen(self, indices: tuple[int, ...], state: Present) -> Chosen:
+        evidence = state.log_evidence - float(self._dearer[list(indices)].sum())
+        chosen = [self.atoms[i] for i in indices]
+        nameless = any(atom.entry is not None for atom in chosen)
+        return Chosen(indices, state, evidence, self.blocks, len({atom.component for atom in chosen}), nameless)
+
+    def _trials(self, current: Chosen, alarm: float, most: int) -> list[Chosen]:
+        """Components that come near, each with its laws beside the present ones; none where nothing is worth it."""
+        return self._proposed(current, alarm, most)[1]
+
+    def _proposed(self, current: Chosen, alarm: float, most: int) -> tuple[Proposal, list[Chosen]]:
+        """Gains of all entries beside the present laws, and the trials; remembered, since ends are weighed again."""
+        if current.indices not in self._seen:
+            proposal = self.propose(current)
+            near = self._near(proposal) if proposal.gains.max(initial=0.0) >= alarm else []
+            trials = [self._at(current, component, proposal, alarm, most) for component in near]
+            self._seen[current.indices] = proposal, trials
+        return self._seen[current.indices]
+
+    def _near(self, proposal: Proposal) -> list[Component]:
+        """Components that are given their chance, the one with the best entry first."""
+        order = np.argsort(-proposal.gains, kind="stable")
+        near = [i for i in order if proposal.gains[i] >= _NEAR * proposal.gains[order[0]]]
+        return list(dict.fromkeys(self.atoms[i].component for i in near))[:_COMPONENTS]
+
+    def _at(self, current: Chosen, component: Component, proposal: Proposal, alarm: float, most: int) -> Chosen:
+        """With the laws of one component, until no further one is worth its evidence."""
+        own = [i for i, atom in enumerate(self.atoms) if atom.component == component]
+        best = own[int(np.argmax(proposal.gains[own]))]
+        grown = self._beside(current, best, float(proposal.variances[best]))
+        for _ in range(min(_AT_ONE, most - len(current.indices)) - 1):
+            further = self.propose(grown, own)
+            if further.gains.max() < alarm:
+                break
+            best = int(np.argmax(further.gains))
+            grown = self._beside(grown, own[best], float(further.variances[best]))
+        return grown
+
+    def _beside(self, current: Chosen, index: int, variance: float) -> Chosen:
+        state = current.state.beside(self._screen.directions(index), variance).refitted()
+        return self._chosen((*current.indices, index), state)
+
+    def _finer(self, grown: Chosen) -> Chosen:
+        """The same with scales and settings of the laws searched continuously, where that does not predict worse."""
+        tried: set[int] = set()
+        while True:
+            left = [p for p, index in enumerate(grown.indices) if index < self._listed and index not in tried]
+            if not left:
+                return grown
+            index, rest = grown.indices[left[0]], grown.state.without(left[0])
+            tried.add(index)
+            better = refined(self.atoms[index], self.dictionary, rest)
+            if better is None:
+                continue
+            self._add(better[0])
+            indices = (*grown.indices[: left[0]], *grown.indices[left[0] + 1 :], len(self.atoms) - 1)
+            trial = self._chosen(indices, rest.beside(self._screen.directions(indices[-1]), better[1]).refitted())
+            if trial.evidence > grown.evidence and trial.error <= _ALIKE * grown.error:
+                grown = trial
+
+    def _exchanged(self, current: Chosen, alarm: float, most: int) -> Chosen:
+        """The laws of one component at a time replaced where another explains and predicts better beside the others."""
+        components = self.components(current)
+        for component in components if len(components) > 1 else ():
+            rest = self.without(current, component)
+            others = self._trials(rest, alarm, most)
+            current = preferred([current, *others])
+        return current
+
+    def _swapped(self, current: Chosen) -> Chosen:
+        """Single laws replaced, wherever, as long as that gains evidence.
+
+        The first law takes a share of everything that is there, and those that follow make up for it; given these,
+        another one explains more.
+        """
+        position = 0
+        while position < len(current.indices):
+            rest = current.indices[:position] + current.indices[position + 1 :]
+            beside = self._chosen(rest, current.state.without(position))
+            proposal = self.propose(beside)
+            best = int(np.argmax(proposal.gains))
+            changed = self._beside(beside, best, float(proposal.variances[best]))
+            if best not in current.indices and changed.evidence > current.evidence + _SWAP:
+                current, position = self._pruned(changed), 0
+            else:
+                position += 1
+        return current
+
+    def _pruned(self, current: Chosen) -> Chosen:
+        """Without laws that are no longer worth their evidence beside the others."""
+        for position in range(len(current.indices) - 1):
+            rest = current.indices[:position] + current.indices[position + 1 :]
+            smaller = self._chosen(rest, current.state.without(position).refitted())
+            if current.evidence - smaller.evidence < 2.0:
+                return self._pruned(smaller)
+        return current
+
+
+def preferred(trials: list[Chosen]) -> Chosen:
+    """Of several: the least left-out error, and within 5 % of it the largest evidence."""
+    least = min(trial.error for trial in trials)
+    alike = (trial for trial in trials if trial.error <= _ALIKE * least)
+    return max(alike, key=lambda t: t.evidence - ALARM * t.components - CONTESTED * t.nameless)
+
+
+def _dearer(atom: Atom) -> float:
+    """Log evidence that an entry has to bring beyond others."""
+    return _SEVERAL * _of_each(atom) + _WANDERS * _wanders(atom)
+
+
+def _of_each(atom: Atom) -> bool:
+    """Whether an entry has a law of its own for every actuator."""
+    return atom.entry is not None and atom.component.several and atom.entry.blocks > 1
+
+
+def _wanders(atom: Atom) -> bool:
+    """Whether an entry is a mount that moves whatever it carries."""
+    return atom.entry is not None and atom.entry.form == "twist" and atom.entry.inputs[0].kind in ("clock", "elapsed")

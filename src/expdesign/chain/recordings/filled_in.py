@@ -1,0 +1,133 @@
+"""Tables that a person has filled in: rows left empty, columns not used, and readings in place of deflections.
+
+A laboratory sheet has a row for every measurement and a column for everything that may be read. Rows in which nothing
+was filled in are left out, and so are columns that are empty throughout. Where the instrument shows positions of the
+platform instead of deflections (`reading_x_m` …, from any zero), a row without load is the reference of the loaded rows
+that follow it in its series, and a deflection is the difference of their readings (file-formats.md, Conventions). Rows
+that are counted from one reference share its noise, which the column `reference` then says.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, TextArray
+from expdesign.chain.recordings.columns import order_in_time
+from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.references import REFERENCE, first_disagreement, read_references
+from expdesign.coordinates import Coordinates
+from expdesign.counted import counted
+from expdesign.errors import InputError
+from expdesign.io.table import Table
+
+_HISTORY = ("time_s", "temperature_degC")
+
+
+def reading_names(coordinates: Coordinates) -> tuple[str, ...]:
+    """Columns of what an instrument shows of the platform's pose, from any zero."""
+    return tuple(f"reading_{name}" for name in coordinates.pose)
+
+
+def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:
+    """The rows and columns of a table that were filled in, with deflections; and notes on what was left out.
+
+    Raises:
+        InputError: nothing is filled in, or a loaded row has no reference.
+    """
+    table, notes = _without_empty(table, coordinates)
+    names = [name for name in reading_names(coordinates) if table.has(name)]
+    if not names:
+        return table, notes
+    for name in coordinates.deflection:
+        if table.has(name):
+            what = f"there are readings beside the deflections {name} ..."
+            raise InputError(what, where=table.where(column=name), remedy="Fill in one of them; take the other out.")
+    table, used = _with_deflections(table, names, coordinates)
+    return table, [*notes, used]
+
+
+def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:
+    known = (*coordinates.deflection, *POSITION, *reading_names(coordinates), *measured_names(coordinates))
+    values = [name for name in known if table.has(name)]
+    if not values:
+        return table, []
+    blank = np.array([[str(cell).strip() == "" for cell in table.frame[name]] for name in values]).all(axis=0)
+    if blank.all():
+        what = f"nothing is filled in under {', '.join(values[:3])}{' ...' if len(values) > 3 else ''}"
+        raise InputError(what, where=table.where(), remedy="Fill in what was measured.")
+    notes = []
+    if blank.any():
+        lines = ", ".join(str(line) for line in table.lines[blank][:8]) + (" ..." if blank.sum() > 8 else "")
+        left = counted(int(blank.sum()), "row")
+        notes.append(f"{left} left out: no measured value (row {lines})")
+        kept = np.flatnonzero(~blank)
+        table = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True), lines=table.lines[kept])
+    optional = [*values, *coordinates.deviation, *POSITION_DEVIATION, *_HISTORY, "split"]
+    optional += [name for name in table.columns if name.startswith("leg") and name.endswith("_degC")]
+    unused = [n for n in optional if table.has(n) and all(str(cell).strip() == "" for cell in table.frame[n])]
+    if unused:
+        notes.append(f"columns without an entry are left out: {', '.join(dict.fromkeys(unused))}")
+        table = replace(table, frame=table.frame.drop(columns=list(dict.fromkeys(unused))))
+    return table, notes
+
+
+def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) -> tuple[Table, str]:
+    """Readings as deflections from the last unloaded row before each; references that are used up are left out."""
+    order = order_in_time(table)
+    series = table.integers("series")
+    readings = table.numbers(tuple(names))
+    unloaded = unloaded_rows(table, coordinates)
+    deflections = np.zeros_like(readings)
+    references = np.full(len(table), "", dtype=object)
+    keep = np.zeros(len(table), dtype=bool)
+    for number in dict.fromkeys(series[order].tolist()):
+        rows = order[series[order] == number]
+        loaded = np.flatnonzero(~unloaded[rows])
+        if not unloaded[rows[0]]:
+            what = f"series {number} does not begin with a row without load, from which its readings could be counted"
+            remedy = "Fill in the reference row of the series, or write deflections."
+            raise InputError(what, where=table.where(int(rows[0]), "series"), remedy=remedy)
+        reference = rows[0]
+        keep[rows[0]] = table.has("time_s") or table.has("temperature_degC")
+        for index, row in enumerate(rows):
+            if index and unloaded[row] and loaded.size and index < loaded[-1]:
+                reference = row
+                continue
+            if index:
+                deflections[row] = readings[row] - readings[reference]
+                keep[row] = True
+                references[row] = f"row {table.lines[reference]} of {table.source}"
+    frame = table.frame.drop(columns=names)
+    for column, name in enumerate(names):
+        deflection = coordinates.deflection[coordinates.pose.index(name.removeprefix("reading_"))]
+        frame[deflection] = [repr(float(value)) for value in deflections[:, column]]
+    _require_agreement(table, references, keep)
+    frame[REFERENCE] = references
+    kept = replace(table, frame=frame.iloc[np.flatnonzero(keep)].reset_index(drop=True), lines=table.lines[keep])
+    sizes = np.unique(references[references != ""].astype(str), return_counts=True)[1]
+    text = f"readings of {counted(int(sizes.sum()), 'row')} counted from {counted(len(sizes), 'reference row')}"
+    if (sizes > 1).any():
+        text += "; rows with a common reference share its noise"
+    return kept, text
+
+
+def _require_agreement(table: Table, counted: TextArray, kept: BoolArray) -> None:
+    """Raise an `InputError` where a column `reference` says otherwise than the rows from which readings are counted."""
+    stated = read_references(table, np.arange(len(table)))
+    pair = None if stated is None else first_disagreement(np.where(kept, stated, ""), counted)
+    if pair is not None:
+        own = " and ".join(f"row {table.lines[row]} is counted from {counted[row]}" for row in pair)
+        remedy = "Empty the column, or move the rows without load to where they were read."
+        raise InputError(f"the names contradict the rows without load: {own}", where=table.where(pair[1], REFERENCE),
+                         remedy=remedy)  # fmt: skip
+
+
+def unloaded_rows(table: Table, coordinates: Coordinates) -> BoolArray:
+    """Rows whose mass or whose wrench is 0, shape (N,)."""
+    names = ("mass_kg",) if table.has("mass_kg") else tuple(n for n in coordinates.wrench if table.has(n))
+    if not names:
+        remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
+        raise InputError("there is no load", where=table.where(), remedy=remedy)
+    loads: FloatArray = table.numbers(names)
+    unloaded: BoolArray = np.all(loads == 0.0, axis=1)
+    return unloaded

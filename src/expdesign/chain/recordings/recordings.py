@@ -1,0 +1,135 @@
+"""Recordings and points as arrays (file-formats.md, Recordings)."""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
+from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
+from expdesign.coordinates import Coordinates
+
+
+@dataclass(frozen=True)
+class LoadedPoints:
+    """Rows of commands and loads in the order of their sequence; what `predict` and `compensate` need.
+
+    Attributes:
+        source: name of the file, for messages.
+        lines: line of the file on which each row stands, shape (N,).
+        sequence: order in time, shape (N,).
+        series: number of the series of each row, shape (N,).
+        time: s since the first row, shape (N,), or None.
+        configurations: commanded poses or joint coordinates, shape (N, n_q).
+        wrenches: assumed change of the load, at the origin of P along the axes of O (N, N·m), shape (N, n).
+        absolute: assumed whole load, shape (N, n); differs where the reference state was loaded itself.
+        payload: mass (kg) and centre of mass (m, platform frame), shape (N, 1 or 4), or None where only wrenches are
+            known.
+        gravity: in O (m/s²), shape (N, d).
+        temperature: °C, shape (N,), or None.
+        leg_temperature: °C, shape (N, n_p), or None.
+        extra: columns that have no meaning here, kept for reports.
+        marker: index in `markers` of every row, shape (N,), where positions of markers are measured; else None.
+        markers: names of the markers.
+        aim: orientation of the target of each row in the instrument's axes, from which rotations are counted, shape
+            (N, 3, 3): the measured one. None where no orientations of targets are measured.
+        poses: whether poses of the platform are measured.
+        files: names of the files, where the rows come from several.
+        file: index in `files` of every row, shape (N,), or None where there is one file.
+        references: name of the unloaded reading from which a row is counted, shape (N,): rows of one name share its
+            noise, half of each row's variance. Empty for one of the row's own; None where every row has one.
+    """
+
+    source: str
+    lines: IntArray
+    sequence: IntArray
+    series: IntArray
+    time: FloatArray | None
+    configurations: FloatArray
+    wrenches: FloatArray
+    absolute: FloatArray
+    payload: FloatArray | None
+    gravity: FloatArray
+    temperature: FloatArray | None
+    leg_temperature: FloatArray | None
+    extra: pd.DataFrame
+    marker: IntArray | None = field(default=None, kw_only=True)
+    markers: tuple[str, ...] = field(default=(), kw_only=True)
+    aim: FloatArray | None = field(default=None, kw_only=True)
+    poses: bool = field(default=False, kw_only=True)
+    files: tuple[str, ...] = field(default=(), kw_only=True)
+    file: IntArray | None = field(default=None, kw_only=True)
+    references: TextArray | None = field(default=None, kw_only=True)
+
+    def components(self, coordinates: Coordinates) -> tuple[str, ...]:
+        """Columns of what an instrument reads; rotations of targets are named as those of deflections."""
+        turns = () if self.aim is None else coordinates.deflection[coordinates.translations :]
+        return (*self.measurand.columns(coordinates), *turns)
+
+    @property
+    def measurand(self) -> Measurand:
+        """What is read at these points."""
+        if self.poses:
+            return POSES
+        return DEFLECTIONS if self.marker is None else POSITIONS
+
+    @property
+    def marker_indicators(self) -> FloatArray:
+        """1 for the marker of each row, 0 for the others, shape (N, number of markers); no columns for deflections."""
+        indicators = np.zeros((len(self), len(self.markers)))
+        if self.markers:
+            indicators[np.arange(len(self)), self.marker] = 1.0
+        return indicators
+
+    def where(self, row: int, column: str = "") -> str:
+        """File, line and column of a row, as a person would look them up."""
+        source = self.source if self.file is None else self.files[int(self.file[row])]
+        return f"{source}, row {self.lines[row]}" + (f", column {column}" if column else "")
+
+    def __len__(self) -> int:
+        return len(self.sequence)
+
+
+def complete_positions(recordings: "Recordings") -> "Recordings":
+    """Rows of which all coordinates of a position were read, without orientations; other recordings as they are."""
+    if recordings.marker is None:
+        return recordings
+    deviations = None if recordings.deviations is None else recordings.deviations[:, :3]
+    places = replace(
+        recordings, aim=None, axes=recordings.axes[:3], deflections=recordings.deflections[:, :3], deviations=deviations
+    )
+    return places.rows(np.flatnonzero(np.isfinite(places.deflections).all(axis=1)))
+
+
+@dataclass(frozen=True)
+class Recordings(LoadedPoints):
+    """Loaded points with measured deflections.
+
+    Attributes:
+        axes: indices of the measured components, shape (k,).
+        deflections: the readings: deflections or poses (m, rad), or positions of markers (m), shape (N, k). Positions
+            have NaN where nothing was read, and with `aim` rotation vectors from it (rad), which are 0.
+        deviations: their standard deviations, shape (N, k), or None where they are not known.
+        test: rows that must not be fitted, shape (N,).
+    """
+
+    axes: IntArray
+    deflections: FloatArray
+    deviations: FloatArray | None
+    test: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+    def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
+        """Columns of the standard deviations of the measured components, in the order of `axes`."""
+        turns = () if self.aim is None else coordinates.deviation[coordinates.translations :]
+        names = (*self.measurand.deviation_columns(coordinates), *turns)
+        return tuple(names[axis] for axis in self.axes)
+
+    def rows(self, chosen: BoolArray | IntArray) -> "Recordings":
+        """The recordings of some rows; effects with memory need whole series."""
+        per_row: dict[str, Any] = {
+            item.name: value[chosen]
+            for item in fields(self)
+            if isinstance(value := getattr(self, item.name), np.ndarray) and item.name != "axes"
+        }
+        return replace(self, **per_row, extra=self.extra.iloc[np.arange(len(self))[chosen]])

@@ -1,0 +1,198 @@
+"""Measured poses freed of thermal deflection, and what the correction costs in noise (theory.md 9.H, C12).
+
+The references X_R^k show how the legs have grown, Δq^k = IK(X_R^k) − IK(X_R^0), and a pose measured after them is
+corrected to FK(IK(X^k) − Δq^k). To first order that is X^k − T·(X_R^k − X_R^0) with T = J̌(X)·J̌(X_R)⁻¹, so that every
+result is a known linear combination of independent readings, and its covariance follows.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.recordings.measured_poses import MeasuredPoses
+from expdesign.errors import InputError
+from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
+from expdesign.mechanics.robots.parallel import ParallelRobot
+
+
+@dataclass(frozen=True)
+class CorrectedPoses:
+    """N poses (references left out) before and after the correction.
+
+    Attributes:
+        rows: of the measured poses, shape (N,).
+        before: as measured (m, rad), shape (N, n).
+        after: corrected, shape (N, n).
+        weights: of the K references in each correction, minus one for the first, shape (N, K).
+        transfer: T, shape (N, n, n).
+        own: covariance of the measured pose, shape (N, n, n), or None where no deviations are stated.
+        references: covariance of every reference, shape (K, n, n), or None.
+    """
+
+    rows: IntArray
+    before: FloatArray
+    after: FloatArray
+    weights: FloatArray
+    transfer: FloatArray
+    own: FloatArray | None
+    references: FloatArray | None
+
+    def covariance(self, first: FloatArray, second: FloatArray) -> FloatArray | None:
+        """Covariance of Σ_i first_i·X_i and Σ_i second_i·X_i over corrected poses; coefficients (N,), shape (n, n)."""
+        if self.own is None or self.references is None:
+            return None
+        total: FloatArray = np.einsum("i,i,iab->ab", first, second, self.own)
+        left = np.einsum("i,ik,iab->kab", first, self.weights, self.transfer)
+        right = np.einsum("i,ik,iab->kab", second, self.weights, self.transfer)
+        total += np.einsum("kab,kbc,kdc->ad", left, self.references, right)
+        return total
+
+
+def correct_poses(robot: ParallelRobot, measured: MeasuredPoses, *, interpolate: bool = False) -> CorrectedPoses:
+    """Correct every pose by the reference before it, or interpolated in time between those before and after it.
+
+    Where `interpolate` finds no reference after a pose, the one before it holds.
+
+    Raises:
+        ConvergenceError: lengths belong to no pose.
+    """
+    times = measured.points.sequence.astype(float) if measured.points.time is None else measured.points.time
+    rows, references = np.flatnonzero(~measured.reference), np.flatnonzero(measured.reference)
+    weights = np.zeros((len(rows), len(references)))
+    for index, row in enumerate(rows):
+        last = int(np.searchsorted(references, row)) - 1
+        share = 0.0
+        if interpolate and last + 1 < len(references):
+            start, end = times[references[last]], times[references[last + 1]]
+            share = float((times[row] - start) / (end - start)) if end > start else 0.5
+            weights[index, last + 1] += share
+        weights[index, last] += 1.0 - share
+        weights[index, 0] -= 1.0
+    grown = robot.lengths(measured.poses[references])
+    lengths = robot.lengths(measured.poses[rows]) - weights @ grown
+    after = forward_kinematics(robot).pose(lengths, measured.poses[rows])
+    at_reference = robot.jacobians(measured.points.configurations[references[0]]).pose
+    transfer = robot.jacobians(measured.points.configurations[rows]).pose @ np.linalg.inv(at_reference)
+    own = spread = None
+    if measured.deviations is not None:
+        covariance = measured.deviations[..., None] ** 2 * np.eye(measured.deviations.shape[1])
+        own, spread = covariance[rows], covariance[references]
+    return CorrectedPoses(rows, measured.poses[rows], after, weights, transfer, own, spread)
+
+
+@dataclass(frozen=True)
+class CorrectedDeflections:
+    """Deflections of M loaded rows.
+
+    Attributes:
+        index: of each in the corrected poses, shape (M,).
+        before: without the correction (m, rad), shape (M, n).
+        after: with it, shape (M, n).
+        covariance: of `after`, shape (M, n, n), or None where no deviations are stated.
+        noise_before: covariance of `before`, likewise.
+    """
+
+    index: IntArray
+    before: FloatArray
+    after: FloatArray
+    covariance: FloatArray | None
+    noise_before: FloatArray | None
+
+
+def deflections(measured: MeasuredPoses, corrected: CorrectedPoses) -> CorrectedDeflections:
+    """Deflections of every series against its first unloaded pose.
+
+    Raises:
+        InputError: a series has no unloaded pose at its beginning.
+    """
+    points = measured.points
+    series = points.series[corrected.rows]
+    loaded = np.any(points.wrenches[corrected.rows] != 0.0, axis=1)
+    pairs: list[tuple[int, int]] = []
+    for number in dict.fromkeys(series.tolist()):
+        members = np.flatnonzero(series == number)
+        if loaded[members[0]]:
+            what = f"series {number} does not begin with an unloaded pose, against which its deflections are"
+            where = points.where(int(corrected.rows[members[0]]), "series")
+            raise InputError(what, where=where, remedy="Measure every series without load first.")
+        pairs += [(int(member), int(members[0])) for member in members[1:]]
+    if not pairs:
+        return _none(corrected)
+    index, first = np.array(pairs, dtype=np.int64).T
+    covariance = noise = None
+    if corrected.own is not None:
+        noise = corrected.own[index] + corrected.own[first]
+        found = []
+        for here, zero in pairs:
+            row = np.zeros(len(corrected.rows))
+            row[here], row[zero] = 1.0, -1.0
+            found.append(corrected.covariance(row, row))
+        covariance = np.array(found)
+    before = corrected.before[index] - corrected.before[first]
+    return CorrectedDeflections(index, before, corrected.after[index] - corrected.after[first], covariance, noise)
+
+
+def _none(corrected: CorrectedPoses) -> CorrectedDeflections:
+    n = corrected.before.shape[1]
+    covariance = None if corrected.own is None else np.zeros((0, n, n))
+    return CorrectedDeflections(np.zeros(0, dtype=np.int64), np.zeros((0, n)), np.zeros((0, n)), covariance, covariance)
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """RMS scatter of poses that were measured more than once at the same command and load, about their means.
+
+    Attributes:
+        groups: how many such commands and loads there are.
+        freedom: rows less groups, over which the squares are averaged.
+        before: without the correction (m, rad), shape (n,).
+        after: with it, shape (n,).
+        noise_before: what noise alone makes of it without the correction, shape (n,), or None.
+        noise_after: likewise with it: the price of the correction is in it.
+    """
+
+    groups: int
+    freedom: int
+    before: FloatArray
+    after: FloatArray
+    noise_before: FloatArray | None
+    noise_after: FloatArray | None
+
+
+def repeatability(measured: MeasuredPoses, corrected: CorrectedPoses) -> Repeatability | None:
+    """Scatter of repeated poses before and after the correction, or None where no pose is repeated."""
+    points, rows = measured.points, corrected.rows
+    keys = np.round(np.concatenate([points.configurations[rows], points.wrenches[rows]], axis=1), 9)
+    _, index = np.unique(keys, axis=0, return_inverse=True)
+    members = [np.flatnonzero(index == group) for group in np.unique(index)]
+    members = [group for group in members if len(group) > 1]
+    if not members:
+        return None
+    freedom = sum(len(group) - 1 for group in members)
+    n = corrected.before.shape[1]
+    squares = np.zeros((2, n))
+    noise = np.zeros((2, n))
+    for group in members:
+        for which, values in enumerate((corrected.before, corrected.after)):
+            squares[which] += ((values[group] - values[group].mean(axis=0)) ** 2).sum(axis=0)
+        if corrected.own is None or corrected.references is None:
+            continue
+        centring = np.eye(len(group)) - 1.0 / len(group)
+        noise[0] += np.einsum("i,iaa->a", np.diag(centring), corrected.own[group])
+        spread = np.einsum(
+            "iab,kbc,iac->ika", corrected.transfer[group], corrected.references, corrected.transfer[group]
+        )
+        # One command has one T: the references' part of the covariance of two rows i, j is Σ_k w_ik·w_jk·T·V_k·Tᵀ.
+        shared = np.einsum("ij,ik,jk,ika->a", centring, corrected.weights[group], corrected.weights[group], spread)
+        noise[1] += np.einsum("i,iaa->a", np.diag(centring), corrected.own[group]) + shared
+    rms = np.sqrt(squares / freedom)
+    expected = None if corrected.own is None else np.sqrt(noise / freedom)
+    return Repeatability(
+        len(members),
+        freedom,
+        rms[0],
+        rms[1],
+        None if expected is None else expected[0],
+        None if expected is None else expected[1],
+    )

@@ -1,0 +1,1 @@
+"""Fits of recordings: parameters, noise, intervals, what can be identified, prediction and compensation."""

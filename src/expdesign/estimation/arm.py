@@ -1,0 +1,219 @@
+"""Calibration of arms from absolute readings: geometry, compliances, instrument and markers, all rows at once.
+
+The model is the measurement chain with `CalibratedGeometryError`, linearised exactly. A minimal complete set of
+parameters is chosen from the rigid kinematics (`redundancy.py`); the rest stays as drawn. Beforehand zeros, lengths and
+angles are normal with the sizes of `ArmOptions`, times one factor for each kind that the rows decide
+(`ports/everything.py`), so that what they do not determine stays at the drawing. Instrument and markers are as unknown
+as their readings say.
+
+Where the residuals exceed what is stated, the variance is the stated one and a second component σ² for every kind of
+reading, with which χ² is its degrees of freedom: Σ r²/(s² + σ²) = n − tr(H) of that kind. Where nothing is stated, or
+far too much, the level itself is found likewise.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError, Frames
+from expdesign.chain.models.estimable import Estimable
+from expdesign.chain.ports.everything import Priors
+from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.readings.reading import Reading
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.row import row_data
+from expdesign.errors import InputError
+from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, pose_folds
+from expdesign.estimation.arm_labels import labels_of
+from expdesign.estimation.arm_noise import ArmNoise, Settled
+from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
+from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.geometric import Calibration
+from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.redundancy import MinimalSet, Redundant, redundancies
+from expdesign.mechanics.robots.robot import Robot
+
+_ROUNDING = 1e-15
+"""Eigenvalues of scaled information below this part of the largest are rounding."""
+
+
+@dataclass(frozen=True)
+class ArmCalibration:
+    """What absolute readings say of an arm.
+
+    Attributes:
+        fitted: the rows that were fitted, shape (N,).
+        fit: of the fitted rows.
+        noise: standard deviations of the fitted rows.
+        stated: χ², degrees of freedom and p-value at the stated standard deviations, or None where there are none.
+        held_out: readings of the rows marked `test` that can be predicted, one by one.
+        remarks: what these poses leave blind, and what is wrong with the noise.
+        labels: of all parameters of the chain, for people.
+        minimal: which of them are identified.
+        redundant: the others as combinations of them.
+        beforehand: their standard deviations before the rows were read, as the rows made them, shape (p,).
+        told_apart: parameters that the rows determine one by one, shape (p,).
+        accuracy: before and after.
+    """
+
+    fitted: BoolArray
+    fit: Fit
+    noise: NoiseLevel
+    stated: tuple[float, int, float] | None
+    held_out: HeldOutRows
+    remarks: list[Remark]
+    labels: list[str]
+    minimal: MinimalSet
+    redundant: list[Redundant]
+    beforehand: FloatArray
+    told_apart: BoolArray
+    accuracy: Accuracies
+
+
+def calibrate(
+    robot: Robot, recordings: Recordings, calibration: Calibration, options: ArmOptions | None = None
+) -> ArmCalibration:
+    """Fit geometry (unless `elastostatic`) and compliances (unless `geometric`) to the rows that are not marked `test`.
+
+    Raises:
+        InputError: no row is left to fit.
+        NotIdentifiableError: the rows do not place the instrument, or leave nothing over to estimate the noise from.
+    """
+    options = options or ArmOptions()
+    fitted = ~recordings.test
+    if not fitted.any():
+        remedy = "Mark some rows `train` in the column `split`."
+        raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
+    train, reading = recordings.rows(fitted), reading_of(robot, recordings)
+    effects = (
+        () if calibration == "elastostatic" else (CalibratedGeometryError(robot, GEOMETRY, _frames(reading, robot)),)
+    )
+    chain = Chain(robot, effects, reading=reading)
+    problem = ArmProblem(chain, train, row_data(train, robot), np.arange(len(chain.parameters)))
+    sizes, kinds = sizes_of(chain, options)
+    minimal = chosen_set(problem, sizes, options, compliances=calibration != "geometric")
+    problem = replace(problem, live=minimal.kept)
+    priors = priors_of(chain, minimal.widened(sizes), kinds, minimal.kept)
+    found = ArmNoise(problem, priors, options).settled(_start(chain, calibration))
+    beforehand = np.zeros(len(sizes))
+    factors = np.where(priors.group >= 0, found.solution.factors[np.maximum(priors.group, 0)], 1.0)
+    beforehand[minimal.kept] = priors.deviation * factors
+    fit = _fit(problem, found, beforehand)
+    labels = labels_of(chain)
+    told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
+    typical = np.where(np.isfinite(sizes), sizes, 1e-3)
+    remarks = [*found.remarks, *reading.degeneracies, *blind_poses(problem, minimal, labels, sizes, options)]
+    return ArmCalibration(
+        fitted=fitted,
+        fit=fit,
+        noise=found.noise,
+        stated=found.stated,
+        held_out=_held_out(chain, recordings, fit, found),
+        remarks=remarks,
+        labels=labels,
+        minimal=minimal,
+        redundant=redundancies(minimal, labels, typical),
+        beforehand=beforehand,
+        told_apart=told,
+        accuracy=_accuracy(chain, recordings, fit, problem, found, priors, options),
+    )
+
+
+def _frames(reading: Reading, robot: Robot) -> Frames:
+    """Whose frames are known apart from the joints': of the base with the instrument's, of tips with markers'."""
+    base, tips = robot.instrument is not None, all(name in robot.markers for name in reading.names)
+    return {(False, False): Frames.JOINTS, (True, False): Frames.BASE, (False, True): Frames.TIPS,
+            (True, True): Frames.BASE_AND_TIPS}[base, tips]  # fmt: skip
+
+
+def _start(chain: Chain, calibration: Calibration) -> FloatArray:
+    start = chain.start()
+    if calibration == "geometric" and not np.isfinite(chain.robot.stiffness).all():
+        start[: chain.compliances] = 0.0
+    return start
+
+
+def _fit(problem: ArmProblem, found: Settled, beforehand: FloatArray) -> Fit:
+    """The fit with the covariance of what was identified; what stays as drawn has none."""
+    chain, train, live = problem.chain, problem.train, problem.live
+    values = found.start.copy()
+    values[live] = found.solution.values
+    predicted, slopes = chain.predict_with_sensitivities(problem.rows, values)
+    seen, deviations = problem.seen, found.noise.deviations
+    residuals = np.where(seen, (train.deflections - predicted[:, train.axes]) / deviations, 0.0)
+    sensitivities = np.where(seen[..., None], slopes[:, train.axes] / deviations[..., None], 0.0)
+    # Held is not known: what depends on it is as uncertain as it is.
+    spreads = beforehand.copy()
+    spreads[chain.compliances : chain.base] = chain.reading.released(spreads[chain.compliances : chain.base])
+    matrix = found.solution.slopes
+    information = matrix.T @ matrix + np.diag(1.0 / spreads[live] ** 2)
+    covariance = np.zeros((len(values), len(values)))
+    covariance[np.ix_(live, live)] = _inverse(information)
+    return Fit(
+        chain=chain,
+        values=values,
+        covariance=covariance,
+        determined=np.ones(len(values), dtype=bool),
+        residuals=residuals,
+        sensitivities=sensitivities,
+        chi2=float((residuals**2).sum()),
+        dof=round(found.dof),
+        rank=len(live),
+        subspace=Estimable.from_covariance(covariance),
+    )
+
+
+def _inverse(information: FloatArray) -> FloatArray:
+    """Of a positive definite matrix (p, p) whose parameters have different units."""
+    scale = 1.0 / np.sqrt(information.diagonal())
+    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+    root = vectors / np.sqrt(np.maximum(values, _ROUNDING * values[-1])) * scale[:, None]
+    inverse: FloatArray = root @ root.T
+    return inverse
+
+
+def _among(indices: IntArray, count: int) -> BoolArray:
+    inside = np.zeros(count, dtype=bool)
+    inside[indices] = True
+    return inside
+
+
+def _held_out(chain: Chain, recordings: Recordings, fit: Fit, found: Settled) -> HeldOutRows:
+    judged = recordings.test & chain.reading.predictable(chain.robot, recordings)
+    test = recordings.rows(judged)
+    if not len(test):
+        return NONE_HELD_OUT
+    level = np.sqrt((found.noise.deviations**2).mean(axis=0))
+    deviations = level if found.noise.groups or test.deviations is None else test.deviations
+    predicted, slopes = chain.predict_with_sensitivities(row_data(test, chain.robot), fit.values)
+    seen, scale = np.isfinite(test.deflections), np.broadcast_to(deviations, test.deflections.shape)
+    residuals = (test.deflections - predicted[:, recordings.axes])[seen] / scale[seen]
+    return HeldOutRows(residuals[:, None], (slopes[:, recordings.axes][seen] / scale[seen][:, None])[:, None])
+
+
+def _accuracy(
+    chain: Chain,
+    recordings: Recordings,
+    fit: Fit,
+    problem: ArmProblem,
+    found: Settled,
+    priors: Priors,
+    options: ArmOptions,
+) -> Accuracies:
+    """Errors of the robot file's robot and of the calibrated one; left-out folds where no rows are marked `test`."""
+    after = recordings.deflections - chain.predict(row_data(recordings, chain.robot), fit.values)[:, recordings.axes]
+    before = recordings.deflections - nominal_readings(chain, recordings)
+    left_out = None
+    if not recordings.test.any():
+        seen = problem.seen
+        folds = np.repeat(pose_folds(problem.train, options.folds)[:, None], seen.shape[1], axis=1)[seen]
+        left_out = np.full(seen.shape, np.nan)
+        left_out[seen] = found.solution.left_out(folds, priors) * found.effective[seen]
+    judged = recordings.test & chain.reading.predictable(chain.robot, recordings)
+    return accuracies(before, after, ~recordings.test, judged, left_out)

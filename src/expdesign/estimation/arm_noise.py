@@ -1,0 +1,211 @@
+"""Noise levels and robust weights of an arm's calibration, found together with its parameters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2 as chi2_distribution
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.ports.everything import Everything, Priors
+from expdesign.chain.recordings.remark import Remark
+from expdesign.errors import NotIdentifiableError
+from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.arm_problem import ArmProblem
+from expdesign.estimation.evidence import with_evidence
+from expdesign.estimation.noise_level import NoiseGroup, NoiseLevel, axis_groups
+from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
+from expdesign.estimation.robust_loss import Weighting
+
+_ROUNDS = 8
+"""Times that noise levels and weights are found again; they settle in three or four."""
+_SETTLED = 0.02
+"""Relative change of noise levels at which they have settled."""
+_GUESS = 1e-3
+"""m, rad; noise level with which its estimation starts."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A solution with the noise that it was found at.
+
+    Attributes:
+        start: of all parameters, those outside `live` as they stay.
+        effective: deviations divided by the roots of robust weights, shape (N, k).
+    """
+
+    solution: Everything
+    start: FloatArray
+    noise: NoiseLevel
+    effective: FloatArray
+    dof: float
+    stated: tuple[float, int, float] | None
+    remarks: list[Remark]
+
+
+@dataclass(frozen=True)
+class ArmNoise:
+    """Noise levels and robust weights, found together with the parameters."""
+
+    problem: ArmProblem
+    priors: Priors
+    options: ArmOptions
+
+    def settled(self, start: FloatArray) -> Settled:
+        """The solution at the stated deviations if these account for the residuals, else at those that do."""
+        stated = self.problem.train.deviations
+        if stated is None:
+            levels = np.full(len(self._kinds), _GUESS)
+            found = self._solve(start, self._as_levels(levels), np.ones(len(self.problem.train)), known=False)
+            return self._estimated(found, start, levels * found.noise, None, ())
+        deviations = np.where(np.isfinite(stated), stated, np.sqrt(np.nanmean(stated**2, axis=0)))
+        weights: FloatArray = np.ones(len(deviations))
+        for _ in range(_ROUNDS if self._weighting.robust else 1):
+            found = self._solve(start, deviations, weights)
+            weights, before = self._weighting.weights(self._whitened(found, start, deviations)), weights
+            if np.abs(weights - before).max() < _SETTLED:
+                break
+        squares, dof = self._by_kind(found, deviations, weights)
+        total, freedom = float(squares.sum()), max(float(dof.sum()), 1.0)
+        judged = (total, round(freedom), float(chi2_distribution.sf(total, freedom)))
+        beyond = judged[2] < self.options.refuted
+        generous = total < self.options.generous**2 * freedom and 1.0 - judged[2] < self.options.refuted
+        if not (beyond or generous):
+            noise = NoiseLevel(deviations, "recordings")
+            effective = deviations / np.sqrt(weights)[:, None]
+            return Settled(found, start, noise, effective, freedom, judged, [])
+        whole = start.copy()
+        whole[self.problem.live] = found.values
+        ratio = np.sqrt(squares / np.maximum(dof, 1.0))
+        typical = np.array([self._typical(deviations, columns) for _, columns in self._kinds])
+        if generous:
+            remarks = tuple(
+                GenerousNoise(name, size, size * r)
+                for (name, _), size, r in zip(self._kinds, typical, ratio, strict=True)
+            )
+            return self._estimated(found, whole, typical * ratio, judged, remarks)
+        levels = typical * np.sqrt(np.maximum(ratio**2 - 1.0, 0.0))
+        return self._estimated(found, whole, levels, judged, (), deviations)
+
+    def _estimated(
+        self,
+        found: Everything,
+        start: FloatArray,
+        levels: FloatArray,
+        judged: tuple[float, int, float] | None,
+        remarks: tuple[Remark, ...],
+        stated: FloatArray | None = None,
+    ) -> Settled:
+        """Levels of every kind, in addition to what is stated if that is too small, until they settle."""
+        weights: FloatArray = np.ones(len(self.problem.train))
+        whole = start.copy()
+        whole[self.problem.live] = found.values
+        for _ in range(_ROUNDS):
+            deviations = self._as_levels(levels, stated)
+            found = self._solve(whole, deviations, weights)
+            whole[self.problem.live] = found.values
+            residuals = self._whitened(found, whole, deviations)
+            weights = self._weighting.weights(residuals)
+            _, dof = self._by_kind(found, deviations, weights)
+            fresh: FloatArray = np.array([
+                self._level(residuals, weights, deviations, columns, freedom, stated)
+                for (_, columns), freedom in zip(self._kinds, dof, strict=True)
+            ])  # fmt: skip
+            before = np.array([self._typical(deviations, columns) for _, columns in self._kinds])
+            levels = fresh
+            after = self._as_levels(levels, stated)
+            change = [self._typical(after, c) / b - 1.0 for (_, c), b in zip(self._kinds, before, strict=True)]
+            if np.abs(change).max() < _SETTLED:
+                break
+        deviations = self._as_levels(levels, stated)
+        groups = tuple(
+            NoiseGroup(name, columns, self._typical(deviations, columns), float(freedom))
+            for (name, columns), freedom in zip(self._kinds, dof, strict=True)
+        )
+        if stated is not None:
+            remarks = tuple(
+                NoiseBeyondStated(group.name, self._typical(stated, group.columns), group.deviation, float(extra))
+                for group, extra in zip(groups, levels, strict=True)
+                if extra > 0.0
+            )
+        noise = NoiseLevel(deviations, "residuals", groups)
+        effective = deviations / np.sqrt(weights)[:, None]
+        return Settled(found, start, noise, effective, float(dof.sum()), judged, list(remarks))
+
+    @property
+    def _kinds(self) -> list[tuple[str, IntArray]]:
+        return axis_groups(self.problem.train, 3)
+
+    @property
+    def _weighting(self) -> Weighting:
+        return Weighting(self.options.loss, self.options.freedom)
+
+    def _solve(
+        self, start: FloatArray, deviations: FloatArray, weights: FloatArray, *, known: bool = True
+    ) -> Everything:
+        effective = deviations / np.sqrt(weights)[:, None]
+        return with_evidence(
+            lambda values: self.problem.linearised(values, effective, start),
+            self.priors,
+            start[self.problem.live],
+            known_noise=known,
+            least=self.options.least,
+            most=self.options.most,
+        )
+
+    def _whitened(self, found: Everything, start: FloatArray, deviations: FloatArray) -> FloatArray:
+        """Residuals without weights, 0 where nothing was read, shape (N, k)."""
+        whole = start.copy()
+        whole[self.problem.live] = found.values
+        train = self.problem.train
+        predicted = self.problem.chain.predict(self.problem.rows, whole)[:, train.axes]
+        return np.where(self.problem.seen, (train.deflections - predicted) / deviations, 0.0)
+
+    def _by_kind(self, found: Everything, deviations: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Σ w·r² over its mean at normal noise, and n − tr(H), of every kind of reading."""
+        seen = self.problem.seen
+        columns = np.broadcast_to(np.arange(seen.shape[1]), seen.shape)[seen]
+        hat = ((found.slopes @ (found.covariance / found.noise**2)) * found.slopes).sum(axis=1)
+        squares, dof = [], []
+        for _, mine in self._kinds:
+            inside = np.isin(columns, mine)
+            squares.append(float((found.residuals[inside] ** 2).sum()) / self._weighting.share(len(mine)))
+            dof.append(float(inside.sum() - hat[inside].sum()))
+        if min(dof) < 0.5:
+            what = "the rows leave no reading over from which their noise could be judged"
+            remedy = "Measure more poses."
+            raise NotIdentifiableError(what, where=self.problem.train.source, remedy=remedy)
+        return np.array(squares), np.array(dof)
+
+    def _level(
+        self,
+        residuals: FloatArray,
+        weights: FloatArray,
+        deviations: FloatArray,
+        columns: IntArray,
+        freedom: float,
+        stated: FloatArray | None,
+    ) -> float:
+        """The level of one kind with which Σ w·r²/(s² + σ²) is its degrees of freedom."""
+        inside = self.problem.seen[:, columns]
+        squares = (weights[:, None] * (residuals * deviations)[:, columns] ** 2)[inside]
+        squares = squares / self._weighting.share(len(columns))
+        if stated is None:
+            return max(float(np.sqrt(squares.sum() / freedom)), 1e-12)
+        known = stated[:, columns][inside] ** 2
+        low, high = 0.0, float(squares.sum() / freedom) + 1e-300
+        if (squares / known).sum() <= freedom:
+            return 0.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if (squares / (known + middle)).sum() > freedom else (low, middle)
+        return float(np.sqrt(high))
+
+    def _as_levels(self, levels: FloatArray, stated: FloatArray | None = None) -> FloatArray:
+        deviations = np.zeros_like(self.problem.train.deflections) if stated is None else stated.copy()
+        for (_, columns), level in zip(self._kinds, levels, strict=True):
+            deviations[:, columns] = np.sqrt(deviations[:, columns] ** 2 + level**2)
+        return deviations
+
+    def _typical(self, deviations: FloatArray, columns: IntArray) -> float:
+        inside = self.problem.seen[:, columns]
+        return float(np.sqrt((deviations[:, columns][inside] ** 2).mean()))

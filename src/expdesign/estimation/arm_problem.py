@@ -1,0 +1,116 @@
+"""The fitted rows of an arm's calibration, and which of its parameters they are fitted by."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.ports.everything import Priors
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.row import RowData, row_data
+from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.redundancy import BlindPoses, MinimalSet, minimal_set
+
+_ZEROS, _LENGTHS, _ANGLES = range(3)
+_MANY = 60
+"""Rows from which poses at random tell apart whatever poses can."""
+_SEED = 1
+
+
+@dataclass(frozen=True)
+class ArmProblem:
+    """The fitted rows; parameters outside `live` stay as they are."""
+
+    chain: Chain
+    train: Recordings
+    rows: RowData
+    live: IntArray
+
+    @property
+    def seen(self) -> BoolArray:
+        """Which components were read, shape (N, k)."""
+        return np.isfinite(self.train.deflections)
+
+    def linearised(
+        self, values: FloatArray, deviations: FloatArray, start: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Whitened residuals (M,) and derivatives (M, live) of what was read, at values of `live`."""
+        whole = start.copy()
+        whole[self.live] = values
+        predicted, slopes = self.chain.predict_with_sensitivities(self.rows, whole)
+        axes, seen = self.train.axes, self.seen
+        residuals = ((self.train.deflections - predicted[:, axes]) / deviations)[seen]
+        return residuals, slopes[:, axes][seen][:, self.live] / deviations[seen][:, None]
+
+
+def sizes_of(chain: Chain, options: ArmOptions) -> tuple[FloatArray, IntArray]:
+    """Standard deviations beforehand (p,), and the kind of every parameter, −1 for those without a factor."""
+    sizes = np.array([parameter.spread for parameter in chain.parameters])
+    kinds = np.full(len(sizes), -1, dtype=np.int64)
+    sizes[: chain.compliances] = options.compliance
+    for effect, part in zip(chain.effects, chain.slices, strict=True):
+        for index, parameter in zip(range(part.start, part.stop), effect.parameters, strict=True):
+            angle = parameter.name.endswith("_rad")
+            if "_offset_" in parameter.name:
+                sizes[index], kinds[index] = (options.zero if angle else options.zero_length), _ZEROS
+            else:
+                sizes[index] = options.angle if angle else options.length
+                kinds[index] = _ANGLES if angle else _LENGTHS
+    return sizes, kinds
+
+
+def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, compliances: bool) -> MinimalSet:
+    """A minimal complete set: instrument and markers, then zeros, lengths and angles along the chain.
+
+    It is that of rigid kinematics, since sag tells parameters apart by less than it is known. Compliances, of which
+    each has a meaning of its own and a deviation beforehand, are all kept.
+    """
+    chain = problem.chain
+    rigid = chain.start()
+    rigid[: chain.compliances] = 0.0
+    _, slopes = problem.linearised(rigid, np.ones_like(problem.train.deflections), rigid)
+    scale = np.where(np.isfinite(sizes), sizes, 1.0)
+    kept = np.arange(chain.compliances, chain.base)
+    names = [parameter.name for parameter in chain.parameters]
+    geometry = np.arange(chain.base, len(sizes))
+    rank = [(_ANGLES if n.endswith("_rad") else _LENGTHS) if "_offset_" not in n else _ZEROS for n in names]
+    order = np.concatenate([kept, *(geometry[[rank[i] == kind for i in geometry]] for kind in range(3))]).astype(int)
+    found = minimal_set(slopes * scale, order, options.redundant)
+    units = found.combinations * scale[found.kept] / scale[found.dropped][:, None]
+    found = replace(found, combinations=units)
+    if not compliances:
+        return found
+    own = np.arange(chain.compliances)
+    wider = np.hstack([np.zeros((len(found.dropped), len(own))), found.combinations])
+    return MinimalSet(np.concatenate([own, found.kept]), found.dropped, wider)
+
+
+def blind_poses(
+    problem: ArmProblem, minimal: MinimalSet, labels: list[str], sizes: FloatArray, options: ArmOptions
+) -> list[Remark]:
+    """What any poses would tell apart and these do not."""
+    if not problem.chain.effects:
+        return []
+    random, robot = np.random.default_rng(_SEED), problem.chain.robot
+    train = problem.train.rows(np.resize(np.arange(len(problem.train)), max(_MANY, len(problem.train))))
+    configurations = train.configurations.copy()
+    joints = len(robot.stiffness)
+    configurations[:, :joints] += random.uniform(-1.0, 1.0, (len(train), joints))
+    spread = replace(train, configurations=configurations)
+    every = np.arange(len(sizes))
+    wide = ArmProblem(problem.chain, spread, row_data(spread, robot), every)
+    structural = chosen_set(wide, sizes, options, compliances=False)
+    lost = [labels[index] for index in minimal.dropped if index not in structural.dropped]
+    return [BlindPoses(tuple(lost))] if lost else []
+
+
+def priors_of(chain: Chain, sizes: FloatArray, kinds: IntArray, live: IntArray) -> Priors:
+    """What is known beforehand of the parameters `live`, from deviations and kinds (p,) of all."""
+    mean = np.array([parameter.neutral for parameter in chain.parameters])
+    low, high = chain.bounds()
+    groups = kinds[live]
+    for number, kind in enumerate(np.unique(groups[groups >= 0])):
+        groups = np.where(groups == kind, number, groups)
+    return Priors(mean[live], sizes[live], groups, low[live], high[live])

@@ -1,0 +1,125 @@
+"""Commands that reach a target under load (theory.md 4.1).
+
+The command X_C solves X_C + ΔX(X_C, F) = X_D, ΔX being the motion of the platform from the command that the model
+predicts there, with all its effects, and with the errors of its geometry where those were identified. The load is the
+one that acts where the platform shall be: a payload's wrench is taken at the orientation of the target, not of the
+command. The iteration X_C ← X_D − ΔX(X_C) contracts by about ‖ΔX‖ divided by
+the size of the robot (1e-4 for micrometres on decimetres), so that a few passes reach rounding.
+
+With an error of the parameters ε the attained pose differs from the target by exactly ΔX(X_C; c) − ΔX(X_C; ĉ), whose
+covariance is S·P·Sᵀ with the sensitivities S at the command.
+
+Serial robots are corrected in their joints (`joint_space.py`). A body has no actuators: its command is where it would
+have to stand unloaded (the counter-displacement, to be made with shims or feet).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import row_data
+from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
+from expdesign.estimation.compensation.arm_targets import ArmTargets, of_joints
+from expdesign.estimation.compensation.joint_space import at_targets, joint_commands, tip_chain
+from expdesign.estimation.compensation.prediction import chain_of, moved, predict_with
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+
+TOLERANCE = 1e-13
+"""m, rad: largest remaining error of the predicted pose."""
+LIMIT_MARGIN = 1e-9
+"""m or rad; actuators beyond their limits by less are rounding."""
+_ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class Compensation:
+    """Commands for N targets.
+
+    Attributes:
+        commands: poses or joint coordinates to command, shape (N, n_q).
+        lengths: actuator lengths of the commands (m), shape (N, n_p), or (N, 0) where the
+            commands are joint coordinates.
+        deviations: standard deviations of the attained poses (m, rad), shape (N, n).
+        iterations: passes of the fixed point.
+        residual: largest remaining error of the predicted pose (m, rad).
+    """
+
+    commands: FloatArray
+    lengths: FloatArray
+    deviations: FloatArray
+    iterations: int
+    residual: float
+
+
+def compensate(model: Model, targets: LoadedPoints) -> Compensation:
+    """Commands for targets, whose configurations are where the platform shall be under their loads.
+
+    Raises:
+        InputError: the robot is of a kind whose commands are not poses.
+        ConvergenceError: no command is found.
+        SingularConfigurationError: the robot is singular at a target.
+        InfeasibleError: a command is beyond the robot's limits.
+    """
+    robot = model.chain.robot
+    if robot.links is not None:
+        return compensate_arm(model, of_joints(robot, targets))
+    if robot.inverse_kinematics is None and not robot.on_support:
+        what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
+        raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
+    _require_regular(robot, targets, targets.configurations)
+    chain = chain_of(model, platform=True, from_command=True)
+    wanted = targets.configurations
+    commands = wanted
+    residual = float("inf")
+    for iteration in range(1, _ITERATIONS + 1):
+        deflections = chain.predict(row_data(moved(targets, commands), robot), model.values)
+        errors = np.abs(commands + deflections - wanted).max(axis=1)
+        if not np.isfinite(errors).all():
+            raise _not_converged(targets, errors, iteration)
+        residual = float(errors.max())
+        if residual <= TOLERANCE:
+            break
+        commands = wanted - deflections
+    else:
+        raise _not_converged(targets, errors, _ITERATIONS)
+    _require_regular(robot, targets, commands)
+    _require_within_limits(robot, targets, commands)
+    prediction = predict_with(chain, model, moved(targets, commands))
+    return Compensation(commands, robot.actuator_coordinates(commands), prediction.deviations, iteration, residual)
+
+
+def compensate_arm(model: Model, targets: ArmTargets) -> Compensation:
+    """Commands for poses of an arm's tip; deviations are along the axes of the targets' frame. See `compensate`."""
+    found = joint_commands(model, targets)
+    robot, points = model.chain.robot, targets.points
+    _require_within_limits(robot, points, found.commands)
+    aimed = moved(at_targets(model, targets, targets.frame), found.commands)
+    prediction = predict_with(tip_chain(model, targets.frame), model, aimed)
+    none = np.zeros((len(points), 0))
+    return Compensation(found.commands, none, prediction.deviations, found.iterations, float(found.residual.max()))
+
+
+def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:
+    row = int(np.argmax(np.where(np.isfinite(errors), errors, np.inf)))
+    state = f"is still {errors[row]:.3g} m or rad off" if np.isfinite(errors[row]) else "runs away"
+    what = f"no command was found: after {iterations} passes the predicted pose {state}"
+    return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
+
+
+def _require_regular(robot: Robot, targets: LoadedPoints, poses: FloatArray) -> None:
+    condition = robot.jacobians(poses).condition
+    wrong = np.flatnonzero(condition > CONDITION_LIMIT)
+    if wrong.size:
+        what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
+        raise SingularConfigurationError(what, where=targets.where(int(wrong[0])), remedy="Choose another target.")
+
+
+def _require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatArray) -> None:
+    beyond = np.flatnonzero(robot.limit_excess(commands) > LIMIT_MARGIN)
+    if beyond.size:
+        row = int(beyond[0])
+        what = f"the command would be beyond the robot's limits: {robot.limit_message(commands[row])}"
+        raise InfeasibleError(what, where=targets.where(row), remedy="Choose a target within reach.")

@@ -1,0 +1,126 @@
+"""Predicted deflections with their standard deviations (theory.md 4.1: ε_X = −A·ε_c, with the effects of the model)."""
+
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.measurand import DEFLECTIONS, Measurand
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import row_data
+from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.io.table import Table
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Readings (m, rad), deflections in most cases, and their standard deviations, shape (N, n) each.
+
+    Deviations are infinite where the recordings did not determine the model; `measurand` says what the readings are.
+    With orientations of targets, `orientations` (N, 3, 3) are these in the instrument's axes, and the last three
+    deviations those of a turn about them.
+    """
+
+    deflections: FloatArray
+    deviations: FloatArray
+    measurand: Measurand = DEFLECTIONS
+    orientations: FloatArray | None = None
+
+
+def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Chain:
+    """The model's chain up to the instrument's reading, or only up to the motion of the platform (see `Chain`)."""
+    chain = model.chain
+    ends = {"instrument": not platform, "from_command": from_command}
+    return Chain(chain.robot, chain.effects, reading=chain.reading, **ends)
+
+
+def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
+    """Deflections at points, in the order of the points.
+
+    Args:
+        model: the identified robot.
+        points: commands and loads.
+        platform: the motion of the platform instead of the instrument's reading.
+    """
+    reading = model.chain.reading
+    seen = None if platform else reading.at_points(points)
+    if seen is not None:
+        if isinstance(reading, MarkerPosition) and reading.oriented:
+            seen = replace(seen, aim=reading.orientations(model.chain.robot, seen, model.values[_own(model)]))
+        found = predict_with(chain_of(model, platform=False), model, seen)
+        turned = None
+        if seen.aim is not None and found.deflections.shape[1] > 3:
+            turned = Rotation.from_rotvec(found.deflections[:, 3:]).as_matrix() @ seen.aim
+        return replace(found, measurand=seen.measurand, orientations=turned)
+    return predict_with(chain_of(model, platform=True), model, without_markers(points))
+
+
+def _own(model: Model) -> slice:
+    """Where the parameters of the reading lie."""
+    return slice(model.chain.compliances, model.chain.base)
+
+
+def without_markers(points: LoadedPoints) -> LoadedPoints:
+    """The same points, at which no marker is looked at."""
+    return replace(points, marker=None, markers=(), aim=None)
+
+
+def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:
+    """The prediction of a chain that has the parameters of the model."""
+    rows = row_data(points, chain.robot)
+    deflections, sensitivities = chain.predict_with_sensitivities(rows, model.values)
+    return Prediction(deflections, model.estimable.deviations(sensitivities))
+
+
+def require_history(model: Model, table: Table) -> None:
+    """Raise an `InputError` where the model depends on history that the table does not tell.
+
+    What an effect depends on is read off its expression: states and elapsed time need series in their order, warming
+    needs temperatures.
+    """
+    chain = model.chain
+    row = chain.row_symbols()
+    state, theta = ca.SX.sym("state", chain.states), ca.SX.sym("theta", len(chain.parameters))
+    reading, following = chain.expression(row, state, theta)
+    everything = ca.vertcat(reading, following)
+    timed = ca.depends_on(everything, ca.vertcat(row.elapsed, row.clock, row.interval))
+    warmed = ca.depends_on(everything, ca.vertcat(row.warming, row.warmth))
+    names = ", ".join(sorted({effect.physics for effect in chain.effects}))
+    needed: list[str] = []
+    if chain.states or timed or warmed or ca.depends_on(everything, ca.vertcat(row.first, row.number)):
+        needed += ["sequence", "series"]
+    if timed:
+        needed.append("time_s")
+    legs = [f"leg{i + 1}_degC" for i in range(len(chain.robot.stiffness))]
+    if warmed and not table.has(*legs):
+        needed.append("temperature_degC")
+    for column in needed:
+        if not table.has(column):
+            remedy = f"The model has effects that depend on history ({names}); add the column."
+            raise InputError("the column is missing", where=table.where(column=column), remedy=remedy)
+
+
+def require_regular_points(robot: Robot, points: LoadedPoints) -> None:
+    """Raise a `SingularConfigurationError` that names the first point at which the robot is nearly singular."""
+    condition = robot.jacobians(points.configurations).condition
+    wrong = np.flatnonzero(condition > CONDITION_LIMIT)
+    if wrong.size:
+        what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
+        raise SingularConfigurationError(what, where=points.where(int(wrong[0])), remedy="Choose another pose.")
+
+
+def in_file_order(points: LoadedPoints, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+    """Arrays whose rows are those of the points, reordered as the rows stand in the file."""
+    order = np.argsort(points.lines, kind="stable")
+    return tuple(array[order] for array in arrays)
+
+
+def moved(points: LoadedPoints, configurations: FloatArray) -> LoadedPoints:
+    """The same loads at other commands (N, n_q)."""
+    return replace(points, configurations=configurations)

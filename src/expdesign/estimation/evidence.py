@@ -1,0 +1,143 @@
+"""Least squares with normal priors whose factors the readings decide, by damped steps that also reach far minima.
+
+Levenberg-Marquardt finds the parameters at given factors (Marquardt's scaling of the damping, bounds by leaving out
+what they hold), and MacKay's fixed point on the problem linearised there finds the factors and, where it is not known,
+the noise (`ports/everything.py` has the equations). Both take turns until the factors stay. Where a tool hardly turns,
+the place of a marker on it is determined so loosely that undamped steps leave the range of any linearisation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.ports.everything import Everything, Linearised, Priors
+
+_TURNS = 12
+_STEPS = 60
+_FIXED = 30
+_COARSE, _FINE = 1e-3, 1e-9
+"""Relative fall of the cost in one step at which parameters have settled, between changes of the factors and after."""
+_SETTLED = 2e-2
+"""Change of the logarithm of a factor at which it has settled."""
+_LARGEST_DAMPING = 1e10
+
+
+@dataclass
+class _State:
+    """Where the descent is."""
+
+    values: FloatArray
+    residuals: FloatArray
+    slopes: FloatArray
+    damping: float = 1e-3
+
+
+def with_evidence(
+    linearised: Linearised,
+    priors: Priors,
+    start: FloatArray,
+    *,
+    known_noise: bool = True,
+    least: float,
+    most: float,
+) -> Everything:
+    """Parameters, factors of the groups of priors and noise.
+
+    Args:
+        linearised: residuals and derivatives.
+        priors: what is known beforehand.
+        start: parameters to start from, shape (p,).
+        known_noise: whether the noise is 1.
+        least: smallest factor.
+        most: largest factor.
+    """
+    values: FloatArray = np.clip(start, priors.low, priors.high)
+    state = _State(values, *linearised(values))
+    count = max(int(priors.group.max(initial=-1)) + 1, 1)
+    factors: FloatArray = np.ones(count)
+    determined: FloatArray = np.zeros(count)
+    noise = 1.0
+    for _ in range(_TURNS):
+        _descend(state, linearised, priors, _precision(priors, factors, noise), _COARSE)
+        before: FloatArray = factors
+        factors, determined, noise = _decided(state, priors, before, noise, known_noise=known_noise, ends=(least, most))
+        if np.abs(np.log(factors / before)).max() < _SETTLED:
+            break
+    precision = _precision(priors, factors, noise)
+    _descend(state, linearised, priors, precision, _FINE)
+    covariance = noise**2 * _inverse(state.slopes.T @ state.slopes, precision)[0]
+    return Everything(state.values, covariance, factors, determined, noise, state.residuals, state.slopes)
+
+
+def _descend(state: _State, linearised: Linearised, priors: Priors, precision: FloatArray, enough: float) -> None:
+    """Levenberg-Marquardt steps at fixed factors, until a step gains less than `enough` of the cost."""
+    away = state.values - priors.mean
+    cost = float(state.residuals @ state.residuals + away**2 @ precision)
+    for _ in range(_STEPS):
+        gradient = state.slopes.T @ state.residuals - precision * (state.values - priors.mean)
+        held = (state.values <= priors.low) & (gradient < 0.0) | (state.values >= priors.high) & (gradient > 0.0)
+        free = np.flatnonzero(~held)
+        gram = state.slopes[:, free].T @ state.slopes[:, free] + np.diag(precision[free])
+        scale = 1.0 / np.sqrt(np.maximum(gram.diagonal(), 1e-300))
+        gram *= np.outer(scale, scale)
+        gained = None
+        while state.damping < _LARGEST_DAMPING:
+            step = np.linalg.solve(gram + state.damping * np.eye(len(free)), gradient[free] * scale) * scale
+            if float(gradient[free] @ step) <= enough * cost * 1e-3:
+                break
+            trial = state.values.copy()
+            trial[free] = np.clip(trial[free] + step, priors.low[free], priors.high[free])
+            residuals, slopes = linearised(trial)
+            lower = float(residuals @ residuals + (trial - priors.mean) ** 2 @ precision)
+            if np.isfinite(lower) and lower <= cost:
+                gained = cost - lower
+                state.values, state.residuals, state.slopes, cost = trial, residuals, slopes, lower
+                break
+            state.damping *= 5.0
+        state.damping = max(state.damping / 10.0, 1e-9)
+        if gained is None or gained <= enough * cost:
+            break
+
+
+def _decided(
+    state: _State, priors: Priors, factors: FloatArray, noise: float, *, known_noise: bool, ends: tuple[float, float]
+) -> tuple[FloatArray, FloatArray, float]:
+    """Factors, how many parameters of each group are determined, and noise, on the problem linearised here."""
+    readings = state.residuals + state.slopes @ (state.values - priors.mean)
+    gram, right = state.slopes.T @ state.slopes, state.slopes.T @ readings
+    factors, determined = factors.copy(), np.zeros(len(factors))
+    for _ in range(_FIXED):
+        before = factors.copy()
+        precision = _precision(priors, factors, noise)
+        inverse, variances = _inverse(gram, precision)
+        step, gamma = inverse @ right, 1.0 - variances * precision
+        for group in range(len(factors)):
+            own: BoolArray = priors.group == group
+            if own.any():
+                determined[group] = max(float(gamma[own].sum()), 1e-9)
+                size = float(((step / priors.deviation)[own] ** 2).sum())
+                factors[group] = np.clip(np.sqrt(size / determined[group]), *ends)
+        if not known_noise:
+            left = readings - state.slopes @ step
+            noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
+        if np.abs(np.log(factors / before)).max() < _SETTLED / 2.0:
+            break
+    return factors, determined, noise
+
+
+def _precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
+    """Of the parameters beforehand, in units of the noise, shape (p,)."""
+    scale = np.where(priors.group >= 0, factors[np.maximum(priors.group, 0)], 1.0)
+    precision: FloatArray = (noise / (scale * priors.deviation)) ** 2
+    return precision
+
+
+def _inverse(gram: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(G + P)⁻¹ and its diagonal; what neither readings nor priors determine is left at 0."""
+    matrix = gram + np.diag(precision)
+    scale = 1.0 / np.sqrt(np.maximum(matrix.diagonal(), 1e-300))
+    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    kept = values > 1e-14 * values[-1]
+    root = vectors[:, kept] / np.sqrt(values[kept]) * scale[:, None]
+    return root @ root.T, (root**2).sum(axis=1)

@@ -1,0 +1,263 @@
+"""Whether a model accounts for recordings to within their noise: one test, one threshold and one sentence.
+
+`check`, `identify`, `diagnose` and `verify` say of the same rows the same. The test is χ² of the readings' residuals at
+their stated standard deviations, with readings minus all that was fitted as degrees of freedom (`Fit.freedom`). Where
+the noise is estimated it is the F-test of what the model leaves over against the scatter of replicates, if there are
+some. Both tails count: a χ² far too small says that the stated standard deviations are too large.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, Literal
+
+from scipy.stats import chi2, f
+
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.outlying import Outlying, outlying_rows
+from expdesign.estimation.replicates import pure_error, replicate_groups
+from expdesign.estimation.whitening import Whitening
+from expdesign.probabilities import p_text
+
+Verdict = Literal["not refuted", "refuted", "too good", "noise estimated"]
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """When recordings speak against a model, or against the noise that they state.
+
+    Attributes:
+        refuted: p-value below which they refute the model. The consistency check of key comparisons takes 0.05 (Cox,
+            Metrologia 39, 2002, 589); one in a hundred refutes a right model five times less often, and physics that
+            matters at the targets stays far below it.
+        too_good: probability of as small a χ² below which the stated noise is too large; smaller, because the model is
+            not at stake.
+        overstated: factor by which the stated standard deviations have to be too large for that to be worth a word: an
+            interval that is wider by a quarter.
+    """
+
+    refuted: float = 0.01
+    too_good: float = 0.001
+    overstated: float = 1.25
+
+
+FIT = FitOptions()
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """F-test of what the model leaves over against the scatter of replicates (theory.md 10.5).
+
+    F = (RSS − SS_PE)/(ν − ν_PE) / (SS_PE/ν_PE); it needs no knowledge of the noise level.
+    """
+
+    ratio: float
+    dof: int
+    pure_dof: int
+    p_value: float
+
+
+@dataclass(frozen=True)
+class WorstRow:
+    """The row that fits worst.
+
+    Attributes:
+        where: file and line.
+        column: of the reading that stands out.
+        size: of its residual, in standard deviations.
+        outliers: file and line of the rows that no model explains, worst first.
+        without: p-value of χ² without these rows; None where there are none, or no test.
+    """
+
+    where: str
+    column: str
+    size: float
+    outliers: tuple[str, ...] = ()
+    without: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """It in words."""
+        named = f"{self.where} ({self.column}, {self.size:.3g} standard deviations)"
+        rest = "" if self.without is None else f"; without {'it' if len(self.outliers) == 1 else 'them'} "
+        rest = rest and rest + p_text(self.without or 0.0)
+        if not self.outliers:
+            return f"The worst row is {named}."
+        if len(self.outliers) == 1:
+            return f"{named} is an outlier{rest}. Check that reading."
+        more = ", ".join(self.outliers)
+        return f"{len(self.outliers)} rows are outliers: {more}; the worst is {named}{rest}. Check these readings."
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """It as in JSON files."""
+        return {
+            "where": self.where,
+            "column": self.column,
+            "standard_deviations": self.size,
+            "outliers": list(self.outliers),
+            "p_value_without_outliers": self.without,
+        }
+
+
+@dataclass(frozen=True)
+class StatementOfFit:
+    """Whether a model accounts for recordings.
+
+    Attributes:
+        chi2: sum of squared whitened residuals, or None where the noise level was estimated from them.
+        dof: readings minus all that was fitted.
+        p_value: probability of a larger χ² if model and noise are right, or None where the noise was estimated.
+        lack_of_fit: where there are replicates.
+        worst: the row that fits worst, or None where no row is looked at.
+        origin: of the noise: `recordings`, `replicates` or `residuals`.
+        mean_square: of the whitened residuals, per degree of freedom.
+        options: thresholds.
+    """
+
+    chi2: float | None
+    dof: int
+    p_value: float | None
+    lack_of_fit: LackOfFit | None = None
+    worst: WorstRow | None = None
+    origin: str = "recordings"
+    mean_square: float = 1.0
+    options: FitOptions = FIT
+
+    @classmethod
+    def of_chi2(cls, value: float, dof: int, worst: WorstRow | None = None) -> "StatementOfFit":
+        """The statement of a χ² against stated noise."""
+        p_value = float(chi2.sf(value, dof)) if dof > 0 else None
+        return cls(value, dof, p_value, worst=worst, mean_square=value / max(dof, 1))
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of the test: `refuted`, `too good` (the stated noise is too large), `noise estimated` or `not refuted`."""
+        if self.p_value is None:
+            lack = self.lack_of_fit
+            against = lack is not None and self.chi2 is None and lack.p_value < self.options.refuted
+            return "refuted" if against else ("noise estimated" if self.chi2 is None else "not refuted")
+        if self.p_value < self.options.refuted:
+            return "refuted"
+        small = self.chi2 is not None and float(chi2.cdf(self.chi2, self.dof)) < self.options.too_good
+        return "too good" if small and self.overstated >= self.options.overstated else "not refuted"
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the recordings speak against the model."""
+        return self.verdict == "refuted"
+
+    @property
+    def only_outliers(self) -> bool:
+        """Whether the model is refuted by single rows alone."""
+        return self.refuted and self.worst is not None and (self.worst.without or 0.0) >= self.options.refuted
+
+    @property
+    def overstated(self) -> float:
+        """√(ν/χ²): by so much the stated standard deviations exceed the residuals."""
+        return sqrt(self.dof / max(self.chi2, 1e-300)) if self.chi2 is not None and self.dof > 0 else 1.0
+
+    @property
+    def birge_ratio(self) -> float:
+        """√(χ²/ν) where the model is refuted, else 1: by so much the deviations of the readings are too small for it.
+
+        Standard deviations of a refuted fit are multiplied by it (R. T. Birge, Physical Review 40, 1932, 207).
+        """
+        return sqrt(max(self.mean_square, 1.0)) if self.refuted else 1.0
+
+    @property
+    def tested(self) -> str:
+        """The test in figures."""
+        if self.chi2 is not None:
+            freedom = f"chi2 {self.chi2:.6g} for {self.dof} degrees of freedom"
+            return freedom if self.p_value is None else f"{freedom}, {p_text(self.p_value)}"
+        if self.lack_of_fit is None:
+            return f"The noise is estimated from the {self.origin}, so that there is no test"
+        return f"Lack of fit against replicates: {p_text(self.lack_of_fit.p_value)}"
+
+    def sentence(self, model: str = "the base model", of: str = "these recordings") -> str:
+        """What the test says of a model, in words."""
+        said = {
+            "not refuted": f"{model} explains {of} to within their noise",
+            "refuted": f"{model} does not explain {of} to within their noise and is refuted",
+            "too good": (
+                f"the stated standard deviations of {of} are about {self.overstated:.3g} times too large for what "
+                f"{model} leaves. Intervals are as much too wide; state the noise that the residuals show"
+            ),
+            "noise estimated": f"nothing speaks against {model}",
+        }
+        return f"{self.tested}: {said[self.verdict]}."
+
+    @property
+    def widened(self) -> str:
+        """What a refuted fit does to standard deviations, in words; empty where it does nothing."""
+        if self.birge_ratio == 1.0:
+            return ""
+        return f"Intervals and predicted standard deviations are {self.birge_ratio:.3g} times (Birge ratio) wider."
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What JSON files say under `statement`."""
+        return {
+            "verdict": self.verdict,
+            "chi2": self.chi2,
+            "dof": self.dof,
+            "p_value": self.p_value,
+            "birge_ratio": self.birge_ratio,
+            "threshold": self.options.refuted,
+            "worst_row": None if self.worst is None else self.worst.record,
+        }
+
+
+def statement_of_fit(
+    fit: Fit, recordings: Recordings, noise: NoiseLevel, whitening: Whitening, columns: tuple[str, ...]
+) -> StatementOfFit:
+    """The statement that these recordings allow.
+
+    Args:
+        fit: whose residuals are of these rows, and of no others.
+        recordings: the rows that were fitted.
+        noise: of the same rows.
+        whitening: of the same rows.
+        columns: of what the instrument reads, whether it was measured or not.
+    """
+    value, dof = squares_of(fit)
+    p_value = float(chi2.sf(value, dof)) if noise.known and dof > 0 else None
+    lack = _lack_of_fit(value, dof, recordings, noise)
+    worst = None
+    if fit.residuals.size:
+        outlying = outlying_rows(fit, whitening, noise_known=noise.known)
+        measured = tuple(columns[axis] for axis in recordings.axes)
+        worst = _worst_row(outlying, recordings, measured, noise_known=noise.known)
+    mean_square = value / max(dof, 1)
+    return StatementOfFit(value if noise.known else None, dof, p_value, lack, worst, noise.origin, mean_square)
+
+
+def squares_of(fit: Fit) -> tuple[float, int]:
+    """Sum of the squared residuals of a fit, and its degrees of freedom."""
+    return float((fit.residuals**2).sum()), fit.freedom
+
+
+def _worst_row(outlying: Outlying, recordings: Recordings, columns: tuple[str, ...], *, noise_known: bool) -> WorstRow:
+    without = None
+    if outlying.aside and noise_known and outlying.dof > 0:
+        without = float(chi2.sf(outlying.chi2, outlying.dof))
+    return WorstRow(
+        recordings.where(outlying.worst),
+        columns[outlying.reading],
+        outlying.size,
+        tuple(recordings.where(row) for row in outlying.aside),
+        without,
+    )
+
+
+def _lack_of_fit(value: float, freedom: int, recordings: Recordings, noise: NoiseLevel) -> LackOfFit | None:
+    groups = replicate_groups(recordings)
+    error = pure_error(recordings, noise.deviations, groups)
+    squares, pure_dof = float(error.squares.sum()), error.dof * len(recordings.axes)
+    dof = freedom - pure_dof
+    if pure_dof == 0 or dof <= 0 or squares <= 0.0:
+        return None
+    ratio = max(value - squares, 0.0) / dof / (squares / pure_dof)
+    return LackOfFit(ratio, dof, pure_dof, float(f.sf(ratio, dof, pure_dof)))

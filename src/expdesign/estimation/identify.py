@@ -1,0 +1,299 @@
+"""Identification of the base model: compliances, how well they are known, and what speaks against them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.references import reference_rows
+from expdesign.chain.recordings.remark import Remark
+from expdesign.errors import InputError
+from expdesign.estimation.arm import ArmCalibration, calibrate
+from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows, reading_deviations
+from expdesign.estimation.estimability import (
+    idle_actuators,
+    idle_remarks,
+    require_estimable,
+    require_regular_rows,
+)
+from expdesign.estimation.fit import Fit, idle_knowledge, linear_fit
+from expdesign.estimation.geometric import Calibration, calibration_of, geometry_slice
+from expdesign.estimation.goodness import StatementOfFit, statement_of_fit
+from expdesign.estimation.influence import Influence, influence
+from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
+from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.estimation.positions import PositionFit, fit_positions
+from expdesign.estimation.suspicions import negative_compliances, require_positive
+from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.elastostatics.maps import actuator_forces, observation_matrix
+from expdesign.mechanics.robots.robot import Robot
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What recordings say about a robot's stiffness.
+
+    Attributes:
+        robot: the robot.
+        recordings: all rows.
+        fitted: rows that were fitted, shape (N,).
+        fit: of the fitted rows; its parameters are compliances in units of 1/apK, and its covariance allows for a noise
+            level that was estimated, and is inflated by the Birge ratio where the model is refuted.
+        noise: standard deviations of the fitted rows.
+        compliance: with 95 % intervals (m/N or rad/(N·m)).
+        stiffness: with 95 % intervals (N/m or N·m/rad), infinite or NaN where the compliance's interval contains zero.
+        goodness: whether the model accounts for the fitted rows.
+        influence: contributions of the fitted rows.
+        held_out: the rows marked `test`.
+        prior: relative standard deviation of the prior compliances, or None.
+        suspicions: what looks like a mistake in the recordings, or limits what they tell.
+        calibration: what was identified.
+        geometry: errors of joints and lengths with 95 % intervals (m or rad), or None where the geometry is nominal.
+        arm: the calibration of an arm from absolute readings, or None.
+    """
+
+    robot: Robot
+    recordings: Recordings
+    fitted: BoolArray
+    fit: Fit
+    noise: NoiseLevel
+    compliance: Intervals
+    stiffness: Intervals
+    goodness: StatementOfFit
+    influence: Influence
+    held_out: HeldOutRows
+    prior: float | None
+    suspicions: list[Remark]
+    calibration: Calibration = "elastostatic"
+    geometry: Intervals | None = None
+    arm: ArmCalibration | None = None
+
+    @property
+    def geometry_names(self) -> tuple[str, ...]:
+        """Names of the errors in `geometry`."""
+        part = geometry_slice(self.fit.chain)
+        return () if part is None else tuple(parameter.name for parameter in self.fit.chain.parameters[part])
+
+    @property
+    def test_residuals(self) -> FloatArray:
+        """Measured minus predicted, in standard deviations, of the rows marked `test`, shape (n_test, k)."""
+        return self.held_out.residuals
+
+    @property
+    def reading_deviations(self) -> FloatArray:
+        """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
+        return reading_deviations(self.noise.deviations, self.goodness.birge_ratio)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the readings of rows marked `test` within their 95 % intervals; NaN where there are none."""
+        return self.held_out.coverage(self.fit.estimable, self.goodness.birge_ratio)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of the compliances, m²/N² (or rad²/(N·m)²), shape (n_p, n_p)."""
+        scale = self.robot.compliance
+        count = len(scale)
+        covariance: FloatArray = self.fit.covariance[:count, :count] * np.outer(scale, scale)
+        return covariance
+
+
+def identify(
+    robot: Robot,
+    recordings: Recordings,
+    *,
+    prior: float | None = None,
+    calibration: Calibration | None = None,
+    frames_known: bool = True,
+    options: ArmOptions | None = None,
+) -> Identification:
+    """Identify the compliances by weighted least squares, generalised where rows share an unloaded reading.
+
+    theory.md 3: ĉ = (G·A_M)⁺·G·ΔX̂_M and Cov(ĉ) = (A_MᵀV⁻¹A_M)⁻¹, through an orthogonal factorisation of G·A_M.
+
+    Args:
+        robot: the robot; its approximate stiffness scales the problem and is the mean of the prior.
+        recordings: what was measured; rows marked `test` are predicted but not fitted.
+        prior: relative standard deviation with which the approximate compliances are known beforehand; None for no
+            prior.
+        calibration: what is identified; None for what the columns say (`calibration_of`).
+        frames_known: whether measured poses are in the very frames of the commands.
+        options: of the calibration of an arm from absolute readings.
+
+    Raises:
+        InputError: there is nothing to fit, or the deflections have the wrong sign.
+        SingularConfigurationError: the robot is singular in a row.
+        NotIdentifiableError: the recordings do not determine every compliance.
+    """
+    chosen = calibration_of(robot, recordings, calibration)
+    if recordings.measurand.absolute and robot.links is not None:
+        return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
+    if recordings.measurand.absolute:
+        found = fit_positions(robot, recordings, calibration=chosen, frames_known=frames_known)
+        return _of_positions(robot, recordings, found, chosen)
+    return _of_deflections(robot, recordings, prior)
+
+
+def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None) -> Identification:
+    """Identification of the compliances alone, in which deflections are linear."""
+    if not np.isfinite(robot.stiffness).all():
+        what = f"deflections show how joints yield, and `{robot.name}` has no `actuator_stiffness`"
+        raise InputError(what, where=recordings.source, remedy="Add its order of magnitude to the robot file.")
+    fitted = fitted_rows(recordings)
+    if not fitted.any():
+        what = "no row is left to fit"
+        raise InputError(what, where=recordings.source, remedy="Mark some loaded rows `train` in the column `split`.")
+    train = recordings.rows(fitted)
+    jacobians = robot.jacobians(train.configurations)
+    require_regular_rows(train, jacobians)
+    observation = observation_matrix(jacobians, train.wrenches)[:, train.axes] * robot.compliance
+    start = np.zeros(len(robot.stiffness))
+    knowledge: tuple[FloatArray, FloatArray] | None = None
+    if prior is not None:
+        knowledge = np.ones_like(start), np.full_like(start, prior)
+    idle = idle_actuators(robot, jacobians, train.wrenches, train.axes)
+    if prior is None and idle is not None:
+        observation[..., idle] = 0.0
+        knowledge = idle_knowledge(idle, len(start))
+    chain = Chain(robot)
+
+    def whitening_of(deviations: FloatArray) -> Whitening:
+        return Whitening(deviations, references=train.references)
+
+    def solve(deviations: FloatArray) -> Fit:
+        whitening = whitening_of(deviations)
+        readings, sensitivities = whitening.apply(train.deflections), whitening.apply(observation)
+        return linear_fit(chain, start, readings, sensitivities, knowledge)
+
+    if prior is None and len(start):
+        size = np.abs(train.deflections).max(axis=0)
+        sensitivities = observation / np.where(size > 0.0, size, 1.0)[:, None]
+        used = np.ones(len(start), dtype=bool) if idle is None else ~idle
+        forces = actuator_forces(jacobians, train.wrenches)[:, used]
+        require_estimable([robot.actuators[i] for i in np.flatnonzero(used)], train, forces, sensitivities[..., used])
+    translations = robot.coordinates.translations
+    if train.deviations is not None:
+        noise = NoiseLevel(train.deviations, "recordings")
+    else:
+        replicated = noise_from_replicates(train, translations)
+        noise = replicated or noise_from_residuals(train, translations, solve)
+    fit = solve(noise.deviations)
+    require_positive(fit, train, robot)
+    whitening = whitening_of(noise.deviations)
+    goodness = statement_of_fit(fit, train, noise, whitening, recordings.components(robot.coordinates))
+    known = uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
+    if prior is None and idle is not None:
+        # What stays as the robot file has it was not determined.
+        fit = replace(fit, rank=fit.rank - int(idle.sum()))
+    compliance = _scaled(known.intervals(fit.values), robot.compliance)
+    return Identification(
+        robot=robot,
+        recordings=recordings,
+        fitted=fitted,
+        fit=replace(fit.known_as(known.estimable), inflation=goodness.birge_ratio**2),
+        noise=noise,
+        compliance=compliance,
+        stiffness=compliance.inverse(),
+        goodness=goodness,
+        influence=influence(fit, whitening, noise_known=noise.known),
+        held_out=_held_out(robot, recordings, fit, noise),
+        prior=prior,
+        suspicions=negative_compliances(fit, robot)
+        + ([] if prior is not None or idle is None else idle_remarks(robot, idle)),
+    )
+
+
+def _of_positions(robot: Robot, recordings: Recordings, found: PositionFit, calibration: Calibration) -> Identification:
+    """Identification from absolute readings; a prior on the compliances is part of the model (`positions`)."""
+    train = recordings.rows(found.fitted)
+    whitening = Whitening(found.noise.deviations, references=train.references)
+    columns = recordings.components(robot.coordinates)
+    goodness = statement_of_fit(found.fit, train, found.noise, whitening, columns)
+    known = uncertainty(found.fit, found.noise).inflated(goodness.birge_ratio, goodness.dof)
+    count = len(robot.stiffness)
+    intervals = known.intervals(found.fit.values)
+    compliance = _scaled(intervals.part(slice(count)), robot.compliance)
+    part = geometry_slice(found.fit.chain)
+    effect = influence(found.fit, whitening, noise_known=found.noise.known)
+    return Identification(
+        robot=robot,
+        recordings=recordings,
+        fitted=found.fitted,
+        fit=replace(found.fit.known_as(known.estimable), inflation=goodness.birge_ratio**2),
+        noise=found.noise,
+        compliance=compliance,
+        stiffness=compliance.inverse(),
+        goodness=goodness,
+        influence=replace(effect, share=effect.share[:, :count]),
+        held_out=found.held_out,
+        prior=None,
+        suspicions=found.remarks,
+        calibration=calibration,
+        geometry=None if part is None else intervals.part(part),
+    )
+
+
+def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibration: Calibration) -> Identification:
+    """Identification of an arm from absolute readings, whose noise already accounts for what the model leaves over."""
+    train, fit, noise = recordings.rows(found.fitted), found.fit, found.noise
+    whitening = Whitening(noise.deviations)
+    if train.aim is None and np.isfinite(train.deflections).all():
+        goodness = statement_of_fit(fit, train, noise, whitening, recordings.components(robot.coordinates))
+    else:  # replicates and single rows are judged by complete readings of one kind
+        p_value = found.stated[2] if noise.known and found.stated is not None else None
+        mean_square = fit.chi2 / max(fit.dof, 1)
+        chi2 = fit.chi2 if noise.known else None
+        goodness = StatementOfFit(chi2, fit.dof, p_value, origin=noise.origin, mean_square=mean_square)
+    dof = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
+    intervals = Uncertainty(fit.estimable, dof).intervals(fit.values)
+    count, part = len(robot.stiffness), geometry_slice(fit.chain)
+    compliance = _scaled(intervals.part(slice(count)), robot.compliance)
+    effect = influence(fit, whitening, noise_known=noise.known)
+    return Identification(
+        robot=robot,
+        recordings=recordings,
+        fitted=found.fitted,
+        fit=fit,
+        noise=noise,
+        compliance=compliance,
+        stiffness=compliance.inverse(),
+        goodness=goodness,
+        influence=replace(effect, share=effect.share[:, :count]),
+        held_out=found.held_out,
+        prior=None,
+        suspicions=found.remarks,
+        calibration=calibration,
+        geometry=None if part is None else intervals.part(part),
+        arm=found,
+    )
+
+
+def fitted_rows(recordings: Recordings) -> BoolArray:
+    """Rows that are neither held out nor references, shape (N,)."""
+    if recordings.measurand.absolute:
+        return ~recordings.test
+    rows: BoolArray = ~recordings.test & ~reference_rows(recordings)
+    return rows
+
+
+def _scaled(intervals: Intervals, factor: FloatArray) -> Intervals:
+    return replace(
+        intervals,
+        estimate=intervals.estimate * factor,
+        low=intervals.low * factor,
+        high=intervals.high * factor,
+    )
+
+
+def _held_out(robot: Robot, recordings: Recordings, fit: Fit, noise: NoiseLevel) -> HeldOutRows:
+    """The rows that were held out."""
+    test = recordings.rows(recordings.test)
+    if not len(test):
+        return NONE_HELD_OUT
+    observation = observation_matrix(robot.jacobians(test.configurations), test.wrenches)[:, test.axes]
+    deviations = test.deviations if test.deviations is not None else noise.deviations[:1]
+    sensitivities = observation * robot.compliance / deviations[..., None]
+    return HeldOutRows(test.deflections / deviations - sensitivities @ fit.values, sensitivities)

@@ -1,0 +1,70 @@
+"""What an identification has to say of the recordings and of its own result."""
+
+from dataclasses import dataclass
+
+from expdesign.chain.recordings.remark import Remark
+
+
+@dataclass(frozen=True)
+class Implausible(Remark):
+    """Physics speaks against the recordings as they are (`plausibility`).
+
+    Attributes:
+        what: what is computed from them.
+        likely: the mistake that is probably in them.
+        where: row or column, where it concerns one.
+    """
+
+    what: str
+    likely: str
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class NegativeCompliance(Remark):
+    """A compliance comes out negative.
+
+    Attributes:
+        actuator: whose it is.
+        certain: whether it cannot be positive within its uncertainty.
+    """
+
+    actuator: str
+    certain: bool
+
+
+@dataclass(frozen=True)
+class IdleActuators(Remark):
+    """Actuators that no fitted row loads keep the stiffness of the robot file.
+
+    Attributes:
+        actuators: their names.
+        deviation: relative standard deviation with which that stiffness is taken as known.
+    """
+
+    actuators: tuple[str, ...]
+    deviation: float
+
+
+@dataclass(frozen=True)
+class LargeGeometricErrors(Remark):
+    """The geometry is so far off that the frames are probably not those of the commands.
+
+    Attributes:
+        size: RMS of the determined parameters (m).
+    """
+
+    size: float
+
+
+@dataclass(frozen=True)
+class AliasedGeometry(Remark):
+    """Geometric parameters of which only combinations are determined.
+
+    Attributes:
+        count: of them.
+        total: number of geometric parameters.
+    """
+
+    count: int
+    total: int

@@ -1,1 +1,0 @@
-"""Reading and writing of the files that people and other programs meet."""

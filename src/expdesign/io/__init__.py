@@ -1,0 +1,1 @@
+"""Files, units, tables, schemas and output; knows no robot."""

@@ -1,0 +1,151 @@
+"""Writing results so that nobody ever meets a half-written one: write beside, then rename.
+
+Only regular files are renamed onto; devices and pipes are written to. Whether a file may be replaced is in `written`.
+"""
+
+import json
+import logging
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from expdesign.errors import InputError
+from expdesign.io.written import (
+    Purpose,
+    is_stream,
+    note_written,
+    require_free,
+    require_free_names,
+    require_regular,
+)
+
+_LOG = logging.getLogger(__name__)
+"""Says on level DEBUG what has been written completely."""
+
+
+@contextmanager
+def output_folder(folder: Path, purpose: Purpose | None = None, *, force: bool = False) -> Iterator[Path]:
+    """A scratch folder beside `folder`; its files take their place in `folder` when the block ends well.
+
+    Files that `folder` already holds under other names stay. If the block raises, `folder` is as it was.
+
+    Args:
+        folder: for the files.
+        purpose: for which they are written; without it whatever has their names is replaced.
+        force: whether files that were written for another purpose are replaced as well.
+
+    Raises:
+        InputError: the folder cannot be made or written, or a file in it must not be replaced.
+    """
+    try:
+        place = folder.resolve()
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if place.exists() and not place.is_dir():
+            raise InputError("is a file, not a folder", where=str(folder), remedy="Name another folder.")
+        scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+    try:
+        yield scratch
+        names = sorted(file.name for file in scratch.iterdir())
+        if purpose is not None:
+            require_free_names(folder, names, purpose, force=force)
+        if place.exists():
+            for name in names:
+                os.replace(scratch / name, (place / name).resolve())
+            if purpose is not None:
+                note_written(place, names, purpose)
+        else:
+            if purpose is not None:
+                note_written(scratch, names, purpose, seen_from=place)
+            scratch.chmod(0o755)
+            os.replace(scratch, place)
+        _LOG.debug("%s", folder)
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bool = False) -> None:
+    """Write a file in one step and enter it into the record of its folder.
+
+    Raises:
+        InputError: the file cannot be written, or must not be replaced.
+    """
+    require_free(path, purpose, force=force)
+    write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
+    if not is_stream(path):
+        place = path.resolve()
+        note_written(place.parent, [place.name], purpose)
+    _LOG.debug("%s", path)
+
+
+def new_folder(name: str) -> Path:
+    """A folder under `results/` that does not exist yet."""
+    number = 1
+    while (folder := Path("results") / f"{name}-run-{number}").exists():
+        number += 1
+    return folder
+
+
+def require_writable(folder: Path) -> None:
+    """Raise an `InputError` where a folder plainly cannot be made or written: before the work instead of after it."""
+    try:
+        above = folder
+        while not above.exists():
+            above = above.parent
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+    if not above.is_dir():
+        what = "is a file, not a folder" if above == folder else f"cannot be made, because {above} is a file"
+        raise InputError(what, where=str(folder), remedy="Name another folder.")
+    try:
+        Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=above)).rmdir()  # rights alone do not tell
+    except OSError as error:
+        what = f"cannot be written ({error.strerror or error} in {above})"
+        raise InputError(what, where=str(folder), remedy="Name a place that is writable.") from None
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write `text` to `path` in one step, making its folder where it is missing.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write `content` to `path` in one step; see `write_file`."""
+    require_regular(path)
+    try:
+        if is_stream(path):
+            path.write_bytes(content)
+            return
+        place = path.resolve()  # what a link points to is replaced, and not the link
+        place.parent.mkdir(parents=True, exist_ok=True)
+        handle, scratch = tempfile.mkstemp(prefix=f".{place.name}-", dir=place.parent)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+            os.chmod(scratch, 0o644)
+            os.replace(scratch, place)
+        finally:
+            Path(scratch).unlink(missing_ok=True)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+
+
+def json_text(content: Any) -> str:
+    """`content` as JSON; a NaN or an infinity in it is a defect and raises `ValueError`."""
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def _cannot_write(path: Path, error: OSError) -> InputError:
+    remedy = "Name a place that exists and is writable, with room on the disk."
+    return InputError(f"cannot be written ({error.strerror or error})", where=str(path), remedy=remedy)

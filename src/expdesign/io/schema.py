@@ -1,0 +1,212 @@
+"""Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from expdesign.errors import InputError
+from expdesign.io.nearest import nearest
+from expdesign.io.yaml_document import KeyPath, YamlDocument, dotted
+from expdesign.io.yaml_reader import document_from_mapping
+
+LARGEST = 1e20
+"""No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
+LARGEST_COUNT = 1_000_000
+"""No count (of measurements, generations, points of an axis) is larger."""
+
+
+def _sensible(value: float) -> float:
+    if abs(value) > LARGEST:
+        raise invalid(f"{shortened(value)} is beyond any quantity in SI units", remedy="Check the exponent.")
+    return value
+
+
+def _not_tiny(value: float) -> float:
+    if 0.0 < value < 1.0 / LARGEST:
+        raise invalid(f"{value:g} is below any quantity in SI units", remedy="Check the exponent.")
+    return value
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(_sensible)]
+Positive = Annotated[Number, Field(gt=0.0), AfterValidator(_not_tiny)]
+NonNegative = Annotated[Number, Field(ge=0.0), AfterValidator(_not_tiny)]
+Count = Annotated[int, Field(strict=True, ge=1, le=LARGEST_COUNT)]
+
+
+class Section(BaseModel):
+    """A mapping in a YAML file: its keys are fixed, and an unknown one is answered with the nearest known one.
+
+    In Python it is an object with the keys as arguments, checked as in a file: numbers, texts with units, arrays,
+    paths and other sections are taken.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def __init__(self, /, **content: Any) -> None:
+        """Check the content of the mapping.
+
+        Raises:
+            InputError: a key is missing, unknown or wrong.
+        """
+        document = document_from_mapping(_plain(content), self.__repr_name__())
+        try:
+            self.__pydantic_validator__.validate_python(document.content, self_instance=self)
+        except ValidationError as error:
+            raise _as_input_error(error, document) from None
+
+    # Where a mapping is read, pydantic checks its parts itself: only what is made in Python comes through here.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __repr_name__(self) -> str:
+        return type(self).__name__.removesuffix("Section")
+
+    def __repr_args__(self) -> Iterable[tuple[str | None, Any]]:
+        return [(name, value) for name, value in super().__repr_args__() if name in self.model_fields_set]
+
+    def as_mapping(self) -> dict[str, Any]:
+        """The content as it stands in YAML, SI units."""
+        return self.model_dump(mode="json", exclude_none=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            raise PydanticCustomError("not_a_mapping", "a mapping (`key: value`) is needed here")
+        known = [f.alias or name for name, f in cls.model_fields.items()]
+        for key in data:
+            if key not in known:
+                raise unknown_key(str(key), known)
+        return data
+
+
+def _plain(content: Any) -> Any:
+    """Sections, arrays and paths as what a YAML file holds."""
+    if isinstance(content, Section):
+        return content.as_mapping()
+    if isinstance(content, Mapping):
+        return {key: _plain(value) for key, value in content.items()}
+    if isinstance(content, np.ndarray | np.generic):
+        return content.tolist()
+    if isinstance(content, list | tuple):
+        return [_plain(value) for value in content]
+    return str(content) if isinstance(content, Path) else content
+
+
+def unknown_key(key: str, known: list[str]) -> PydanticCustomError:
+    """The error for `key`, which names the nearest of `known` (or all of them, where none is near)."""
+    halved = key.isdigit()  # of `{std: 0,01}` YAML makes `std: 0` and the key `01`
+    remedy = "Is there a decimal comma before it? Write a point." if halved else nearest(key, known)
+    return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": remedy})
+
+
+S = TypeVar("S", bound=BaseModel)
+
+
+def validate(model: type[S], document: YamlDocument) -> S:
+    """`document` as `model`.
+
+    Raises:
+        InputError: the first thing that is wrong, with the number of further ones.
+    """
+    try:
+        return model.model_validate(document.content)
+    except ValidationError as error:
+        raise _as_input_error(error, document) from None
+
+
+def invalid(message: str, key: str | None = None, remedy: str = "") -> PydanticCustomError:
+    """An error raised inside a model's validator; `key` is the key below the validated mapping."""
+    context: dict[str, Any] = {"remedy": remedy}
+    if key is not None:
+        context["key"] = key
+    return PydanticCustomError("invalid", message.replace("{", "{{").replace("}", "}}"), context)
+
+
+def shortened(value: Any) -> str:
+    """`value` as a message shows it."""
+    text = f"{value:g}" if isinstance(value, float) else repr(value)
+    return text if len(text) <= 40 else f"{text[:40]}..."
+
+
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+_REMEDIES = {
+    "missing": ("the key is missing", "Add it."),
+    "float_type": (
+        "a number is needed here",
+        "Write a plain number (SI units), or a text with its unit such as '0.5 mm'.",
+    ),
+    "int_type": ("a whole number is needed here", "Write a whole number without quotes."),
+    "finite_number": ("a finite number is needed here", "NaN and infinity are not allowed."),
+    "string_type": ("a text is needed here", "Write a text."),
+    "bool_type": ("`true` or `false` is needed here", "Write `true` or `false`."),
+    "dict_type": ("a mapping (`key: value`) is needed here", "Write `key: value`."),
+    "float_parsing": (
+        "a number is needed here",
+        "Write a plain number (SI units), or a text with its unit such as '0.5 mm'.",
+    ),
+    "list_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
+    "tuple_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
+}
+
+
+def _as_input_error(error: ValidationError, document: YamlDocument) -> InputError:
+    details = error.errors(include_url=False)
+    paths = [_existing(detail["loc"], document.content, detail["type"] == "missing") for detail in details]
+    # Of the members of a union, the one that got further into the file is the one that was meant.
+    deeper = (i for i, path in enumerate(paths) if len(path) > len(paths[0]) and path[: len(paths[0])] == paths[0])
+    index = next(deeper, 0) if details[0]["type"] in _REMEDIES else 0
+    first, path = details[index], paths[index]
+    kind, context = first["type"], first.get("ctx") or {}
+    if "key" in context:
+        path = (*path, *str(context["key"]).split("."))
+    what, remedy = _problem(first["msg"], kind, context, first.get("input"))
+    if len(details) > 1:
+        others = sorted({dotted(other) for other in paths if other != path[: len(other)]})
+        remedy += f" (Also wrong: {', '.join(others[:3])}.)" if others else ""
+    return InputError(what[:1].lower() + what[1:], where=document.where(path), remedy=remedy.strip())
+
+
+def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tuple[str, str]:
+    """What is wrong and what to do, from one of pydantic's errors."""
+    given = f", not {shortened(value)}" if kind != "missing" and isinstance(value, str | int | float | None) else ""
+    if kind in _REMEDIES:
+        what, remedy = _REMEDIES[kind]
+        comma = isinstance(value, str) and _DECIMAL_COMMA.fullmatch(value.strip())
+        return what + given, "Write a decimal point instead of the comma." if comma else remedy
+    if kind in {"too_short", "too_long"}:
+        limit = context.get("min_length") if kind == "too_short" else context.get("max_length")
+        bound, count = f"at {'least' if kind == 'too_short' else 'most'} {limit}", context.get("actual_length")
+        return f"{bound} entries are needed here, not {count}", decimal_commas(count, limit) or "Correct the list."
+    if kind in {"greater_than", "greater_than_equal"}:
+        bound = f"greater than {context['gt']:g}" if kind == "greater_than" else f"at least {context['ge']:g}"
+        return f"the number must be {bound}{given}", "Correct it (SI units)."
+    if kind == "less_than_equal":
+        return f"the number must be at most {context['le']:g}{given}", "Correct it."
+    if kind == "literal_error":
+        return f"{shortened(value)} is not known here", f"Write {context['expected']}."
+    return message.removeprefix("Value error, "), str(context.get("remedy") or "Correct it.")
+
+
+def decimal_commas(count: int | None, limit: int | None) -> str:
+    """The remedy for a list of twice as many entries: YAML takes a decimal comma for the end of an entry."""
+    twice = count is not None and limit is not None and count == 2 * limit
+    return "Are these decimal commas? Write points: `[5.0e6, ...]`, not `[5,0e6, ...]`." if twice else ""
+
+
+def _existing(loc: tuple[int | str, ...], content: Any, keep_last: bool) -> KeyPath:
+    """The part of pydantic's location that is a key path of the file (it also names the members of unions)."""
+    path: list[int | str] = []
+    for index, key in enumerate(loc):
+        is_key = isinstance(content, dict) and key in content
+        is_index = isinstance(content, list) and isinstance(key, int) and key < len(content)
+        if is_key or is_index:
+            path.append(key)
+            content = content[key]
+        elif keep_last and index == len(loc) - 1:
+            path.append(key)
+    return tuple(path)

@@ -1,0 +1,219 @@
+"""Tables whose errors name file, row and column; a row is the line of the file, the header being line 1."""
+
+import difflib
+import logging
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.errors import InputError
+from expdesign.io.column_names import synonym
+from expdesign.io.excel import OLD_WORKBOOK, is_excel_name, is_workbook, sheet_rows
+from expdesign.io.schema import LARGEST
+from expdesign.io.table_text import Rows, decoded, separated
+from expdesign.io.tables_in_units import SiFrame, in_si
+from expdesign.io.yaml_reader import read_bytes
+
+_LOG = logging.getLogger(__name__)
+
+_LARGEST_INTEGER = 2.0**53
+"""Beyond it a floating-point number no longer tells neighbouring integers apart."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The text of a table by column.
+
+    Attributes:
+        source: name of the file, for messages.
+        frame: the cells as text, one row per line that is not empty.
+        lines: line of the file on which each row stands.
+        written: name in the file of the columns that were converted to SI, by their SI names.
+    """
+
+    source: str
+    frame: pd.DataFrame
+    lines: IntArray
+    written: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the columns, in the order of the file."""
+        return [str(column) for column in self.frame.columns]
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    def where(self, row: int | None = None, column: str | None = None) -> str:
+        """File, row and column, as a person would look them up."""
+        parts = [self.source]
+        if row is not None:
+            parts.append(f"row {self.lines[row]}")
+        if column is not None:
+            in_file = self.written.get(column)
+            parts.append(f"column {column}" if in_file is None else f"column {in_file} (as {column})")
+        return ", ".join(parts)
+
+    def has(self, *columns: str) -> bool:
+        """Whether all `columns` are there."""
+        return all(column in self.frame.columns for column in columns)
+
+    def require(self, columns: tuple[str, ...]) -> None:
+        """Raise an `InputError` for the first of `columns` that is missing."""
+        for column in columns:
+            if column not in self.frame.columns:
+                # Slips of the pen rarely touch the first letter, and `sx_m` is not meant where `x_m` is missing.
+                others = [name for name in self.columns if name not in columns and name[:1] == column[:1]]
+                near = difflib.get_close_matches(column, others, n=1, cutoff=0.7)
+                near = near or [name for name in self.columns if name not in columns and synonym(name) == column]
+                remedy = f"Is `{near[0]}` meant?" if near else "Add the column."
+                raise InputError("the column is missing", where=self.where(column=column), remedy=remedy)
+
+    def numbers(self, columns: tuple[str, ...]) -> FloatArray:
+        """The cells of `columns` as numbers, shape (rows, columns).
+
+        Raises:
+            InputError: a column is missing, or a cell is empty, not a number, NaN or infinite.
+        """
+        self.require(columns)
+        values = np.empty((len(self), len(columns)))
+        for index, column in enumerate(columns):
+            cells = self.frame[column]
+            values[:, index] = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float)
+            wrong = np.flatnonzero(~np.isfinite(values[:, index]))
+            if wrong.size:
+                text = str(cells.iloc[wrong[0]]).strip()
+                what = "the cell is empty" if text == "" else f"`{text[:40]}` is not a finite number"
+                remedy = "Fill it in, or remove the row." if text == "" else "Correct it, or remove the row."
+                if "," in text:
+                    remedy = "Write numbers with a point instead of a comma."
+                raise InputError(what, where=self.where(int(wrong[0]), column), remedy=remedy)
+            large = np.flatnonzero(np.abs(values[:, index]) > LARGEST)
+            if large.size:
+                text = str(cells.iloc[large[0]]).strip()
+                where = self.where(int(large[0]), column)
+                raise InputError(f"{text[:40]} is beyond any quantity in SI units", where=where, remedy="Correct it.")
+        return values
+
+    def numbers_where_filled(self, columns: tuple[str, ...]) -> FloatArray:
+        """`numbers` with NaN in empty cells and for columns that are missing."""
+        values = np.full((len(self), len(columns)), np.nan)
+        for index, column in enumerate(columns):
+            if self.has(column):
+                filled = np.flatnonzero(self.frame[column].astype(str).str.strip().to_numpy() != "")
+                part = replace(self, frame=self.frame.iloc[filled], lines=self.lines[filled])
+                values[filled, index] = part.numbers((column,))[:, 0]
+        return values
+
+    def integers(self, column: str) -> IntArray:
+        """The cells of `column` as whole numbers, shape (rows,); an `InputError` where one is not."""
+        values = self.numbers((column,))[:, 0]
+        wrong = np.flatnonzero((values != np.round(values)) | (np.abs(values) > _LARGEST_INTEGER))
+        if wrong.size:
+            where = self.where(int(wrong[0]), column)
+            raise InputError(f"{values[wrong[0]]:g} is not a whole number", where=where, remedy="Use whole numbers.")
+        return values.astype(np.int64)
+
+
+def is_table_name(path: Path) -> bool:
+    """Whether a file's name is that of a table."""
+    return path.suffix.lower() in {".csv", ".txt", ".tsv", ".xls", ".ods"} or is_excel_name(path)
+
+
+_OTHERS = {
+    ".yaml": "a YAML file (a robot, a configuration or a model)",
+    ".yml": "a YAML file (a robot, a configuration or a model)",
+    ".urdf": "a robot's URDF file",
+    ".html": "a page",
+    ".json": "a record of results",
+}
+"""What files are that are plainly no tables, by the ends of their names."""
+
+
+def _require_table(path: Path, data: bytes) -> None:
+    """Raise an `InputError` where a file is plainly no table, or a workbook in a form that is not read."""
+    suffix = path.suffix.lower()
+    if data.startswith(OLD_WORKBOOK) or suffix == ".ods":
+        what = "this is a workbook in another form than .xlsx"
+        raise InputError(what, where=str(path), remedy="Save it as .xlsx, or as CSV.")
+    if suffix in _OTHERS:
+        remedy = "Check the order of the files."
+        raise InputError(f"this is {_OTHERS[suffix]}, not a table", where=str(path), remedy=remedy)
+
+
+def read_table(path: Path) -> Table:
+    """Read a table with a header row from CSV (any usual separator and encoding) or a sheet of a workbook (.xlsx).
+
+    Columns in other units become SI columns. What was found out about the file is logged.
+
+    Raises:
+        InputError: the file is missing, is not text, has no rows, or its rows have more cells than the header.
+    """
+    data = read_bytes(path)
+    source = str(path)
+    _require_table(path, data)
+    if is_workbook(data) or is_excel_name(path):
+        rows, sheet, notes = sheet_rows(data, source)
+        return _table(rows, f"{source}, sheet `{sheet}`", notes, file=source)
+    text, notes = decoded(data, source)
+    return parse_table(text, source, notes)
+
+
+def parse_table(text: str, source: str, notes: Sequence[str] = ()) -> Table:
+    """Read a table from the text of a CSV file; see `read_table`."""
+    rows, found = separated(text, source)
+    return _table(rows, source, [*notes, *found])
+
+
+def _table(rows: Rows, source: str, notes: list[str], file: str = "") -> Table:
+    filled = [(line, row) for line, row in rows if any(cell.strip() for cell in row)]
+    if not filled:
+        raise InputError("the file is empty", where=source, remedy="A header row and at least one row are needed.")
+    header = [name.strip() for name in filled[0][1]]
+    for name in header:
+        if header.count(name) > 1:
+            what = "the header has a column without a name" if name == "" else f"the column {name} stands there twice"
+            raise InputError(what, where=f"{source}, row {filled[0][0]}", remedy="Correct the header.")
+    body = filled[1:]
+    if not body:
+        raise InputError("the file has a header but no rows", where=source, remedy="Add at least one row.")
+    for line, row in body:
+        if len(row) != len(header):
+            what = f"the row has {len(row)} cells and the header has {len(header)}"
+            remedy = "Correct the row (commas as separators)."
+            if len(row) > len(header) and any(_decimal_pairs(cells) for _, cells in body):
+                what += ": are there numbers with decimal commas between the commas?"
+                remedy = "Write decimal points, or save the table with semicolons between its columns."
+            if line == body[-1][0] and len(row) < len(header):
+                remedy = "Is the file cut off? Save it again, or complete the row."
+            raise InputError(what, where=f"{source}, row {line}", remedy=remedy)
+    frame = pd.DataFrame([row for _, row in body], columns=header, dtype=str)
+    found = in_si(frame, source)
+    if found.written:
+        notes = [*notes, *_conversions(found)]
+    if notes:
+        _LOG.info("%s: %s", file or source, "; ".join(notes))
+    return Table(source, found.frame, np.array([line for line, _ in body], dtype=np.int64), found.written)
+
+
+def _conversions(found: SiFrame) -> list[str]:
+    """What became of columns, in a few words: units that were converted, and names that were read otherwise."""
+    respelt = {si: old for si, old in found.written.items() if re.fullmatch(r"[a-z][\w/]*", old) is None}
+    converted = len(found.written) - len(respelt)
+    notes = [f"{old} read as {si}" for si, old in respelt.items()]
+    if len(found.written) == 1 and not respelt:
+        ((si, old),) = found.written.items()
+        return [f"converted: {old} to {si}"]
+    return [*notes, *([f"{converted} columns converted from {', '.join(found.units)}"] if converted else [])]
+
+
+def _decimal_pairs(cells: list[str]) -> bool:
+    """Whether cells may be the halves of numbers that were written with decimal commas: whole numbers side by side."""
+    whole = [re.fullmatch(r"\s*[-+]?\d+\s*", first) is not None for first in cells]
+    halves = [re.fullmatch(r"\d+(?:[eE][-+]?\d+)?\s*", second) is not None for second in cells]
+    return sum(first and second for first, second in zip(whole, halves[1:], strict=False)) >= 2

@@ -1,0 +1,219 @@
+"""Units of measurement: what a column or a key measures, and how a number in another unit becomes one in SI.
+
+A column's name ends with its unit (`dx_m`, `fx_kN`, `rz_deg`), and what stands before it says what is measured. The
+table of units is kept here instead of in a library such as pint: a few dozen linear factors are needed, and reading a
+table must neither wait for a library nor guess (`m` is a metre, never a minute; `mN` is a force, `Nm` a moment).
+"""
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Literal
+
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.nearest import nearest
+
+Dimension = Literal[
+    "length", "angle", "force", "moment", "mass", "time", "temperature", "acceleration", "stiffness",
+    "torsional stiffness",
+]  # fmt: skip
+
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+"""A finite number as it stands in a cell."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """SI value = number × factor + offset.
+
+    Attributes:
+        name: as it stands at the end of a column's name.
+        dimension: what it measures.
+        factor: exact where it is a power of ten.
+        offset: of temperatures.
+    """
+
+    name: str
+    dimension: Dimension
+    factor: Decimal
+    offset: Decimal = Decimal(0)
+
+    def to_si(self, number: str | float) -> float:
+        """The SI value of a number, rounded once (`12.3` µm are `1.23e-05` m to the last digit)."""
+        return float(_decimal(number) * self.factor + self.offset)
+
+    def from_si(self, number: str | float) -> float:
+        """The number in this unit of an SI value."""
+        return float((_decimal(number) - self.offset) / self.factor)
+
+
+def _decimal(number: str | float) -> Decimal:
+    return Decimal(number.strip() if isinstance(number, str) else repr(float(number)))
+
+
+_DEGREE = Decimal(repr(math.pi)) / 180
+_SCALED: dict[Dimension, dict[str, str | Decimal]] = {
+    "length": {"m": "1", "dm": "1e-1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9", "in": "0.0254"},
+    "angle": {
+        "rad": "1", "mrad": "1e-3", "urad": "1e-6", "nrad": "1e-9",
+        "deg": _DEGREE, "mdeg": _DEGREE / 1000, "arcmin": _DEGREE / 60, "arcsec": _DEGREE / 3600,
+    },
+    "force": {"N": "1", "mN": "1e-3", "daN": "1e1", "kN": "1e3", "MN": "1e6"},
+    "moment": {"Nm": "1", "Nmm": "1e-3", "mNm": "1e-3", "Ncm": "1e-2", "kNm": "1e3"},
+    "mass": {"kg": "1", "g": "1e-3", "mg": "1e-6", "t": "1e3"},
+    "time": {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"},
+    "temperature": {"degC": "1"},
+    "acceleration": {"m_s2": "1", "mm_s2": "1e-3"},
+    "stiffness": {"N_m": "1", "N_mm": "1e3", "N_um": "1e6", "kN_mm": "1e6", "kN_m": "1e3", "MN_m": "1e6"},
+    "torsional stiffness": {"Nm_rad": "1", "kNm_rad": "1e3", "Nm_mrad": "1e3", "Nm_deg": 1 / _DEGREE},
+}  # fmt: skip
+
+UNITS: dict[str, Unit] = {
+    name: Unit(name, dimension, Decimal(factor)) for dimension, row in _SCALED.items() for name, factor in row.items()
+}
+UNITS["K"] = Unit("K", "temperature", Decimal(1), Decimal("-273.15"))
+UNITS["degF"] = Unit("degF", "temperature", Decimal(5) / 9, Decimal(-160) / 9)
+
+SI: dict[Dimension, str] = {dimension: next(iter(row)) for dimension, row in _SCALED.items()}
+"""The unit in which each quantity is computed."""
+
+_ALIASES = {"µ": "u", "μ": "u", "°C": "degC", "°F": "degF", "°": "deg", "m/s²": "m_s2", "m/s^2": "m_s2", "m/s2": "m_s2"}
+
+_BEFORE = r"(?:measured_|target_|corrected_|reading_|correction_|U_)?"
+_PATTERNS: tuple[tuple[str, tuple[Dimension, ...]], ...] = (
+    (_BEFORE + "[xyz]|[ds][xyz]|s?p[xyz]|com_[xyz]", ("length",)),
+    (_BEFORE + "r[xyz]|[ds]r[xyz]|tilt(_[xy])?", ("angle",)),
+    ("(abs_)?f[xyz]", ("force",)),
+    ("(abs_)?m[xyz]", ("moment",)),
+    ("g[xyz]", ("acceleration",)),
+    ("mass", ("mass",)),
+    ("time", ("time",)),
+    ("temperature", ("temperature",)),
+    (r"leg\d+", ("length", "temperature")),
+    (r"(target_|correction_)?q\d+", ("angle", "length")),
+    ("correction", ("length", "angle")),
+)
+_MEASURED = tuple((re.compile(pattern), dimensions) for pattern, dimensions in _PATTERNS)
+
+
+def unit_of(text: str) -> Unit | None:
+    """The unit that a text names (`mm`, `µm`, `N·m`, `N/um`), or None."""
+    name = text.strip()
+    for written, known in _ALIASES.items():
+        name = name.replace(written, known)
+    for mark in ("·", "*", " "):
+        name = name.replace(mark, "")
+    return UNITS.get(name.replace("/", "_"))
+
+
+@dataclass(frozen=True)
+class MeasuredColumn:
+    """What a column's name says: `base` (`dx`) and its unit."""
+
+    base: str
+    unit: Unit
+
+    @property
+    def si_name(self) -> str:
+        """The same column in SI."""
+        return f"{self.base}_{SI[self.unit.dimension]}"
+
+    @property
+    def is_si(self) -> bool:
+        """Whether the column is in SI already."""
+        return self.unit.name == SI[self.unit.dimension]
+
+
+QUANTITY = re.compile(rf"(?!{NUMBER.pattern}$)({NUMBER.pattern})\s*([^\d\s.,:;+\-][^\d,:;]*\d?)")
+"""A number with its unit, such as `0.5 mm`."""
+
+
+def quantity(text: str, where: str = "") -> tuple[float, Unit]:
+    """A text of number and unit as the number in SI and its unit.
+
+    Raises:
+        InputError: it is none, or the unit is unknown.
+    """
+    if NUMBER.fullmatch(text.strip()):
+        value = float(text)
+        remedy = (
+            f"Write e.g. `{value * 1e6:g} um`, if metres are meant." if abs(value) < 1e-3 else "Write e.g. `15 um`."
+        )
+        raise InputError(f"`{text.strip()}` has no unit", where=where, remedy=remedy)
+    found = QUANTITY.fullmatch(text.strip())
+    if found is None:
+        what = f"`{text.strip()}` is not a number with its unit"
+        raise InputError(what, where=where, remedy="Write e.g. `0.5 mm`.")
+    unit = unit_of(found.group(2))
+    if unit is None:
+        what = f"unknown unit `{found.group(2).strip()}`"
+        near = difflib.get_close_matches(found.group(2).strip(), UNITS, n=1, cutoff=0.5)
+        remedy = f"Did you mean `{near[0]}`?" if near else "Known are e.g. mm, um, rad, mrad, deg, N, Nm, kg and s."
+        raise InputError(what, where=where, remedy=remedy)
+    return unit.to_si(found.group(1)), unit
+
+
+_BRACKETS = re.compile(r"(\w+?)_?\s*[\[(]\s*([^\s\])]+(?:\s[^\s\])]+)?)\s*[\])]")
+
+
+def measured_column(name: str) -> MeasuredColumn | None:
+    """Quantity and unit of a column (`dx_mm`, `dx [mm]`), or None where the name says neither.
+
+    Raises:
+        InputError: the unit is that of another quantity (`dx_mrad`).
+    """
+    bracketed = _BRACKETS.fullmatch(name.strip())
+    for split in range(1, len(name)) if bracketed is None else (0,):
+        if bracketed is None and name[split] != "_":
+            continue
+        base, rest = bracketed.groups() if bracketed else (name[:split], name[split + 1 :])
+        dimensions = quantities(base)
+        unit = unit_of(rest)
+        if not dimensions or unit is None:
+            continue
+        require_dimension(unit, dimensions, base)
+        return MeasuredColumn(base, unit)
+    return None
+
+
+def quantities(base: str) -> tuple[Dimension, ...]:
+    """What a column or key may measure, by its name without the unit; empty where that is not known."""
+    return next((dimensions for pattern, dimensions in _MEASURED if pattern.fullmatch(base)), ())
+
+
+def require_dimension(unit: Unit, dimensions: tuple[Dimension, ...], what: str, where: str = "") -> None:
+    """Raise an `InputError` where a unit is not one of `dimensions`."""
+    if unit.dimension in dimensions:
+        return
+    known = ", ".join(f"{name}" for d in dimensions for name in known_units(d))
+    text = f"the unit contradicts the quantity: `{what}` is {_article(' or '.join(dimensions))}"
+    raise InputError(f"{text}, and {unit.name} is a unit of {unit.dimension}", where=where, remedy=f"Known: {known}.")
+
+
+def known_units(dimension: Dimension) -> list[str]:
+    """Names of the units of a quantity."""
+    return [unit.name for unit in UNITS.values() if unit.dimension == dimension]
+
+
+def wanted_units(text: str) -> dict[Dimension, Unit]:
+    """The units that a list such as `mm,mrad` asks for, by what they measure.
+
+    Raises:
+        InputError: a unit is unknown, or two measure the same.
+    """
+    wanted: dict[Dimension, Unit] = {}
+    for part in text.split(","):
+        unit = unit_of(part)
+        if unit is None:
+            raise ArgumentError(f"unknown unit `{part.strip()}`", argument="units", remedy=nearest(part.strip(), UNITS))
+        if unit.dimension in wanted:
+            what = f"{wanted[unit.dimension].name} and {unit.name} both measure {_article(unit.dimension)}"
+            raise ArgumentError(what, argument="units", remedy="Keep one of them.")
+        wanted[unit.dimension] = unit
+    return wanted
+
+
+def _article(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"

@@ -1,0 +1,1 @@
+"""Robots, loads, kinematics and elastostatics, as symbolic expressions with exact derivatives."""

@@ -1,0 +1,178 @@
+"""What a batch of designs measures: the linear model of every reading and of what load errors do to it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_compliance
+from expdesign.mechanics.elastostatics.physics import LoadedPhysics, Physics
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.mechanics.elastostatics.regressors.regressor import PoseMaps, Regressor
+from expdesign.mechanics.loads.errors.source import LoadErrorSource
+from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.robots.robot import Jacobians, Robot
+from expdesign.mechanics.symbolic import BatchFunction
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Linear model of measurements, with any batch dimensions in front of the measurement index i.
+
+    Attributes:
+        observation: A_i, reading per parameter of the regressor (thesis 1.17, theory.md 9.I), shape (..., n, n_p).
+        compliance: D_i with the approximate stiffness, deflection per load error (theory.md 5.1), shape (..., n, n).
+        load_errors: L_i·diag(σ), wrench error per standard deviation of δ, one source after the other, (..., n, d).
+        sources: the columns of each source in it.
+        jacobians: the kinematic maps, on which the noise may depend.
+    """
+
+    observation: FloatArray
+    compliance: FloatArray
+    load_errors: FloatArray
+    sources: tuple[slice, ...]
+    jacobians: Jacobians
+
+
+class LoadedRobot:
+    """A robot under one kind of load with its sources of load error.
+
+    Args:
+        robot: the robot.
+        load: the kind of load.
+        sources: sources of load error.
+        geometric_stiffness: whether the change of geometry under load is taken into account (parallel robots).
+        regressor: what is calibrated.
+        physics: how the robot deflects, where it does more than stretch its actuators (elastostatic calibration).
+        instrument: whether deflections are as the instrument reads them; else they are those of the platform.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        load: Load,
+        sources: tuple[LoadErrorSource, ...] = (),
+        geometric_stiffness: bool = False,
+        regressor: Regressor | None = None,
+        physics: Physics | None = None,
+        *,
+        instrument: bool = True,
+    ) -> None:
+        self.robot = robot
+        self.load = load
+        self.sources = sources
+        self.geometric_stiffness = geometric_stiffness
+        self.regressor = Elastostatic() if regressor is None else regressor
+        self.physics = physics
+        self._under_load = None if physics is None else physics.under(load, instrument=instrument)
+
+    def under(self, load: Load, *, instrument: bool = True) -> "LoadedRobot":
+        """The same robot under another kind of load, whose errors are not known."""
+        physics = (self.geometric_stiffness, self.regressor, self.physics)
+        return LoadedRobot(self.robot, load, (), *physics, instrument=instrument)
+
+    @property
+    def under_load(self) -> LoadedPhysics | None:
+        """The robot's own physics under the load; None where its actuators alone are elastic."""
+        return self._under_load
+
+    @property
+    def linear_in_load(self) -> bool:
+        """Whether the observation matrix is linear in the load and the compliance does not depend on it."""
+        if self._under_load is not None:
+            return self._under_load.linear_in_load
+        return not self.geometric_stiffness
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """Typical size of each parameter that is calibrated, shape (n_p,)."""
+        return self.regressor.scale(self.robot)
+
+    @cached_property
+    def _columns(self) -> tuple[slice, ...]:
+        """The columns of each source among all load errors."""
+        ends = np.cumsum([0, *(len(source.deviation) for source in self.sources)]).tolist()
+        return tuple(slice(start, end) for start, end in pairwise(ends))
+
+    def _load_expressions(self, parameters: ca.SX, rotation: ca.SX) -> list[ca.SX]:
+        """Wrench (n,) and, where there are load errors, L·diag(σ) of all of them (n, d)."""
+        errors = [
+            source.sensitivity(self.load, parameters, rotation) @ ca.diag(ca.SX(source.deviation))
+            for source in self.sources
+        ]
+        return [self.load.wrench(parameters, rotation), *([ca.horzcat(*errors)] if errors else [])]
+
+    @cached_property
+    def _measured(self) -> tuple[BatchFunction, int, tuple[str, ...]]:
+        """What a measurement is made of, as one function of configuration and load: kinematics, load, regressor's own.
+
+        Returns:
+            The function, the number of matrices of the kinematics, and the names of the regressor's.
+        """
+        configuration = ca.SX.sym("q", len(self.robot.configuration))
+        parameters = ca.SX.sym("load", len(self.load.columns))
+        kinematics = self.robot.kinematics(configuration)
+        own = {} if self.physics is not None else self.regressor.expressions(self.robot, configuration)
+        _, rotation = self.robot.frame(configuration, ca.SX.zeros(self.robot.coordinates.n))
+        outputs = [*kinematics, *self._load_expressions(parameters, rotation), *own.values()]
+        function = BatchFunction("measured", [configuration, parameters], ca.cse(outputs))
+        return function, len(kinematics), tuple(own)
+
+    @cached_property
+    def _wrenches(self) -> BatchFunction:
+        dimension = len(self.robot.gravity)
+        rotation = ca.SX.sym("R", dimension, dimension)
+        parameters = ca.SX.sym("load", len(self.load.columns))
+        outputs = self._load_expressions(parameters, rotation)
+        flat = ca.SX.sym("r", dimension * dimension)
+        # NumPy flattens rows first, CasADi columns first.
+        rows_first = ca.reshape(flat, dimension, dimension).T
+        outputs = [ca.substitute(output, rotation, rows_first) for output in outputs]
+        return BatchFunction("wrenches", [flat, parameters], outputs)
+
+    def wrenches(self, rotation: FloatArray, loads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+        """Wrenches (..., n) and, per source, scaled sensitivities (..., n, d) at R (..., d, d) and loads (..., k)."""
+        flat = rotation.reshape(*rotation.shape[:-2], rotation.shape[-2] * rotation.shape[-1])
+        wrench, *errors = self._wrenches(flat, loads)
+        matrix = self._matrix(wrench, errors)
+        return wrench, tuple(matrix[..., columns] for columns in self._columns)
+
+    def _matrix(self, wrench: FloatArray, errors: Sequence[FloatArray]) -> FloatArray:
+        """L·diag(σ) of all load errors (..., n, d); a single column comes as a vector, and none not at all."""
+        shape = (*wrench.shape, sum(len(source.deviation) for source in self.sources))
+        if not errors:
+            return np.zeros(shape)
+        return errors[0] if errors[0].shape == shape else errors[0].reshape(shape)
+
+    def measure(self, configurations: FloatArray, loads: FloatArray) -> Measurements:
+        """The linear model at configurations (..., n_q) under loads (..., k), `load.columns` naming the latter."""
+        function, count, names = self._measured
+        values = function(configurations, loads)
+        jacobians = self.robot.jacobians_of(*values[:count])
+        wrench, own = values[count], len(values) - len(names)
+        errors = self._matrix(wrench, values[count + 1 : own])
+        if self._under_load is not None:
+            observation, compliance = self._under_load.maps(configurations, loads, jacobians)
+            return Measurements(observation, compliance, errors, self._columns, jacobians)
+        further = dict(zip(names, values[own:], strict=True))
+        observation = self.regressor.matrix(PoseMaps(jacobians.pose, actuator_forces(jacobians, wrench), further))
+        closed_form = self.robot.inverse_kinematics
+        if self.geometric_stiffness and closed_form is not None:
+            observation, compliance = conservative_maps(closed_form, configurations, jacobians, wrench, observation)
+        else:
+            compliance = cartesian_compliance(jacobians, self.robot.compliance)
+        return Measurements(observation, compliance, errors, self._columns, jacobians)
+
+    def deflections(self, configurations: FloatArray, loads: FloatArray, added: FloatArray) -> FloatArray:
+        """Deflections (..., n) of the robot as it is known, under loads (..., k) and added wrenches (..., n)."""
+        if self._under_load is not None:
+            return self._under_load.deflections(configurations, loads, self.robot.jacobians(configurations), added)
+        measured = self.measure(configurations, loads)
+        nominal = measured.observation @ self.robot.compliance
+        deflections: FloatArray = nominal + (measured.compliance @ added[..., None])[..., 0]
+        return deflections

@@ -1,0 +1,114 @@
+"""Planar bipod: two legs from two base points to one tool point (theory.md 2.1)."""
+
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import PLANAR
+from expdesign.io.schema import Number, Positive, invalid, validate
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.drawing import Drawing, Part
+from expdesign.mechanics.robots.hexapod import LimitsSection
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, RobotSection
+
+Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class BipodSection(RobotSection):
+    """A bipod's robot file."""
+
+    kind: str = Field(description="The word `bipod`.")
+    home: Point = Field(description="Tool point in O at the zero pose, `[x, y]` (m).")
+    base_joints: Annotated[list[Point], Field(min_length=2, max_length=2)] = Field(
+        description="Joints on the base in O, one row `[x, y]` (m) per leg; both legs end at the tool point."
+    )
+    actuator_stiffness: Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
+        description="Approximate stiffness apK of each leg (N/m)."
+    )
+    limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 2:
+            raise invalid("two components are needed here", "gravity_m_s2", "Write `[gx, gy]` in m/s².")
+        return self
+
+
+class Bipod(ParallelRobot):
+    """Two-leg planar robot; pose `[x, y]` of the tool point relative to `home`."""
+
+    kind = "bipod"
+    coordinates = PLANAR
+    configuration = PLANAR.pose
+
+    def __init__(
+        self,
+        *,
+        base_joints: FloatArray,
+        home: FloatArray,
+        stiffness: FloatArray,
+        gravity: FloatArray | None = None,
+        leg_length: tuple[float, float] | None = None,
+        name: str = "bipod",
+    ) -> None:
+        """See file-formats.md, Robot files; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
+        self.name = name
+        self.base_joints = np.asarray(base_joints, dtype=float)
+        self.platform_joints: FloatArray = np.zeros((2, 2))
+        self.home = np.asarray(home, dtype=float)
+        self.stiffness = np.asarray(stiffness, dtype=float)
+        self.gravity = np.array([0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.leg_length = leg_length
+        self.geometry = self.base_joints.ravel()
+        self.geometry_names = tuple(f"base {leg} {axis}" for leg in (1, 2) for axis in "xy")
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(BipodSection, document)
+        return cls(
+            base_joints=np.array(section.base_joints),
+            home=np.array(section.home),
+            stiffness=np.array(section.actuator_stiffness),
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            leg_length=section.limits.pair(),
+            name=section.name,
+        )
+
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        return ca.SX.eye(2)
+
+    @property
+    def straight_legs(self) -> Self:
+        return self
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Vectors from base joint to tool point (m), 2×2."""
+        return ca.repmat(ca.SX(self.home) + pose, 1, 2) - ca.reshape(geometry, 2, 2)
+
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
+
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        return np.zeros(2), 1.0
+
+    def reference_configuration(self) -> FloatArray:
+        """The apex of an equilateral triangle on the base joints: a bipod's zero pose may lie on its base line."""
+        first, second = self.base_joints
+        span = second - first
+        apex: FloatArray = (first + second) / 2.0 + np.sqrt(0.75) * np.array([-span[1], span[0]]) - self.home
+        return apex
+
+    def drawing(self, configurations: FloatArray) -> Drawing:
+        origin = self.home + configurations
+        base = np.broadcast_to(self.base_joints, (*origin.shape[:-1], 2, 2))
+        points = np.concatenate([base, origin[..., None, :]], axis=-2)
+        parts = (
+            Part("base", "base", ((0, 1),)),
+            Part("legs", "actuator", ((0, 2), (1, 2))),
+            Part("tool point", "platform", ((2,),)),
+        )
+        return Drawing(points, origin, parts, dict(zip(self.actuators, parts[1].paths, strict=True)))

@@ -1,0 +1,121 @@
+"""Body: one rigid body standing on something, a machine on its feet or the tip of a column.
+
+It has no actuators, so that the base model does not deflect at all; whatever it deflects under load is physics that
+`diagnose` finds. Its pose says where it is; where poses differ between rows (a column that lifts), what it stands on
+may yield differently there.
+"""
+
+from functools import partial
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import SPATIAL
+from expdesign.io.schema import Number, invalid, validate
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.orientation import Orientation, angular_velocity_map, rotation_matrix
+from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+class BodySection(RobotSection):
+    """A body's robot file."""
+
+    kind: str = Field(description="The word `body`.")
+    orientation: Orientation = Field(
+        default="fixed-xyz",
+        description="How `(rx, ry, rz)` make R: `fixed-xyz` is Rz·Ry·Rx (rotations about the axes of O in the order x, "
+        "y, z), `moving-xyz` is Rx·Ry·Rz.",
+    )
+    home: Point = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0],
+        description="Origin of the body's frame P in O at the zero pose, `[x, y, z]` (m). Default: the origin of O.",
+    )
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
+            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
+        return self
+
+
+class Body(Robot):
+    """A rigid body without actuators; pose `[x, y, z, rx, ry, rz]` relative to `home`.
+
+    Attributes:
+        home: origin of P in O at zero pose (m), shape (3,).
+        orientation: how the angles of a pose make R.
+    """
+
+    kind = "body"
+    on_support = True
+    coordinates = SPATIAL
+    configuration = SPATIAL.pose
+
+    def __init__(
+        self,
+        *,
+        home: FloatArray | None = None,
+        orientation: Orientation = "fixed-xyz",
+        gravity: FloatArray | None = None,
+        name: str = "body",
+    ) -> None:
+        self.name = name
+        self.home = np.zeros(3) if home is None else np.asarray(home, dtype=float)
+        self.orientation: Orientation = orientation
+        self.stiffness = np.zeros(0)
+        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(BodySection, document)
+        return cls(
+            home=np.array(section.home),
+            orientation=section.orientation,
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            name=section.name,
+        )
+
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        """R of the body at a symbolic pose."""
+        return rotation_matrix(pose[3:6], self.orientation)
+
+    def pose_rate_map(self, pose: ca.SX) -> ca.SX:
+        """T(X) with Ẋ = T·η (theory.md section 1), 6×6."""
+        rates = ca.SX.eye(6)
+        rates[3:, 3:] = ca.inv_minor(angular_velocity_map(self.rotation(pose), pose[3:6]))
+        return rates
+
+    def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        return ca.SX.zeros(6, 0), ca.SX.zeros(6, 0), self.rotation(configuration)
+
+    def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
+        return [self.rotation(configuration), self.pose_rate_map(configuration)]
+
+    def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
+        batch = kinematics[0].shape[:-2]
+        nothing = np.zeros((*batch, 6, 0))
+        return Jacobians(nothing, nothing, kinematics[0], partial(np.ones, batch))
+
+    def pose_rates(self, configurations: FloatArray) -> FloatArray:
+        return self._kinematics(configurations)[1]
+
+    def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
+        return np.zeros((*configurations.shape[:-1], 0))
+
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        pose = configuration + deflection
+        return ca.SX(self.home) + pose[:3], self.rotation(pose)
+
+    def position(self, configurations: FloatArray) -> FloatArray:
+        return self.home + configurations[..., :3]
+
+    def limit_excess(self, configurations: FloatArray) -> FloatArray:
+        return np.full(configurations.shape[:-1], -np.inf)
+
+    def limit_message(self, configuration: FloatArray) -> str:
+        return "a body has no limits"

@@ -1,0 +1,170 @@
+"""Hexapod (Gough-Stewart platform): six legs of any placement between base and platform (theory.md 2.2)."""
+
+from typing import Annotated, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from expdesign.arrays import FloatArray
+from expdesign.coordinates import SPATIAL
+from expdesign.io.schema import Number, Positive, Section, invalid, validate
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.drawing import Drawing, Part
+from expdesign.mechanics.robots.joint_rings import RingSection
+from expdesign.mechanics.robots.orientation import Orientation, rotation_matrix
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, RobotSection
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+SixPoints = Annotated[list[Point], Field(min_length=6, max_length=6)]
+
+
+class LimitsSection(Section):
+    """`limits` of a parallel robot's file."""
+
+    leg_length: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Shortest and longest leg, `[low, high]` (m). Default: no limits."
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.leg_length is not None and self.leg_length[0] >= self.leg_length[1]:
+            message = (
+                f"the shortest leg ({self.leg_length[0]:g}) is not shorter than the longest ({self.leg_length[1]:g})"
+            )
+            raise invalid(message, "leg_length", "Write `[shortest, longest]` in m.")
+        return self
+
+    def pair(self) -> tuple[float, float] | None:
+        """`leg_length` as a tuple."""
+        return None if self.leg_length is None else (self.leg_length[0], self.leg_length[1])
+
+
+class HexapodSection(RobotSection):
+    """A hexapod's robot file."""
+
+    kind: str = Field(description="The word `hexapod`.")
+    orientation: Orientation = Field(
+        default="fixed-xyz",
+        description="How `(rx, ry, rz)` make R: `fixed-xyz` is Rz·Ry·Rx (rotations about the axes of O in the order x, "
+        "y, z), `moving-xyz` is Rx·Ry·Rz.",
+    )
+    home: Point = Field(description="Origin of the platform frame P in O at the zero pose, `[x, y, z]` (m).")
+    base_joints: SixPoints | None = Field(
+        default=None, description="Joints on the base in O, one row `[x, y, z]` (m) per leg; or `base`."
+    )
+    platform_joints: SixPoints | None = Field(
+        default=None, description="Joints on the platform in P, one row `[x, y, z]` (m) per leg; or `platform`."
+    )
+    base: RingSection | None = Field(default=None, description="Joints on the base by radius and angles.")
+    platform: RingSection | None = Field(default=None, description="Joints on the platform by radius and angles.")
+    actuator_stiffness: Annotated[list[Positive], Field(min_length=6, max_length=6)] = Field(
+        description="Approximate stiffness apK of each leg (N/m)."
+    )
+    limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
+
+    @model_validator(mode="after")
+    def _gravity(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
+            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
+        return self
+
+    @model_validator(mode="after")
+    def _joints_once(self) -> Self:
+        for name, ring in (("base", self.base), ("platform", self.platform)):
+            if (ring is None) == (getattr(self, f"{name}_joints") is None):
+                what = "the key is missing" if ring is None else f"the joints are also given as `{name}`"
+                raise invalid(
+                    what, f"{name}_joints", f"Give `{name}_joints` (m), or `{name}` with a radius and angles."
+                )
+        return self
+
+    def joints(self) -> tuple[FloatArray, FloatArray]:
+        """Base joints in O and platform joints in P (m), shape (6, 3) each."""
+        base = np.array(self.base_joints) if self.base is None else self.base.joints(platform=False)
+        platform = np.array(self.platform_joints) if self.platform is None else self.platform.joints(platform=True)
+        return base, platform
+
+
+class Hexapod(ParallelRobot):
+    """Six-leg parallel robot; pose `[x, y, z, rx, ry, rz]` relative to `home`."""
+
+    kind = "hexapod"
+    coordinates = SPATIAL
+    configuration = SPATIAL.pose
+
+    def __init__(
+        self,
+        *,
+        base_joints: FloatArray,
+        platform_joints: FloatArray,
+        home: FloatArray,
+        stiffness: FloatArray,
+        orientation: Orientation = "fixed-xyz",
+        gravity: FloatArray | None = None,
+        leg_length: tuple[float, float] | None = None,
+        name: str = "hexapod",
+    ) -> None:
+        """See file-formats.md, Robot files; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
+        self.name = name
+        self.base_joints = np.asarray(base_joints, dtype=float)
+        self.platform_joints = np.asarray(platform_joints, dtype=float)
+        self.home = np.asarray(home, dtype=float)
+        self.stiffness = np.asarray(stiffness, dtype=float)
+        self.orientation: Orientation = orientation
+        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.leg_length = leg_length
+        self.geometry = np.concatenate([self.base_joints.ravel(), self.platform_joints.ravel()])
+        self.geometry_names = tuple(
+            f"{side} {leg} {axis}" for side in ("base", "platform") for leg in range(1, 7) for axis in "xyz"
+        )
+
+    @classmethod
+    def from_document(cls, document: YamlDocument) -> Self:
+        section = validate(HexapodSection, document)
+        base, platform = section.joints()
+        return cls(
+            base_joints=base,
+            platform_joints=platform,
+            home=np.array(section.home),
+            stiffness=np.array(section.actuator_stiffness),
+            orientation=section.orientation,
+            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            leg_length=section.limits.pair(),
+            name=section.name,
+        )
+
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        return rotation_matrix(pose[3:6], self.orientation)
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Vectors from base joint to platform joint in base axes (m), 3×6 (theory.md 2.2: l = p + R b − a)."""
+        base = ca.reshape(geometry[:18], 3, 6)
+        platform = ca.reshape(geometry[18:], 3, 6)
+        position = ca.SX(self.home) + pose[0:3]
+        return ca.repmat(position, 1, 6) + self.rotation(pose) @ platform - base
+
+    @property
+    def straight_legs(self) -> Self:
+        return self
+
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
+
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        centre: FloatArray = self.platform_joints.mean(axis=0)
+        spread = float(np.sqrt(((self.platform_joints - centre) ** 2).sum(axis=1).mean()))
+        return centre, spread or 1.0
+
+    def drawing(self, configurations: FloatArray) -> Drawing:
+        origin = self.home + configurations[..., :3]
+        rotation = self.jacobians(configurations).rotation
+        platform = origin[..., None, :] + self.platform_joints @ rotation.swapaxes(-1, -2)
+        points = np.concatenate([np.broadcast_to(self.base_joints, platform.shape), platform], axis=-2)
+        parts = (
+            Part("base", "base", ((*range(6), 0),)),
+            Part("legs", "actuator", tuple((leg, leg + 6) for leg in range(6))),
+            Part("platform", "platform", ((*range(6, 12), 6),)),
+        )
+        return Drawing(points, origin, parts, dict(zip(self.actuators, parts[1].paths, strict=True)))

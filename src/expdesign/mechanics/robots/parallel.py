@@ -1,0 +1,159 @@
+"""Parallel robots: everything from one expression, the actuator coordinates q(X; geometry), lengths or angles.
+
+theory.md section 2: ∂q/∂X = J̌⁻¹ (1.13), J⁻¹ = J̌⁻¹·T with Ẋ = T·η, T = blkdiag(I, E⁻¹), ω = E·α̇. All derivatives are
+CasADi's; the inverses of these small matrices are taken numerically, for whole batches.
+"""
+
+from abc import abstractmethod
+from functools import cached_property, partial
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.mechanics.differentiation import plain
+from expdesign.mechanics.moments import moments, velocities
+from expdesign.mechanics.robots.orientation import angular_velocity_map
+from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, invert
+from expdesign.mechanics.symbolic import BatchFunction
+
+
+class ParallelRobot(Robot):
+    """A platform on limbs, one actuator each, whose coordinates are in closed form of the pose.
+
+    Attributes:
+        home: origin of P in O at zero pose (m), shape (d,).
+        geometry: nominal geometry in the order of `geometry_names` (m), shape (n_g,). `base k x` and `platform k x`
+            are positions of the joints of limb k in O and on the platform; their errors are part of the library then.
+        geometry_names: e.g. `base 3 x`.
+        leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
+    """
+
+    home: FloatArray
+    geometry: FloatArray
+    geometry_names: tuple[str, ...]
+    leg_length: tuple[float, float] | None
+
+    @abstractmethod
+    def rotation(self, pose: ca.SX) -> ca.SX:
+        """R of the platform at a symbolic pose."""
+
+    @abstractmethod
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Actuator coordinates q (m or rad, see `units`), shape (n_p,), at a symbolic pose and geometry."""
+
+    @abstractmethod
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        """Reference point in the platform frame (m) and length (m) that make twists commensurable (see `condition`)."""
+
+    def pose_rate_map(self, pose: ca.SX) -> ca.SX:
+        """T(X) with Ẋ = T·η (theory.md section 1), n×n."""
+        translations = self.coordinates.translations
+        rates = ca.SX.eye(self.coordinates.n)
+        if self.coordinates.rotations == 3:
+            velocity_map = angular_velocity_map(self.rotation(pose), pose[translations:])
+            rates[translations:, translations:] = ca.inv_minor(velocity_map)
+        return rates
+
+    def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        position = ca.SX(self.home) + configuration[: self.coordinates.translations]
+        return CommandedState(position, self.pose_rate_map(configuration), lengths, ca.SX.zeros(len(self.stiffness)))
+
+    def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        pose_map = ca.solve(ca.jacobian(lengths, configuration), ca.SX.eye(self.coordinates.n))
+        forward = ca.solve(self.pose_rate_map(configuration), pose_map)
+        return forward, pose_map, self.rotation(configuration)
+
+    def kinematics(self, configuration: ca.SX) -> list[ca.SX]:
+        lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
+        return [ca.jacobian(lengths, configuration), self.pose_rate_map(configuration), self.rotation(configuration)]
+
+    @cached_property
+    def _lengths(self) -> BatchFunction:
+        pose = ca.SX.sym("X", self.coordinates.n)
+        return BatchFunction("lengths", [pose], [self.actuator_lengths(pose, ca.SX(self.geometry))])
+
+    @property
+    def actuator_limits(self) -> tuple[FloatArray, FloatArray]:
+        low, high = self.leg_length or (-np.inf, np.inf)
+        return np.full(len(self.stiffness), low), np.full(len(self.stiffness), high)
+
+    def lengths(self, poses: FloatArray) -> FloatArray:
+        """Actuator coordinates (m or rad) at poses (..., n), shape (..., n_p)."""
+        (lengths,) = self._lengths(poses)
+        return lengths
+
+    @property
+    def inverse_kinematics(self) -> "ParallelRobot":
+        return self
+
+    def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
+        return self.lengths(configurations)
+
+    def pose_rates(self, configurations: FloatArray) -> FloatArray:
+        jacobians = self.jacobians(configurations)
+        # J̌ = T·J, and J is square here.
+        rates: FloatArray = jacobians.pose @ np.linalg.inv(jacobians.forward)
+        return rates
+
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        pose = configuration + deflection
+        return ca.SX(self.home) + pose[: self.coordinates.translations], self.rotation(pose)
+
+    def position(self, configurations: FloatArray) -> FloatArray:
+        return self.home + configurations[..., : self.coordinates.translations]
+
+    def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
+        length_rates, pose_rates, rotation = kinematics
+        inverse_forward = length_rates @ pose_rates
+        forward = invert(inverse_forward)
+        return Jacobians(
+            forward,
+            pose_rates @ forward,
+            rotation,
+            partial(self._condition, plain(inverse_forward), plain(forward), plain(rotation)),
+        )
+
+    def _condition(self, inverse: FloatArray, forward: FloatArray, rotation: FloatArray) -> FloatArray:
+        """Scaled condition number κ = ‖J⁻¹S‖_F ‖S⁻¹J‖_F / n.
+
+        S refers the twist to a point amid the platform joints and divides rotations by their spread, so that κ depends
+        neither on units nor on where the platform frame lies; κ = 1 for an isotropic mechanism, and κ lies between
+        κ₂/n and κ₂ of the scaled matrix.
+        """
+        n, translations = self.coordinates.n, self.coordinates.translations
+        if n > translations:
+            point, length = self.scaling_frame()
+            lever = (rotation @ point)[..., None, :]
+            # u·v + (b×u)·ω with v = v_c − ω×lever gives the moment column ((b − lever)×u) of the centred twist.
+            directions = inverse[..., :translations]
+            centred = inverse.copy()
+            centred[..., translations:] -= moments(np.broadcast_to(lever, directions.shape), directions)
+            centred[..., translations:] /= length
+            centred_forward = forward.copy()
+            centred_forward[..., :translations, :] += velocities(forward[..., translations:, :], lever)
+            centred_forward[..., translations:, :] *= length
+        else:
+            centred, centred_forward = inverse, forward
+        norms = np.linalg.norm(centred, axis=(-2, -1)) * np.linalg.norm(centred_forward, axis=(-2, -1))
+        condition: FloatArray = np.nan_to_num(norms / n, nan=np.inf, posinf=np.inf)
+        return condition
+
+    def limit_excess(self, configurations: FloatArray) -> FloatArray:
+        if self.leg_length is None:
+            return np.full(configurations.shape[:-1], -np.inf)
+        lengths = self.lengths(configurations)
+        shortest, longest = self.leg_length
+        excess: FloatArray = np.maximum(shortest - lengths, lengths - longest).max(axis=-1)
+        return excess
+
+    def limit_message(self, configuration: FloatArray) -> str:
+        if self.leg_length is None:
+            return "the robot has no limits"
+        lengths = self.lengths(configuration)
+        excess = np.maximum(self.leg_length[0] - lengths, lengths - self.leg_length[1])
+        leg = int(np.argmax(excess))
+        shortest, longest = self.leg_length
+        return f"leg {leg + 1} would be {lengths[leg]:.6g} m long (limits {shortest:g} to {longest:g} m)"

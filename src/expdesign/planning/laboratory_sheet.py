@@ -1,0 +1,149 @@
+"""What is done in the laboratory, step by step: a plan in the order that saves changes, with its unloaded references.
+
+Deflections are differences to the unloaded platform at the same command (file-formats.md, Conventions). Where the noise
+model has a shared reference it is measured once, at the beginning of a series; else before every loaded measurement,
+which is what makes their noise independent. Absolute poses need none.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.errors import InputError
+from expdesign.planning.measuring_order import EXACT, best_path
+from expdesign.planning.plan import Plan
+
+TRAVEL = 1e-6
+"""Weight of the way between two poses, in parts of the plan's ranges: it decides between orders of the same cost."""
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Minutes that a change of the pose, a change of the load, and one reading take."""
+
+    pose_change: float = 0.0
+    mass_change: float = 0.0
+    reading: float = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether any of them is stated."""
+        return self.pose_change + self.mass_change + self.reading > 0.0
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What is done, in order.
+
+    Attributes:
+        rows: row of the plan that each step belongs to, shape (s,).
+        reference: steps without load, shape (s,).
+        exact: whether no other order costs less.
+        pose_changes: how often the pose is set.
+        load_changes: how often the load is put on, changed or taken off.
+    """
+
+    rows: IntArray
+    reference: IntArray
+    exact: bool
+    pose_changes: int
+    load_changes: int
+
+    def minutes(self, costs: Costs) -> float:
+        """The time it takes."""
+        changes = self.pose_changes * costs.pose_change + self.load_changes * costs.mass_change
+        return changes + len(self.rows) * costs.reading
+
+
+def in_plan_order(plan: Plan, *, referenced: bool, shared: bool) -> Steps:
+    """The steps of a plan row by row as it stands, with the references that it needs."""
+    stops = [[row] for row in range(len(plan))]
+    if referenced and shared:
+        stops = _runs(plan.series)
+    return _steps(plan, stops, referenced=referenced, shared=shared, exact=False)
+
+
+def ordered(plan: Plan, costs: Costs, *, referenced: bool, shared: bool) -> Steps:
+    """The steps of a plan in the order that costs least.
+
+    Args:
+        plan: what is measured.
+        costs: of changes; where none is stated they count alike.
+        referenced: whether deflections are measured, which need references without load.
+        shared: whether the measurements of a series share their reference.
+
+    Raises:
+        InputError: a series mixes poses.
+    """
+    _require_one_pose(plan)
+    _, pose = np.unique(plan.configurations, axis=0, return_inverse=True)
+    _, load = np.unique(plan.loads, axis=0, return_inverse=True)
+    key = np.stack([pose, np.zeros_like(load) if referenced else load], axis=1)
+    groups = [np.flatnonzero((key == one).all(axis=1)) for one in dict.fromkeys(map(tuple, key.tolist()))]
+    # Within a stop: series stay together, and equal loads follow each other.
+    stops = [sorted(group.tolist(), key=lambda row: (plan.series[row], load[row], row)) for group in groups]
+    first = np.array([stop[0] for stop in stops])
+    cost, start = _costs(plan, pose[first], load[first], first, costs, referenced=referenced)
+    path = best_path(cost, start)
+    return _steps(plan, [stops[k] for k in path], referenced=referenced, shared=shared, exact=len(stops) <= EXACT)
+
+
+def _costs(
+    plan: Plan, pose: IntArray, load: IntArray, first: IntArray, costs: Costs, *, referenced: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Cost between stops (n, n) and of going to each one first (n,)."""
+    weights = (costs.pose_change, costs.mass_change) if costs.known else (1.0, 1.0)
+    where = plan.configurations[first]
+    span = np.ptp(where, axis=0)
+    scaled = where / np.where(span > 0.0, span, 1.0)
+    travel = np.abs(scaled[:, None] - scaled[None]).max(axis=-1)
+    cost = weights[0] * (pose[:, None] != pose[None]) + TRAVEL * max(weights) * travel
+    if not referenced:
+        cost = cost + weights[1] * (load[:, None] != load[None])
+    # Among equal ones the order of the plan is kept.
+    return cost, weights[0] + (0.0 if referenced else weights[1]) + 1e-6 * TRAVEL * np.arange(len(first))
+
+
+def _steps(plan: Plan, stops: list[list[int]], *, referenced: bool, shared: bool, exact: bool) -> Steps:
+    rows: list[int] = []
+    reference: list[bool] = []
+    for stop in stops:
+        last: int | None = None
+        for row in stop:
+            if referenced and not (shared and last == plan.series[row]):
+                rows.append(row)
+                reference.append(True)
+            rows.append(row)
+            reference.append(False)
+            last = int(plan.series[row])
+    poses = load_changes = 0
+    before_pose: tuple[float, ...] | None = None
+    before_load: tuple[float, ...] | None = None
+    for row, empty in zip(rows, reference, strict=True):
+        # Where series share references, each is a setting of its own.
+        pose = (*plan.configurations[row].tolist(), float(plan.series[row]) if referenced and shared else 0.0)
+        load = None if empty else tuple(plan.loads[row].tolist())
+        poses += pose != before_pose
+        load_changes += load != before_load
+        before_pose, before_load = pose, load
+    return Steps(np.array(rows), np.array(reference), exact, poses, load_changes)
+
+
+def _runs(series: IntArray) -> list[list[int]]:
+    runs: list[list[int]] = []
+    for row, number in enumerate(series):
+        if runs and series[runs[-1][-1]] == number:
+            runs[-1].append(row)
+        else:
+            runs.append([row])
+    return runs
+
+
+def _require_one_pose(plan: Plan) -> None:
+    _, first, index = np.unique(plan.series, return_index=True, return_inverse=True)
+    other = np.flatnonzero(np.any(plan.configurations != plan.configurations[first[index]], axis=1))
+    if other.size:
+        what = f"series {plan.series[other[0]]} has measurements at different poses (measurement {other[0] + 1})"
+        remedy = "Rows of one series share one command; give every pose a series of its own."
+        raise InputError(what, where="plan, column series", remedy=remedy)

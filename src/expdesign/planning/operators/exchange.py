@@ -1,0 +1,245 @@
+"""Exchange of single measurements: how a search leaves a valley, which gradients cannot.
+
+Which pose or mass comes first, where exactly comes from gradients afterwards. Measurements are exchanged for those that
+other good designs have, for some drawn at random, or for themselves with one variable at another of its values: an end
+of its range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Where criteria are
+sums over measurements every exchange is judged, one after the other until none helps (Fedorov 1972); else some of them,
+drawn at random.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.planning.operators.operator import State
+from expdesign.planning.optimality.variants import variants
+from expdesign.planning.scalarisation import Aims, achieved
+from expdesign.planning.start import extreme_measurements, reachable_measurements
+
+_STOCK, _RANDOM, _DRAWN, _DRAWS = 100, 24, 60, 6
+_ANYWHERE = 0.3
+"""Share of the points along the front for which exchanges also begin at designs drawn at random."""
+_ASKED = (0, 4, 12, 28, _DRAWN)
+"""How many draws are asked for costly criteria, the most promising first."""
+
+
+class SingleExchange:
+    """Exchanges one measurement after the other, of the best designs and of designs drawn at random."""
+
+    name = "exchange"
+
+    def offspring(self, state: State) -> FloatArray:
+        aims = state.aims(state.options.aims)
+        parents = state.best(aims)
+        found, of = [], []
+        if state.sums and len(state.library):
+            # From anywhere too for what everything else hangs on; for points along the front in turn.
+            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < _ANYWHERE))
+            own = np.concatenate([np.arange(len(aims)), random])
+            found.append(self._by_sums(state, parents, aims[own], len(random)))
+            of.append(own)
+        space = state.problem
+        if not state.sums or space.noise.shared_reference or space.constraints is not None:
+            found.append(Draws(state).exchanged(parents, aims))
+            of.append(np.arange(len(aims)))
+        designs, places = np.concatenate(found), np.concatenate(of)
+        changed = (designs != parents[places]).any(axis=(1, 2))
+        designs, places = designs[changed], places[changed]
+        return state.descended(designs, aims[places], state.options.brief)
+
+    @staticmethod
+    def _by_sums(state: State, parents: FloatArray, aims: Aims, random: int) -> FloatArray:
+        """Designs after exchanges from parents (b, m, g) and from so many drawn at random, for aims of both."""
+        space = state.problem.space
+        offered = state.library
+        if state.gridded:
+            drawn = extreme_measurements(state.problem, _STOCK, 1.0, state.generator)
+            offered = np.concatenate([offered, np.unique(drawn, axis=0)])
+        plans = _random_plans(len(offered), random, space.measurements, state.generator)
+        designs = np.concatenate([parents, offered[plans]])
+        exchange = state.exchange
+        before = exchange.options
+        found = designs.copy()
+        for some, loaded in ((aims.single, True), (~aims.single, state.gridded)):
+            found[some] = exchange.singles(designs[some], aims[some], offered, varied=state.gridded, loaded=loaded)
+        state.work.exchanged(exchange.options - before)
+        return found
+
+
+def _random_plans(listed: int, count: int, m: int, generator: np.random.Generator) -> IntArray:
+    """Plans (count, m) of a list's measurements at random, each with one of them repeated none to m times."""
+    plans = generator.integers(listed, size=(count, m))
+    repeated = np.arange(m) < generator.integers(1, m + 1, size=(count, 1))
+    found: IntArray = np.where(repeated, plans[:, :1], plans)
+    return found
+
+
+class PairExchange:
+    """Exchanges two measurements at once, of children of the designs that are best by one criterion alone: what is
+    least there, exchanges of single ones miss most. With them, plans of one or two measurements that are repeated.
+    """
+
+    name = "pairs"
+
+    def offspring(self, state: State) -> FloatArray:
+        ends = state.ends()
+        aims = ends.joined(state.along(max(2, state.options.aims // 2)))
+        found, places = self._repeated(state, aims)
+        problem, m = state.problem, state.problem.space.measurements
+        if m > 1 and problem.space.settings is None:
+            of = np.repeat(np.arange(len(ends)), state.options.aims // 2)
+            children = bred(state, ends, of)
+            number = state.options.pairs[1]
+            drawn = np.argsort(state.generator.random((len(children), number, m)), axis=2)[..., :2]
+            offered = np.concatenate([state.library, state.stock])
+            before = state.exchange.options
+            children = state.exchange.pairs(children, ends[of], drawn, offered)
+            if state.gridded:
+                children = state.exchange.singles(children, ends[of], state.library[:20], varied=True)
+            state.work.exchanged(state.exchange.options - before)
+            found, places = np.concatenate([found, children]), np.concatenate([places, of])
+        return state.descended(found, aims[places], state.options.brief)
+
+    @staticmethod
+    def _repeated(state: State, aims: Aims) -> tuple[FloatArray, IntArray]:
+        """Plans of repeated measurements not much farther from their aims than the best known, one for each."""
+        problem = state.problem
+        if not repetitions_count(state):
+            return np.zeros((0, problem.space.measurements, problem.space.decisions)), np.zeros(0, dtype=np.int64)
+        share = float(state.generator.choice((0.5, 0.8)))
+        number, paired = state.options.drawn
+        drawn = extreme_measurements(problem, number, share, state.generator)
+        before = state.exchange.options
+        found, of, scores = state.exchange.repeated(drawn, aims, 1, paired)
+        state.work.exchanged(state.exchange.options - before)
+        order = np.lexsort((scores, of))
+        first = order[np.unique(of[order], return_index=True)[1]]
+        known = aims.scores(state.archive.values).min(axis=1)
+        kept = first[scores[first] < known[of[first]] + 0.25]
+        return found[kept], of[kept]
+
+
+def repetitions_count(state: State) -> bool:
+    """Whether repeated measurements are worth looking at: where load errors count, and nothing else is asked of a plan
+    than that its measurements can be taken.
+    """
+    return (
+        bool(state.problem.loaded.sources)
+        and state.sums
+        and state.problem.constraints is None
+        and state.problem.budget is None
+    )
+
+
+def bred(state: State, aims: Aims, of: IntArray) -> FloatArray:
+    """One child (c, m, g) for each entry of `of` (c,), sorted: which aim's best designs are its parents.
+
+    A third has one measurement of a parent replaced by one of another, a third is mixed from two parents, and a third
+    has one variable of one measurement changed where any is discrete.
+    """
+    elites = state.elite(aims)
+    return np.concatenate(
+        [_bred(state, elites[aim], int(count)) for aim, count in zip(*np.unique(of, return_counts=True), strict=True)]
+    )
+
+
+def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
+    draw, (number, m, g) = state.generator.integers, elite.shape
+    children = elite[draw(number, size=count)]
+    rows, place = np.arange(count), draw(m, size=count)
+    others = elite.reshape(-1, g)[draw(number * m, size=count)]
+    kind = draw(3, size=count)
+    if state.problem.space.discrete.any():
+        varied = variants(state.problem, children)[rows, place]
+        own = varied[rows, draw(varied.shape[1], size=count)]
+        others = np.where((kind == 2)[:, None], own, others)
+    children[rows, place] = others
+    mixed = (state.generator.random((count, m)) < 0.5) & (kind == 1)[:, None]
+    return np.where(mixed[..., None], elite[draw(number, size=count)], children)
+
+
+class Draws:
+    """Exchanges drawn at random, judged by the criteria themselves."""
+
+    def __init__(self, state: State) -> None:
+        self._state, self._space = state, state.problem.space
+        random = reachable_measurements(state.problem, _RANDOM, state.generator)
+        self._common = np.concatenate([state.library, random]) if len(state.library) else random
+
+    def exchanged(self, parents: FloatArray, aims: Aims) -> FloatArray:
+        """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
+        some drawn at random. The first exchange may also be for the worse.
+        """
+        found, score = self._best(parents, aims)
+        moving = np.arange(len(parents))
+        for _ in range(_DRAWS if self._state.gridded else 0):
+            tried, reached = self._best(found[moving], aims[moving])
+            better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
+            moving, tried = moving[better], tried[better]
+            found[moving], score[moving] = tried, reached[better]
+            if moving.size == 0:
+                break
+        return found
+
+    def _best(self, parents: FloatArray, aims: Aims) -> tuple[FloatArray, FloatArray]:
+        """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
+        batch, m, _ = parents.shape
+        draw, own = self._state.generator.integers, variants(self._state.problem, parents)
+        trials = np.repeat(parents[:, None], _DRAWN, axis=1)
+        first, second = np.indices((batch, _DRAWN))
+        place = draw(m, size=(batch, _DRAWN))
+        varied = own[first, place, draw(own.shape[2], size=(batch, _DRAWN))]
+        listed = self._common[draw(len(self._common), size=(batch, _DRAWN))]
+        shared = self._state.problem.noise.shared_reference
+        if shared:
+            # Another load at the pose of a measurement that the plan has: they share their reference.
+            there = parents[first, draw(m, size=(batch, _DRAWN))]
+            listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
+        new = np.where((second % 2 == 0)[..., None], varied, listed)
+        if shared:
+            # Half of the new poses are taken by the whole series, which a single measurement would break up.
+            whole = second % 4 >= 2
+            trials = self._with_series(trials, place, np.where(whole[..., None], new, parents[first, place]))
+        trials[first, second, place] = new
+        trials = self._space.canonical(trials)
+        same = (trials == parents[:, None]).all(axis=(2, 3))
+        score = self._scores(trials, aims, same)
+        return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
+
+    def _scores(self, trials: FloatArray, aims: Aims, same: BoolArray) -> FloatArray:
+        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are not the best of theirs.
+
+        Criteria that cost little bound the score from below; the others are asked for in the order of these bounds, as
+        long as there is a chance (branch and bound). The same trials are chosen as if all were asked for everywhere.
+        """
+        values, costly = self._state.objectives.values, self._state.objectives.costly
+        self._state.work.evaluated(int(np.prod(trials.shape[:2])), trials.shape[2])
+        bounds = values(trials.reshape(-1, *trials.shape[2:]), ~costly).reshape(*trials.shape[:2], -1)
+        score = achieved(bounds, aims.centres[:, None], aims.weights[:, None])
+        # Where nothing else has weight there is no bound; what has no value is not usable.
+        score[np.isnan(bounds[..., ~costly]).any(axis=-1) | same] = np.inf
+        asked: BoolArray = np.logical_or.reduce(aims.weights[:, costly] > 0.0, axis=1)
+        if not asked.any():
+            return score
+        order = np.argsort(score, axis=1, kind="stable")
+        lower = score.copy()
+        score[asked] = np.inf
+        for start, end in pairwise(_ASKED):
+            places = order[:, start:end]
+            chance = np.take_along_axis(lower, places, axis=1) < score.min(axis=1, keepdims=True)
+            row, column = np.nonzero(chance & asked[:, None])
+            column = places[row, column]
+            if len(row):
+                found = np.maximum(bounds[row, column], values(trials[row, column], costly))
+                reached = achieved(found, aims.centres[row], aims.weights[row])
+                score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
+        return score
+
+    def _with_series(self, designs: FloatArray, place: IntArray, new: FloatArray) -> FloatArray:
+        """Designs (..., m, g) whose measurements at the pose of one of them (...) take the pose of others (..., g)."""
+        space = self._space
+        old = np.take_along_axis(designs, place[..., None, None], axis=-2)
+        same = (designs == old)[..., space.of_pose].all(axis=-1)
+        moved: FloatArray = np.where(same[..., None] & space.of_pose, new[..., None, :], designs)
+        return moved

@@ -1,0 +1,152 @@
+"""Lower bounds that no plan can beat: how far a design is from the best possible (theory.md 10).
+
+The convex relaxation over weighted candidates (`weights.py`) gives, for any Q, a bound that needs one number from the
+design space: the largest sensitivity d = ‖R·Q‖² of any measurement in it. The candidates are refined until the bound
+meets the relaxation's optimum. Over finitely many candidates the largest d is found by looking at all of them. Over a
+continuum it is sought by many gradient ascents, which is not a proof: the text that comes with a bound says so, and how
+sure the search was.
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_pool import THOROUGH, Effort, MeasurementPool, Pool
+from expdesign.planning.optimality.refinement import LowerBound, Refinement
+from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
+from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
+from expdesign.planning.problem import DesignProblem
+
+TOLERANCE = 1e-3
+"""Relative gap of the squared criterion at which the refinement of candidates ends."""
+_ROUNDS, _SHORTLIST = 25, 2000
+_FINEST = 1e-9
+"""Tolerance of the relaxation at which it is not made finer where a round did not improve the bound."""
+
+
+def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
+    """Lower bound on DUIR over all plans of as many measurements as the configuration has.
+
+    Args:
+        problem: the design problem.
+        front: designs (d, m, g) that are known; their measurements are among the candidates.
+    """
+    return Certificate(problem, 0.0).bound(front)
+
+
+def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
+    """Lower bound on `total`, and so on √(DUIR² + FEIR²) of every plan, by the relaxation of theory.md 10.4."""
+    return Certificate(problem, 1.0).bound(front)
+
+
+class Certificate:
+    """The refinement of candidates for one bound.
+
+    Args:
+        problem: the design problem.
+        load_errors: see `MeasurementInformation`.
+        effort: of the search for the largest d over a continuum.
+        tolerance: of the relaxation over the present candidates, relative to the criterion squared.
+        candidates: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
+    """
+
+    def __init__(
+        self,
+        problem: DesignProblem,
+        load_errors: float,
+        effort: Effort = THOROUGH,
+        tolerance: float = 1e-6,
+        candidates: FloatArray | None = None,
+    ) -> None:
+        self._problem, self._tolerance = problem, tolerance
+        self.information = MeasurementInformation(problem, load_errors)
+        self.relaxation: Relaxation = self.information.relaxation()
+        self.pool: Pool = (
+            SeriesPool(self.information, effort)
+            if candidates is None and takes_series(self.information)
+            else MeasurementPool(self.information, effort, candidates)
+        )
+
+    @property
+    def name(self) -> str:
+        """Of the criterion."""
+        return "total" if self.information.load_errors > 0.0 else "DUIR"
+
+    def bound(self, front: FloatArray | None, ended: Callable[[], bool] = lambda: False) -> LowerBound:
+        """The best bound of the refinement, which ends after a round where `ended` says so; see `duir_lower_bound`."""
+        if self._problem.loaded.regressor.redundant:
+            words = "not computed, nor are designs refined by gradients: unknown frames make parameters redundant"
+            return LowerBound(None, words)
+        if not (self.relaxation.targets != 0.0).any():
+            return LowerBound(None, "no axis of any target has a tolerance")
+        best, words, gap, last = 0.0, "", np.inf, None
+        for last in self.refine(front, _ROUNDS):
+            if last.bound > best:
+                best, words = last.bound, last.words
+            gap = 1.0 - best / last.value
+            if gap <= TOLERANCE or self.pool.complete or ended():
+                break
+        if last is None:
+            return LowerBound(None, "no measurement within the robot's limits was found")
+        # Rounding in d and in the traces is below 1e-9 of the bound.
+        return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap, last))
+
+    def refine(self, front: FloatArray | None, rounds: int) -> Iterator[Refinement]:
+        """Solve the relaxation over candidates, search for better ones, add them, and so on."""
+        pool = self.pool
+        candidates = pool.first(front)
+        candidates = candidates if pool.complete else pool.distinct(candidates)
+        known: FloatArray | None = None
+        tolerance, best = self._tolerance, 0.0
+        rows = pool.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
+        for _ in range(rounds if len(candidates) else 0):
+            weights = optimal_weights(self.relaxation, rows, tolerance, known)
+            support = np.flatnonzero(weights.candidates > 0.0)
+            dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
+            found = pool.largest(dual, candidates, rows)
+            bound = dual.bound(found.largest)
+            # Near singular information Q hangs on weights that hardly count for the value.
+            tolerance = tolerance if bound > best else max(0.1 * tolerance, _FINEST)
+            best = max(bound, best)
+            sensitivities = dual.sensitivities(rows)
+            sensitivities[support] = np.inf
+            listed = np.argsort(-sensitivities, kind="stable")[:_SHORTLIST]
+            yield Refinement(
+                *pool.measurements(candidates[listed], weights.candidates[listed]),
+                weights.value,
+                bound,
+                found.words,
+                self.relaxation.count,
+                dual,
+                found.largest,
+            )
+            if pool.complete:
+                continue
+            # Candidates that are far from mattering are dropped, so that the pool stays small.
+            candidates = pool.distinct(np.concatenate([candidates[listed], found.candidates]))
+            rows = pool.rows(candidates)
+            # None of the listed ones repeats another.
+            known = np.zeros(len(candidates))
+            known[: len(listed)] = weights.candidates[listed]
+
+    def _text(self, words: str, gap: float, last: Refinement) -> str:
+        m = self._problem.space.measurements
+        parts = [
+            f"{self.name} of every plan of {m} measurement{'s' if m > 1 else ''}, by the dual of the convex relaxation "
+            f"(repeated measurements allowed, weights continuous); {words}"
+        ]
+        if self.pool.caveat():
+            parts.append(self.pool.caveat())
+        if self.information.load_errors > 0.0:
+            parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
+        parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
+        support = last.support
+        if last.needs_parts:
+            shares = ", ".join(f"{m * weight:.2f}" for weight in support[:8])
+            parts.append(
+                f"that optimum takes {len(support)} different measurements {shares}{' …' if len(support) > 8 else ''} "
+                "times, which a plan of whole measurements can only approach"
+            )
+        return "; ".join(parts)

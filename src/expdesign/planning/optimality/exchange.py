@@ -1,0 +1,273 @@
+"""Exchange of measurements where criteria are sums over them (`additive.py`): one, two, or a plan of repeated ones.
+
+Fedorov 1972 exchanges one measurement after the other until none helps. Two things it does not find. What errors that
+all measurements share do to the compliances is M⁻¹·S, with S the sum over the measurements: in a plan of little FEIR
+the S_j cancel, and whichever measurement is exchanged alone, they no longer do. Of two exchanged together there are l²
+for l alternatives; with the gain g = T·M⁻¹ of the plan as it is,
+
+    FEIR² ≈ |g·S|² + tr(g·N·gᵀ) , DUIR² ≈ tr(g·(2·M_plan − M)·gᵀ)
+
+of all pairs is one product of matrices, and the most promising partner of each first one is judged exactly. And load
+errors that each measurement has of its own average out over repetitions of whichever measurement suffers least.
+"""
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.planning.optimality.additive import additive
+from expdesign.planning.optimality.variants import variants
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims, achieved
+
+ADDITIVE = ("duir", "feir", "total")
+"""Criteria that are functions of sums over measurements."""
+_SWEEPS = 8
+_TOGETHER = 10_000_000
+"""Largest number of entries of the sums that are formed at a time."""
+_JUDGED = 60
+"""Pairs that are judged exactly."""
+_LEAST = 0.05
+"""Part of DUIR² that remains at least: the linear estimate can be negative."""
+_HELPS = 1e-9
+"""Relative gain that counts as one."""
+
+
+def exchanges_are_sums(problem: DesignProblem, names: tuple[str, ...]) -> bool:
+    """Whether criteria with these names depend on sums over measurements, of which each may be exchanged by itself."""
+    return not set(names) - set(ADDITIVE)
+
+
+class Exchange:
+    """Exchanges of measurements, judged by sums.
+
+    Args:
+        problem: the design problem.
+        names: of the criteria k of the aims, all in `ADDITIVE`.
+        factor: on the load errors, so that `total` is √(DUIR² + factor²·FEIR²).
+
+    Attributes:
+        options: how many alternatives were judged so far; one among series counts four times.
+    """
+
+    def __init__(self, problem: DesignProblem, names: tuple[str, ...], factor: float = 1.0) -> None:
+        self._problem, self._space, self._names = problem, problem.space, names
+        self._sums = additive(problem, factor)
+        # Sums over series are not sums over their measurements, and cost more.
+        self._cost = 4 if problem.noise.shared_reference else 1
+        self.options = 0
+
+    def _scores(self, sums: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
+        """How far designs are from their aims, (...), by their sums (..., c); centres and weights (..., k)."""
+        self.options += self._cost * int(np.prod(sums.shape[:-1]))
+        with np.errstate(all="ignore"):
+            noise, force = self._sums.variances(sums)
+            both = {"duir": noise, "feir": force, "total": noise + force}
+            values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)
+            score = achieved(values, centres, weights)
+        usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
+        return usable
+
+    def scores(self, designs: FloatArray, aims: Aims) -> FloatArray:
+        """How far designs (b, m, g) are from their aims, shape (b,)."""
+        parts = self._sums.parts(designs.reshape(-1, designs.shape[-1])).reshape(*designs.shape[:2], -1)
+        sums = self._sums.sums(parts, designs[..., self._space.of_pose])
+        return self._scores(sums, aims.centres, aims.weights)
+
+    def singles(
+        self, designs: FloatArray, aims: Aims, common: FloatArray, *, varied: bool = False, loaded: bool = False
+    ) -> FloatArray:
+        """Designs (b, m, g) at which no exchange of one measurement helps.
+
+        Args:
+            designs: where exchanges begin, shape (b, m, g).
+            aims: of each, b.
+            common: measurements for which any is exchanged, shape (l, g).
+            varied: whether measurements are exchanged for their own variants too.
+            loaded: whether, where references are shared, they are exchanged for loads near those of others, at their
+                poses.
+        """
+        if len(designs) == 0:
+            return designs
+        sums, designs = self._sums, designs.copy()
+        (batch, m, g), count, pose = designs.shape, len(common), self._space.of_pose
+        shared, own = sums.parts(common), varied or self._space.settings is not None
+        there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
+        score = self._scores(sums.sums(there, designs[..., pose]), aims.centres, aims.weights)
+        moving, settings = np.arange(batch), self._space.settings
+        together = max(1, _TOGETHER // (count * shared.shape[1]))
+        for _ in range(_SWEEPS):
+            helped = np.zeros(batch, dtype=bool)
+            for place in range(m):
+                for start in range(0, len(moving), together):
+                    part = moving[start : start + together]
+                    # Sums of what remains, not differences, which would lose digits.
+                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
+                    options = sums.joined(rest, others[..., pose], shared[None], common[None][..., pose])
+                    if own:
+                        more = self._own_options(designs[part], place, varied, loaded)
+                        theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
+                        joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
+                        options = np.concatenate([options, joined], axis=1)
+                    scores = self._scores(options, aims.centres[part, None], aims.weights[part, None])
+                    if settings is not None and settings.budget is not None:
+                        listed = np.broadcast_to(common, (len(part), *common.shape))
+                        within = settings.affordable(others, np.concatenate([listed, more], axis=1))
+                        scores = np.where(within, scores, np.inf)
+                    best = scores.argmin(axis=1)
+                    found = scores[np.arange(len(part)), best]
+                    better = found < score[part] - _HELPS * (1.0 + np.abs(score[part]))
+                    for row in np.flatnonzero(better):
+                        index, chosen = part[row], best[row]
+                        listed = chosen < count
+                        designs[index, place] = common[chosen] if listed else more[row, chosen - count]
+                        there[index, place] = shared[chosen] if listed else theirs[row, chosen - count]
+                    score[part[better]], helped[part[better]] = found[better], True
+            moving = np.flatnonzero(helped)
+            if moving.size == 0:
+                break
+        return designs
+
+    def _own_options(self, designs: FloatArray, place: int, varied: bool, loaded: bool) -> FloatArray:
+        """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, its variants; where
+        settings count, also at its pose set anew, at the poses of the other ones with loads near theirs, or left out.
+        """
+        own, space = designs[:, place, None], self._space
+        found = [variants(self._problem, own)[:, 0]] if varied else [space.anew(own)]
+        if space.settings is not None:
+            others = np.delete(designs, place, axis=1)
+            found += [np.where(space.of_pose, others, own), np.where(space.of_pose, space.anew(others), own)]
+            if space.settings.budget is not None:
+                out = own.copy()
+                out[..., space.settings.gene] = 0.0
+                found.append(out)
+            if loaded:
+                more = variants(self._problem, others, ~space.of_pose)
+                found.append(more.reshape(len(designs), -1, space.decisions))
+        return np.concatenate(found, axis=1)
+
+    def pairs(self, designs: FloatArray, aims: Aims, places: IntArray, offered: FloatArray) -> FloatArray:
+        """Designs (b, m, g) after exchanges of two measurements that help; references must not be shared.
+
+        Args:
+            designs: shape (b, m, g).
+            aims: of each, b.
+            places: which two measurements are exchanged, one pair after the other, shape (b, p, 2).
+            offered: measurements for any two of which they are exchanged, shape (l, g).
+        """
+        offered_parts = self._sums.parts(offered)
+        offered_terms = self._sums.terms(offered_parts)
+        found = designs.copy()
+        for index, (design, own) in enumerate(zip(designs, places, strict=True)):
+            centre, weight = aims.centres[index], aims.weights[index]
+            parts = self._sums.parts(design)
+            score = self._scores(parts.sum(axis=0), centre, weight)
+            for pair in own:
+                first, second = self._promising(parts, pair, centre, weight, offered_terms)
+                rest = np.delete(parts, pair, axis=0).sum(axis=0)
+                tried = self._scores(rest + offered_parts[first] + offered_parts[second], centre, weight)
+                best = int(tried.argmin())
+                if tried[best] < score - _HELPS * (1.0 + abs(float(score))):
+                    chosen = [first[best], second[best]]
+                    found[index, pair], parts[pair], score = offered[chosen], offered_parts[chosen], tried[best]
+        return found
+
+    def _promising(
+        self,
+        parts: FloatArray,
+        pair: IntArray,
+        centre: FloatArray,
+        weight: FloatArray,
+        offered: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> tuple[IntArray, IntArray]:
+        """Alternatives (c,), (c,), by index, for the two measurements of a plan with parts (m, c)."""
+        with np.errstate(all="ignore"):  # of a plan that identifies nothing
+            noise, force = self.estimates(parts, pair, offered)
+        self.options += len(noise) ** 2 // 10
+        squares = {"duir": noise, "feir": force, "total": noise + force}
+        aimed = [k for k in range(len(self._names)) if weight[k] > 0.0]
+        score = np.maximum.reduce([(np.sqrt(squares[self._names[k]]) - centre[k]) * weight[k] for k in aimed])
+        partner = score.argmin(axis=1)
+        first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[:_JUDGED]
+        return first, partner[first]
+
+    def estimates(
+        self, parts: FloatArray, pair: IntArray, offered: tuple[FloatArray, FloatArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """DUIR² and FEIR² (l, l) of a plan with parts (m, c) for every two alternatives of a pair of its measurements.
+
+        By the gain of the plan as it is, and at the target that is worst now; `offered` are their terms.
+        """
+        whole = parts.sum(axis=0)
+        noise, force = self._sums.variances(whole)
+        worst = int((noise + force).argmax())
+        gain = self._sums.gains(self._sums.terms(whole)[0])[worst]
+
+        def squares(terms: FloatArray) -> FloatArray:
+            found: FloatArray = ((gain @ terms) * gain).sum(axis=(-2, -1))
+            return found
+
+        information, own, common = offered
+        _, rest_own, rest = self._sums.terms(np.delete(parts, pair, axis=0).sum(axis=0))
+        gained, lost = squares(information), squares(self._sums.terms(parts[pair])[0]).sum()
+        reach, own = (gain @ common).reshape(len(common), -1), squares(own)
+        along = (gain @ rest).ravel() + reach
+        both = 2.0 * along @ reach.T
+        both += ((along**2).sum(axis=1) + own + squares(rest_own))[:, None]
+        both += (reach**2).sum(axis=1) + own
+        found = noise[worst] + lost - gained[:, None] - gained
+        return np.maximum(found, _LEAST * noise[worst]), np.maximum(both, 0.0)
+
+    def repeated(
+        self, drawn: FloatArray, aims: Aims, count: int, paired: int
+    ) -> tuple[FloatArray, IntArray, FloatArray]:
+        """The best plans (d, m, g) of one of some measurements, and of two for all numbers of repetitions of the first.
+
+        Args:
+            drawn: the measurements, shape (l, g).
+            aims: b of them.
+            count: plans of each kind for each aim.
+            paired: how many measurements are paired with each other.
+
+        Returns:
+            The plans, for which aim (d,) each is, and how far from it (d,).
+        """
+        m, sums, pose = self._space.measurements, self._sums, self._space.of_pose
+        parts, everyone = sums.parts(drawn), np.arange(len(drawn))
+
+        def scored(options: FloatArray) -> FloatArray:
+            return self._scores(options, aims.centres[:, None], aims.weights[:, None])
+
+        def least(
+            scores: FloatArray, first: IntArray, second: IntArray, times: int
+        ) -> tuple[FloatArray, IntArray, FloatArray]:
+            best = np.argsort(scores, axis=1, kind="stable")[:, :count]
+            of = np.repeat(np.arange(len(best)), best.shape[1])
+            plans = np.where(np.arange(m) < times, first[best.ravel(), None], second[best.ravel(), None])
+            return drawn[plans], of, scores[of, best.ravel()]
+
+        scores = scored(sums.repeated(parts, m))
+        found = [least(scores, everyone, everyone, m)]
+        # Those that are the least by themselves, and some of all.
+        alone = np.unique(scores.argsort(axis=1, kind="stable")[:, : max(1, paired // (4 * len(scores)))])
+        chosen = np.unique(np.concatenate([alone, np.arange(min(paired, len(drawn)))]))
+        first, second = (chosen[index].ravel() for index in np.indices((len(chosen), len(chosen))))
+        if self._problem.noise.shared_reference:
+            # At one pose the two would share their reference, and be one series.
+            apart = (drawn[first][:, pose] != drawn[second][:, pose]).any(axis=1)
+            first, second = first[apart], second[apart]
+        for times in range(1, m // 2 + 1):
+            one, other = (sums.repeated(parts, number) for number in (times, m - times))
+            found.append(least(scored(one[first] + other[second]), first, second, times))
+        plans, of, values = (np.concatenate(part) for part in zip(*found, strict=True))
+        return plans, of, values
+
+
+def rounded(weights: FloatArray, count: int, draws: int, generator: np.random.Generator) -> IntArray:
+    """Draws (draws, count) of candidates, each as often as its weight says give or take one (systematic sampling)."""
+    support = np.flatnonzero(weights > 0.0)
+    order = np.argsort(generator.random((draws, len(support))), axis=1)
+    edges = np.cumsum(weights[support][order] / weights.sum(), axis=1)
+    points = (np.arange(count) + generator.random((draws, 1))) / count
+    places = (points[:, :, None] > edges[:, None, :]).sum(axis=2)
+    chosen: IntArray = support[np.take_along_axis(order, np.minimum(places, len(support) - 1), axis=1)]
+    return chosen

@@ -1,0 +1,166 @@
+"""A check of the exact gradients that anyone can run on a configuration: central differences at several step sizes.
+
+No single step suits every variable: the error of a central difference is of the order of h² by truncation and of ε/h by
+rounding. An exact gradient shows as differences that shrink with the step and grow again, a wrong one as differences
+that stay.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.problem import DesignProblem
+
+STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+"""Sizes of the steps, in parts of a variable's range."""
+ACCEPTED = 1e-5
+"""Largest relative difference, each variable at its best step, with which a gradient passes."""
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """Gradients of one criterion at one design.
+
+    Attributes:
+        gradient: exact, shape (m, g).
+        differences: central differences at the steps, shape (s, m, g); NaN for discrete variables.
+        errors: |difference − gradient|, each in the criterion's change over the variable's range, relative to the
+            largest of these changes, so that metres and radians can be compared; shape (s, m, g).
+    """
+
+    gradient: FloatArray
+    differences: FloatArray
+    errors: FloatArray
+
+
+def gradient_check(
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
+) -> pd.DataFrame:
+    """Compare the exact gradients with central differences of the criteria's own code, variable by variable.
+
+    Args:
+        problem: of a configuration.
+        variables: one design, shape (m, g).
+        names: of the criteria; all of them where left out.
+        steps: in parts of each variable's range.
+
+    Returns:
+        One row per criterion and continuous variable: the gradient, the finite difference at the step that agrees best,
+        that step, and the relative error.
+
+    Raises:
+        NotIdentifiableError: a criterion has no gradient at the design.
+    """
+    span = problem.space.upper - problem.space.lower
+    labels = variable_names(problem)
+    rows = []
+    for name, found in _compared(problem, variables, list(known_criteria()) if names is None else names, steps).items():
+        for measurement, variable in np.argwhere(np.broadcast_to(~problem.space.discrete, variables.shape)):
+            errors = found.errors[:, measurement, variable]
+            if np.isnan(errors).all():
+                what = f"`{name}` has no gradient at this design, whose measurements do not identify every parameter"
+                remedy = "Take a design that does, or look at `gradient_table`, which leaves such criteria out."
+                raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
+            best = int(np.nanargmin(errors))
+            rows.append(
+                {
+                    "criterion": name,
+                    "measurement": int(measurement) + 1,
+                    "variable": labels[variable],
+                    "gradient": found.gradient[measurement, variable],
+                    "difference": found.differences[best, measurement, variable],
+                    "step": steps[best] * span[variable],
+                    "relative_error": found.errors[best, measurement, variable],
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def gradient_table(
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
+) -> pd.DataFrame:
+    """One row per criterion: the largest relative difference over all variables at each step size, and the verdict.
+
+    Args:
+        problem: of a configuration.
+        variables: designs, shape (b, m, g).
+        names: of the criteria; all of them where left out.
+        steps: in parts of each variable's range.
+
+    Returns:
+        Columns `quantity`, one per step, `at best steps` (each variable at its own best step, the largest of these),
+        `worst variable`, and `verdict`: `pass`, `fail`, or `not evaluated` where there is no exact gradient or no
+        value at these designs.
+    """
+    labels = variable_names(problem)
+    columns = [f"{step:.0e}" for step in steps]
+    rows: list[dict[str, str | float]] = []
+    for name in known_criteria() if names is None else names:
+        try:
+            found = [_compared(problem, design, [name], steps)[name] for design in variables]
+        except InputError:
+            found = []
+        errors = np.concatenate([one.errors for one in found], axis=1) if found else np.full((1, 1, 1), np.nan)
+        if not np.isfinite(errors).any():
+            rows.append({"quantity": name, "worst variable": "", "verdict": "not evaluated"})
+            continue
+        errors = errors[..., ~problem.space.discrete]
+        best = np.fmin.reduce(errors, axis=0)
+        row, variable = np.unravel_index(int(np.nanargmax(best)), best.shape)
+        label = np.array(labels)[~problem.space.discrete][variable]
+        rows.append(
+            {
+                "quantity": name,
+                **dict(zip(columns, np.fmax.reduce(errors, axis=(1, 2)).tolist(), strict=True)),
+                "at best steps": float(best[row, variable]),
+                "worst variable": f"{label} of measurement {int(row) % variables.shape[1] + 1}",
+                "verdict": "pass" if best[row, variable] <= ACCEPTED else "fail",
+            }
+        )
+    return pd.DataFrame(rows, columns=["quantity", *columns, "at best steps", "worst variable", "verdict"])
+
+
+def variable_names(problem: DesignProblem) -> list[str]:
+    """Names with units of the variables of one measurement, as they stand in a plan."""
+    loaded, space = problem.loaded, problem.space
+    load = loaded.load.columns[: space.n_load]
+    names = (*loaded.robot.configuration, *load, *loaded.load.tilt, "setting")
+    return [names[variable.columns[0]] if len(variable.columns) == 1 else "candidate" for variable in space.variables]
+
+
+def _compared(
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str], steps: Sequence[float]
+) -> dict[str, _Comparison]:
+    names, space = list(names), problem.space
+    free = np.flatnonzero(~space.discrete)
+    span = (space.upper - space.lower) * ~space.discrete
+    series = series_by_pose(space.decode(variables)[0])[None]
+    exact = criterion_gradients(problem, variables[None], names)
+    widths = np.array(steps)[:, None] * span[free]
+    differences = {name: np.full((len(steps), *variables.shape), np.nan) for name in names}
+    for measurement in range(variables.shape[0]):
+        moved = np.tile(variables, (2, len(steps), len(free), 1, 1))
+        for place, variable in enumerate(free):
+            moved[0, :, place, measurement, variable] -= widths[:, place]
+            moved[1, :, place, measurement, variable] += widths[:, place]
+        flat = moved.reshape(-1, *variables.shape)
+        assessment = problem.assess(*space.decode(flat), np.repeat(series, len(flat), axis=0))
+        for name in names:
+            low, high = known_criteria()[name].values(assessment).reshape(2, len(steps), len(free))
+            with np.errstate(invalid="ignore", divide="ignore"):
+                differences[name][:, measurement, free] = (high - low) / (2.0 * widths)
+    found = {}
+    for name in names:
+        value, gradient = exact[name][0][0], exact[name][1][0]
+        if not np.isfinite(value):
+            differences[name][:] = np.nan
+        scale = max(float(np.abs(gradient * span).max(initial=0.0)), 1e-300)
+        found[name] = _Comparison(gradient, differences[name], np.abs(differences[name] - gradient) * span / scale)
+    return found

@@ -1,0 +1,129 @@
+"""The objectives of a front, all to be minimised, as smooth pieces."""
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
+from expdesign.planning.optimality.differentiated import Differentiated, Piece, weighted_gradient
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
+
+
+class Objectives:
+    """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted.
+
+    Attributes:
+        problem: the design problem.
+        criteria: the objectives and the further criteria.
+        count: number of the objectives.
+    """
+
+    def __init__(self, problem: DesignProblem, further: tuple[Criterion, ...] = ()) -> None:
+        self.problem = problem
+        self.criteria = (*problem.objectives, *further)
+        self.count = len(problem.objectives)
+        self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self.criteria]
+
+    @classmethod
+    def with_total(cls, problem: DesignProblem) -> "Objectives":
+        """The objectives of a problem and, where it is none of them, `total`."""
+        total = known_criteria()["total"]
+        return cls(problem, () if total in problem.objectives else (total,))
+
+    def pieces(self, index: int, designs: Differentiated) -> list[Piece]:
+        """Smooth functions of which objective `index` is the largest, that one first."""
+        found = designs.pieces(self.criteria[index])
+        return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
+
+    @property
+    def costly(self) -> BoolArray:
+        """Which criteria take much longer than others, shape (k,)."""
+        return np.array([criterion.costly for criterion in self.criteria])
+
+    def values(self, variables: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
+        """Criteria (b, k), minimised, of designs with variables (b, m, g), all or those wanted (k,) and -inf for the
+        others; NaN where they have no gradient.
+        """
+        assessment = self.problem.assessed(variables)
+        columns = [
+            sign * criterion_values(criterion, assessment) if wanted is None or wanted[k] else none
+            for none in (np.full(len(variables), -np.inf),)
+            for k, (sign, criterion) in enumerate(zip(self._signs, self.criteria))
+        ]
+        return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
+
+    def scalarised(self, aims: Aims, series: IntArray | None = None) -> "Scalarised":
+        """Functions φ = (f_k − centre_k)·weight_k per design, shape (b, k) each; a weight of 0 leaves f_k out.
+
+        Series (b, m) of measurements that share their reference are held where they are given.
+        """
+        return Scalarised(self, aims.centres, aims.weights, series)
+
+
+class Scalarised:
+    """Pieces of the achievement function max_k (f_k − centre_k)·weight_k of each design (see `sqp.Pieces`)."""
+
+    def __init__(
+        self, objectives: Objectives, centres: FloatArray, weights: FloatArray, series: IntArray | None
+    ) -> None:
+        self._objectives, self._centres, self._weights, self._series = objectives, centres, weights, series
+        self._used = np.flatnonzero((weights > 0.0).any(axis=0))
+
+    def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
+        designs = self._differentiated(variables, index)
+        costly = self._objectives.costly[self._used]
+        values, slopes = self._shared(designs, index, self._used[~costly])
+        for k in self._used[costly]:
+            value, slope = self._alone(designs, variables, index, int(k))
+            values, slopes = np.concatenate([values, value], axis=1), np.concatenate([slopes, slope], axis=1)
+        return np.where(designs.regular[:, None], values, np.nan), slopes
+
+    def _differentiated(self, variables: FloatArray, index: IntArray) -> Differentiated:
+        series = None if self._series is None else self._series[index]
+        return Differentiated.of_designs(self._objectives.problem, variables, series)
+
+    def _shared(self, designs: Differentiated, index: IntArray, criteria: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Values (b, j) and gradients (b, j, m, g), j the largest number of pieces that count for any one design: a
+        backward pass costs the same whether it is of one criterion everywhere or of another for every design.
+        """
+        found = [(k, piece) for k in criteria for piece in self._objectives.pieces(int(k), designs)]
+        columns = np.array([k for k, _ in found], dtype=np.int64)
+        number = int((self._weights[:, columns] > 0.0).sum(axis=1).max(initial=0))
+        weights = self._weights[index][:, columns]
+        place = np.cumsum(weights > 0.0, axis=1) - 1
+        values = np.full((len(index), number), _ABSENT)
+        slopes = np.empty(
+            (len(index), number, *designs.quantities.shape[1:2], self._objectives.problem.space.decisions)
+        )
+        for j in range(number):
+            chosen = np.where((place == j) & (weights > 0.0), weights, 0.0)
+            with np.errstate(invalid="ignore"):
+                for column, (k, piece) in enumerate(found):
+                    value = (piece.value - self._centres[index, k]) * chosen[:, column]
+                    values[:, j] = np.where(chosen[:, column] > 0.0, value, values[:, j])
+            slopes[:, j] = weighted_gradient([piece for _, piece in found], chosen.T)
+        return values, slopes
+
+    def _alone(
+        self, designs: Differentiated, variables: FloatArray, index: IntArray, k: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Values (b, j) and gradients (b, j, m, g) of a costly criterion, of the designs that it concerns alone."""
+        weights = self._weights[index, k]
+        concerned = weights > 0.0
+        if not concerned.any():
+            concerned[0] = True  # Every call has as many pieces.
+        some = not concerned.all()
+        chosen = self._differentiated(variables[concerned], index[concerned]) if some else designs
+        pieces = self._objectives.pieces(k, chosen)
+        values = np.full((len(variables), len(pieces)), _ABSENT)
+        slopes = np.zeros((len(variables), len(pieces), *variables.shape[1:]))
+        for j, piece in enumerate(pieces):
+            with np.errstate(invalid="ignore"):
+                value = (piece.value - self._centres[index, k][concerned]) * weights[concerned]
+            values[concerned, j] = np.where(weights[concerned] > 0.0, value, _ABSENT)
+            slopes[concerned, j] = piece.gradient() * weights[concerned, None, None]
+        return values, slopes
+
+
+_ABSENT = -1e4
+"""Value of a piece that is left out: far below the others, so that it is never the largest."""

@@ -1,0 +1,281 @@
+"""Branch and bound over a continuum: the boxes of a plan's measurements are halved, least bound first (theory.md 10.7).
+
+Land & Doig 1960; for continuous variables Falk & Soland 1969.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from heapq import heappop, heappush
+from itertools import groupby
+from typing import TypeVar
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.planning.optimality.region_bound import Batch, Duals, Node, bounded, normalised
+from expdesign.planning.optimality.regions import Axis, Box, Regions, Span
+from expdesign.planning.optimality.weights import Relaxation
+
+_Each = TypeVar("_Each")
+
+_LEVELS = (0.3, 0.2, 0.14, 0.1, 0.07, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002)
+"""Distances to the best plan, relative to the criterion, to which all nodes are brought one after the other."""
+_FIRST, _STEPS = 60, 12
+_TOGETHER, _NUMBERS, _LARGEST = 16, 4_000_000, 10_000_000
+"""Nodes that are halved at a time, and numbers that a batch, and a node, may have."""
+_EVEN = 0.1
+"""Part of the weight of a half that is spread evenly over its corners."""
+_SLACK = 1e-3
+"""What an axis counts, relative to the criterion, along which a measurement is not in parts."""
+_LEAST, _BETTER = 1e-12, 1e-9
+"""Part that counts as none, and relative gain for which a plan is tried."""
+_RATE, _SERIES_RATE, _MAPS, _FIXED = 3e8, 8e7, 6e4, 4e-4
+"""Numbers weighed (of series) and measurements looked at per second, and seconds of a node."""
+
+
+@dataclass(order=True)
+class _Open:
+    """A node by its bound and number."""
+
+    bound: float
+    number: int
+    node: Node = field(compare=False)
+
+
+class RegionTree:
+    """The tree.
+
+    Args:
+        regions: the boxes.
+        relaxation: targets, prior and m.
+        attempt: told the measurements (m, g) of a plan, gives the least value known, squared.
+
+    Attributes:
+        nodes: how many there were.
+    """
+
+    def __init__(self, regions: Regions, relaxation: Relaxation, attempt: Callable[[FloatArray], float]) -> None:
+        self._regions, self._relaxation, self._attempt = regions, relaxation, attempt
+        self._heap: list[_Open] = []
+        self._tried: set[bytes] = set()
+        # Of single plans: nothing of them is left to be cut.
+        self._least = np.inf
+        self.nodes, self._weighed, self._made = 0, 0, 0
+
+    @property
+    def seconds(self) -> float:
+        """Of a processor, as estimated from the work."""
+        rate = _SERIES_RATE if self._regions.series else _RATE
+        return self._weighed * len(self._regions.triangle[0]) / rate + self._regions.work / _MAPS + self.nodes * _FIXED
+
+    def affordable(self, seconds: float) -> bool:
+        """Whether so many seconds are enough to look at the corners of all that a measurement can be."""
+        corners = float(np.prod(self._regions.lengths(self._regions.whole)))
+        numbers = corners * self._relaxation.count * len(self._regions.triangle[0])
+        return corners <= _MAPS * seconds and numbers <= _LARGEST
+
+    def run(self, best: float, gap: float, seconds: float) -> float:
+        """What no plan goes below, the criterion squared.
+
+        Args:
+            best: value of the best plan known, squared.
+            gap: relative distance from it, of the squares, at which it is near enough.
+            seconds: of a processor, as estimated from the work.
+        """
+        count = self._relaxation.count
+        sizes = _partitions(count) if self._regions.series else iter([(1,) * count])
+        targets = len(self._relaxation.targets)
+        self._bound([Node.whole(self._regions, each, targets) for each in sizes], (1.0 - gap) * best, _FIRST)
+        level = 0
+        while self._heap and self.seconds < seconds:
+            levels = [*(best / (1.0 + distance) ** 2 for distance in _LEVELS), best * (1.0 - gap)]
+            while level < len(levels) - 1 and self._heap[0].bound >= levels[level]:
+                level += 1
+            if self._heap[0].bound >= levels[-1]:
+                break
+            taken = [heappop(self._heap)]
+            while self._heap and len(taken) < _TOGETHER and self._heap[0].bound < levels[level]:
+                taken.append(heappop(self._heap))
+            halves: list[Node] = []
+            for nodes in _alike(self._regions, [each.node for each in taken]):
+                batch = Batch.of(self._regions, nodes)
+                for plan in self._heaviest(nodes, batch, best):
+                    if plan.tobytes() not in self._tried:
+                        self._tried.add(plan.tobytes())
+                        best = min(best, self._attempt(plan))
+                for node, cut in zip(nodes, self._cuts(nodes, batch), strict=True):
+                    if cut is None:
+                        self._least = min(self._least, node.bound)
+                    else:
+                        halves += self._halves(node, *cut)
+            self._bound(halves, levels[level], _STEPS)
+            self._regions.release()
+        return min(best, self._least, self._heap[0].bound if self._heap else np.inf)
+
+    def _bound(self, nodes: list[Node], enough: float, steps: int) -> None:
+        self.nodes += len(nodes)
+        reachable = [node for node in nodes if all(self._regions.region(box).reachable for box in node.boxes)]
+        for batch in _alike(self._regions, reachable):
+            found, weighed = bounded(self._regions, self._relaxation, batch, enough, steps)
+            self._weighed += weighed
+            for before, node in zip(batch, found, strict=True):
+                resolved = all(self._regions.region(box).resolved for box in node.boxes)
+                kept = node if resolved else replace(node, bound=before.bound)
+                self._made += 1
+                heappush(self._heap, _Open(kept.bound, self._made, kept))
+
+    def _cuts(self, nodes: list[Node], batch: Batch) -> list[tuple[int, int] | None]:
+        """Measurement and axis along which to cut nodes of equal shape; None where nothing can be cut.
+
+        A measurement in parts on both sides of a cut, w and 1 − w of it with mean informations N₁ and N₂, lets the
+        criterion fall below that of whole ones by about w·(1 − w)·tr(Qᵀ(N₁ − N₂)·M⁻¹·(N₁ − N₂)Q), its curvature
+        in that direction. Short intervals count for less: parts along one axis may only follow those along another.
+        """
+        regions, q = self._regions, len(self._relaxation.prior)
+        duals = Duals(regions, self._relaxation, batch)
+        middle = np.broadcast_to(duals.middle(batch), (*batch.shares.shape[:2], *duals.roots.shape[3:]))
+        found: list[tuple[int, int] | None] = []
+        for place, node in enumerate(nodes):
+            most, chosen = 0.0, None
+            for member, box in enumerate(node.boxes):
+                shape = node.within[member].shape
+                parts = (node.shares[member][:, None] * node.within[member]).reshape(-1)
+                grams = batch.corners[place, member, : shape[0], : shape[1]].reshape(len(parts), -1)
+                upper = _upper(regions, box)
+                high, above = (upper * parts) @ grams, upper @ parts
+                share = np.clip(np.stack([1.0 - above, above]), _LEAST, 1.0)
+                apart = regions.matrices(high / share[1, :, None] - (parts @ grams - high) / share[0, :, None])
+                images = (apart @ middle[place, member])[:, :q]
+                bend = ((images.swapaxes(1, 2) @ duals.inverse[place]) * images.swapaxes(1, 2)).sum(axis=(1, 2))
+                scores = np.nan_to_num(share.prod(axis=0) * bend / duals.gain[place], nan=0.0, posinf=0.0)
+                for number, (axis, span) in enumerate(zip(regions.axes, box, strict=True)):
+                    length = 1.0 if axis.order is not None else span[1] - span[0]
+                    # What is not resolved has no bound yet, whatever the others' scores.
+                    score = np.inf if not axis.resolved(span) else scores[number] * np.sqrt(length) + _SLACK * length
+                    if span[0] < span[1] and score > most:
+                        most, chosen = float(score), (member, number)
+            found.append(chosen)
+        return found
+
+    def _heaviest(self, nodes: list[Node], batch: Batch, best: float) -> list[FloatArray]:
+        """The plans (m, g) at the corners with the largest parts that would be better than the best one known."""
+        common = batch.shares.argmax(axis=2)
+        own = np.take_along_axis(batch.within.argmax(axis=3), common[..., None], axis=2)[..., 0]
+        rows, members = np.indices(common.shape)
+        single = replace(
+            batch,
+            corners=batch.corners[rows, members, common, own][:, :, None, None],
+            shares=np.ones((*common.shape, 1)),
+            within=np.ones((*common.shape, 1, 1)),
+        )
+        values = Duals(self._regions, self._relaxation, single).values.max(axis=1)
+        return [self._plan(nodes[i], common[i], own[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
+
+    def _plan(self, node: Node, common: IntArray, own: IntArray) -> FloatArray:
+        """The measurements (m, g) at corners of a node's boxes."""
+        regions = self._regions
+        plan = regions.decisions(
+            np.array([regions.corner(*each) for each in zip(node.boxes, common, own, strict=True)])
+        )
+        settings = regions.problem.space.settings
+        if settings is not None:  # every series is a setting of its own, also where several are at one pose
+            plan[:, settings.gene] = settings.first + np.array(node.units)
+        return plan
+
+    def _halves(self, node: Node, member: int, number: int) -> Iterator[Node]:
+        """The node in parts: of equal measurements, or series, so many take the one half and the rest the other."""
+        units: dict[int, list[int]] = {}
+        for each, unit in enumerate(node.units):
+            units.setdefault(unit, []).append(each)
+        own = units[node.units[member]]
+        if len(own) == 1 or self._regions.common[number]:
+            boxes = sorted(node.boxes[each] for each in own)
+            alike = [each for each in units.values() if sorted(node.boxes[one] for one in each) == boxes]
+        else:
+            alike = [[each] for each in own if node.boxes[each] == node.boxes[member]]
+        for low in range(len(alike) + 1):
+            found = node
+            for place, members in enumerate(alike):
+                for each in members:
+                    found = self._half(found, each, number, int(place >= low))
+            yield found
+
+    def _half(self, node: Node, member: int, number: int, side: int) -> Node:
+        """A node with one measurement in one half of its box."""
+        regions, box = self._regions, node.boxes[member]
+        axis, common = regions.axes[number], bool(regions.common[number])
+        span = axis.halves(box[number])[side]
+        lengths = np.array(regions.lengths(box))[regions.common == common]
+        along = int((regions.common[:number] == common).sum())
+        shares, within = node.shares[member], node.within[member]
+        if common:
+            within = _kept(shares[:, None] * within, lengths, along, _columns(axis, box[number], span))
+            shares = _kept(shares[:, None], lengths, along, _columns(axis, box[number], span))[:, 0]
+        else:
+            within = _kept(within.T, lengths, along, _columns(axis, box[number], span)).T
+        return replace(
+            node,
+            boxes=_replaced(node.boxes, member, (*box[:number], span, *box[number + 1 :])),
+            shares=_replaced(node.shares, member, _evened(shares)),
+            within=_replaced(node.within, member, _evened(within)),
+        )
+
+
+def _replaced(values: tuple[_Each, ...], place: int, value: _Each) -> tuple[_Each, ...]:
+    return (*values[:place], value, *values[place + 1 :])
+
+
+def _columns(axis: Axis, before: Span, after: Span) -> list[list[int]]:
+    """Which corners of a span along an axis each corner of its half has the parts of."""
+    now = axis.corners(after)
+    if axis.listed:
+        first = int(after[0] - before[0])
+        return [[first + place] for place in range(len(now))]
+    return [[0], [1]] if len(now) == 2 else [[0, 1]]
+
+
+def _kept(parts: FloatArray, lengths: FloatArray, along: int, columns: list[list[int]]) -> FloatArray:
+    """Parts (l, ...) at corners of given lengths, with others along one axis."""
+    spread = parts.reshape(*lengths, -1)
+    joined = [spread.take(each, axis=along).sum(axis=along, keepdims=True) for each in columns]
+    return np.concatenate(joined, axis=along).reshape(-1, spread.shape[-1])
+
+
+def _evened(parts: FloatArray) -> FloatArray:
+    """Parts that sum to one along the last axis, some of it spread evenly."""
+    found: FloatArray = normalised((1.0 - _EVEN) * normalised(parts) + _EVEN / parts.shape[-1])
+    return found
+
+
+def _upper(regions: Regions, box: Box) -> BoolArray:
+    """Which corners of a box, as `Region` has them, are in the upper half along every axis, shape (a, c·l)."""
+    lengths = np.array(regions.lengths(box))
+    order = np.argsort(~regions.common, kind="stable")
+    places = np.indices(tuple(lengths[order])).reshape(len(lengths), -1)[np.argsort(order)]
+    found: BoolArray = places >= ((lengths + 1) // 2)[:, None]
+    return found
+
+
+def _alike(regions: Regions, nodes: list[Node]) -> Iterator[list[Node]]:
+    """Nodes of equal shape together, as many as a batch may have."""
+
+    def size(node: Node) -> tuple[int, int]:
+        shapes = [each.shape for each in node.within]
+        return max(shape[0] for shape in shapes), max(shape[1] for shape in shapes)
+
+    entries = len(regions.triangle[0])
+    for (outer, inner), alike in groupby(sorted(nodes, key=size), key=size):
+        listed = list(alike)
+        together = max(1, _NUMBERS // (outer * inner * entries * len(listed[0].boxes)))
+        for start in range(0, len(listed), together):
+            yield listed[start : start + together]
+
+
+def _partitions(count: int, largest: int | None = None) -> Iterator[tuple[int, ...]]:
+    """Numbers of measurements of the series of a plan, falling."""
+    if count == 0:
+        yield ()
+        return
+    for first in range(min(count, largest or count), 0, -1):
+        for rest in _partitions(count - first, first):
+            yield (first, *rest)

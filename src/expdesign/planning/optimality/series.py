@@ -1,0 +1,211 @@
+"""Information of whole series: measurements at one pose that share their reference reading (theory.md 10.6).
+
+With the reference's reading ρ as a nuisance of its own, whose prior information is 2·I in whitened units, the readings
+of a series are independent, and the information of n of them is the Schur complement
+
+    N_s = Σ R_iᵀR_i − (Σ H_iᵀR_i)ᵀ·(2·I + Σ H_iᵀH_i)⁻¹·(Σ H_iᵀR_i) ,
+
+so that n + 1 readings about their mean are what tells. For any Q, tr(QᵀN_sQ) = min_B Σ‖R_i·Q − H_i·B‖² + 2‖B‖².
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.planning.optimality.information import CHUNK, MeasurementInformation
+from expdesign.planning.optimality.weights import Dual
+
+_ENTRIES = 4_000_000
+_STEPS = 60
+
+
+def sizes(series: FloatArray) -> IntArray:
+    """Number of measurements of series (j, n, g), whose missing ones are NaN, shape (j,)."""
+    found: IntArray = (~np.isnan(series[..., 0])).sum(axis=1)
+    return found
+
+
+class SeriesInformation:
+    """Maps of series of a problem whose measurements share their reference.
+
+    Args:
+        information: of single measurements.
+    """
+
+    def __init__(self, information: MeasurementInformation) -> None:
+        self.information = information
+        self.readings = len(information.problem.noise.axes)
+
+    def reference_rows(self, variables: FloatArray) -> FloatArray:
+        """[R, H] (..., k, q + k) of measurements with variables (..., g); zero for missing ones."""
+        flat = variables.reshape(-1, variables.shape[-1])
+        there = ~np.isnan(flat[:, 0])
+        quantities = self.information.problem.space.quantities(flat[there])
+        parts = [
+            self.information.reference_rows(quantities[start : start + CHUNK])
+            for start in range(0, len(quantities), CHUNK)
+        ]
+        found = np.concatenate(parts)
+        rows = np.zeros((len(flat), *found.shape[1:]))
+        rows[there] = found
+        return rows.reshape(*variables.shape[:-1], *found.shape[1:])
+
+    def rows(self, series: FloatArray) -> FloatArray:
+        """Roots R (j, q, q) with RᵀR = N_s/n of series (j, n, g)."""
+        rows, k = self.reference_rows(series), self.readings
+        stacked = rows.reshape(len(series), -1, rows.shape[-1])
+        q = stacked.shape[-1] - k
+        # The reference comes first, so that the last rows of the triangle are what is left once it is eliminated.
+        ordered = np.concatenate([stacked[..., q:], stacked[..., :q]], axis=-1)
+        prior = np.broadcast_to(np.sqrt(2.0) * np.eye(k, q + k), (len(series), k, q + k))
+        padding = np.zeros((len(series), max(0, q - stacked.shape[1]), q + k))
+        triangle: Any = np.linalg.qr(np.concatenate([prior, ordered, padding], axis=1), mode="r")
+        roots: FloatArray = triangle[:, k : k + q, k:] / np.sqrt(sizes(series))[:, None, None]
+        return roots
+
+
+@dataclass(frozen=True)
+class BestSeries:
+    """The most sensitive series at each of p poses.
+
+    Attributes:
+        values: tr(QᵀN_sQ)/n of the best series found, shape (p,).
+        chosen: its measurements as indices of options, −1 for missing ones, shape (p, n).
+        bound: what no series of up to m measurements at that pose exceeds, shape (p,).
+    """
+
+    values: FloatArray
+    chosen: IntArray
+    bound: FloatArray
+
+
+class Multisets:
+    """All ways to choose 1 … n of v options with repetition, as far as they can be listed.
+
+    Args:
+        options: v.
+        measurements: m, the largest n that is asked for.
+        poses: number of poses at which they are to be valued.
+    """
+
+    def __init__(self, options: int, measurements: int, poses: int) -> None:
+        self.options, self.measurements = options, measurements
+        self.members: list[IntArray] = []
+        total = 0
+        for n in range(1, measurements + 1):
+            number = _multisets(options, n)
+            total += number
+            if n > 1 and total * max(options**2 * poses, 200) > 100 * _ENTRIES:
+                break
+            listed = list(combinations_with_replacement(range(options), n))
+            self.members.append(np.array(listed, dtype=np.int64))
+
+    @property
+    def longest(self) -> int:
+        """Largest n of which all are listed."""
+        return len(self.members)
+
+    @cached_property
+    def counts(self) -> list[FloatArray]:
+        """How often each option occurs, shape (s, v) for each n."""
+        found: list[FloatArray] = []
+        for members in self.members:
+            counts = np.zeros((len(members), self.options))
+            np.add.at(counts, (np.arange(len(members))[:, None], members), 1.0)
+            found.append(counts)
+        return found
+
+    def best(self, dual: Dual, rows: FloatArray) -> BestSeries:
+        """The best series at every pose, options with maps [R, H] (p, v, k, q + k), H the same for all of a pose."""
+        parts = [
+            self._best(dual, rows[start : start + self._together]) for start in range(0, len(rows), self._together)
+        ]
+        return BestSeries(
+            *(np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "chosen", "bound"))
+        )
+
+    @property
+    def _together(self) -> int:
+        largest = max(len(members) for members in self.members)
+        return max(1, _ENTRIES // max(largest, self.options**2))
+
+    def _best(self, dual: Dual, rows: FloatArray) -> BestSeries:
+        gains, interactions = quadratic(dual, rows)
+        poses = len(rows)
+        values = np.full(poses, -np.inf)
+        chosen = np.full((poses, self.longest), -1, dtype=np.int64)
+        for n, (members, counts) in enumerate(zip(self.members, self.counts, strict=True), start=1):
+            pairs = (counts[:, :, None] * counts[:, None, :]).reshape(len(counts), -1)
+            found = (gains @ counts.T - interactions(n).reshape(poses, -1) @ pairs.T) / n
+            best = found.argmax(axis=1)
+            value = found[np.arange(poses), best]
+            better = value > values
+            values = np.where(better, value, values)
+            chosen[better] = -1
+            chosen[better, :n] = members[best[better]]
+        bound = values
+        if self.longest < self.measurements:
+            bound = np.maximum(values, longer(gains, interactions(self.longest + 1), self.longest + 1))
+        return BestSeries(values, chosen, bound)
+
+
+def quadratic(dual: Dual, rows: FloatArray) -> tuple[FloatArray, Callable[[int], FloatArray]]:
+    """What series at p poses are worth: with counts c (v,) of the options, tr(QᵀN_sQ) = a·c − cᵀ·B_n·c.
+
+    Args:
+        dual: Q.
+        rows: maps [R, H] of the options, shape (p, v, k, q + k), H the same for all options of a pose.
+
+    Returns:
+        a, shape (p, v), and B_n as a function of n = Σc, shape (p, v, v).
+    """
+    q, k = dual.matrix.shape[0], rows.shape[-2]
+    products = rows[..., :q] @ dual.matrix
+    whitener = rows[:, 0, :, q:]
+    turned = (whitener.swapaxes(-1, -2)[:, None] @ products).reshape(*products.shape[:2], k, -1)
+    gram = whitener.swapaxes(-1, -2) @ whitener
+
+    def interactions(n: int) -> FloatArray:
+        inverse = np.linalg.inv(2.0 * np.eye(k) + n * gram)
+        weighted = inverse[:, None] @ turned
+        flat = (len(rows), rows.shape[1], -1)
+        found: FloatArray = weighted.reshape(flat) @ turned.reshape(flat).swapaxes(-1, -2)
+        return found
+
+    gains: FloatArray = (products**2).sum(axis=(-2, -1))
+    return gains, interactions
+
+
+def longer(gains: FloatArray, interactions: FloatArray, n: int) -> FloatArray:
+    """Bound (p,) on tr(QᵀN_sQ)/n' of series of n' ≥ n measurements, whose shares of the options need not be whole.
+
+    a·p − n·pᵀB_n·p is concave in the shares p and falls with n; the bound is that of its tangents (Frank & Wolfe 1956).
+    """
+    shares = np.full(gains.shape, 1.0 / gains.shape[1])
+    bound = np.full(len(gains), np.inf)
+    everyone = np.arange(len(gains))
+    for _ in range(_STEPS):
+        along = n * (interactions @ shares[..., None])[..., 0]
+        slope = gains - 2.0 * along
+        value = ((gains - along) * shares).sum(axis=1)
+        best = slope.argmax(axis=1)
+        rise = slope[everyone, best] - (slope * shares).sum(axis=1)
+        bound = np.minimum(bound, value + rise)
+        direction = -shares
+        direction[everyone, best] += 1.0
+        curvature = n * np.einsum("pi,pij,pj->p", direction, interactions, direction)
+        length = np.clip(rise / np.maximum(2.0 * curvature, 1e-300), 0.0, 1.0)
+        shares = shares + length[:, None] * direction
+    return bound
+
+
+def _multisets(options: int, n: int) -> int:
+    number = 1
+    for i in range(n):
+        number = number * (options + i) // (i + 1)
+    return number

@@ -1,0 +1,268 @@
+"""Minimise the largest of several smooth functions for many designs at once: sequential quadratic programming.
+
+Every design b has its own minimax problem  min max_j φ_bj(x)  within bounds and the robot's limits. The method is a
+trust-region SQP with an exact ℓ1 penalty for the limits and damped BFGS matrices (Nocedal & Wright 2006, algorithms
+18.4 and 18.6); the quadratic programs of all designs are solved together (`quadratic.py`), so that a step for a hundred
+designs costs little more than the hundred gradients in it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.planning.optimality.limits import Limits
+from expdesign.planning.optimality.quadratic import Programs, Solutions, solve
+from expdesign.planning.problem import DesignProblem
+
+Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
+"""Functions to be made small: (variables (b, m, g), which problems they belong to (b,)) → values (b, j) and gradients
+(b, j, m, g)."""
+Tie = Callable[[FloatArray, IntArray], FloatArray]
+"""Projection of changes of variables (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
+
+PENALTY = 10.0
+_INVALID = 1e6
+_CORRECTIONS = 2
+_FAR = -0.7
+"""Decades of the condition number below its limit at which a step is not corrected for it."""
+_MEMORY = 20_000_000
+"""Largest number of entries of the Hessians that are treated at once."""
+
+
+@dataclass
+class _Points:
+    """Where some designs stand: variables, functions and limits, with derivatives per part of a free variable's range.
+
+    Attributes:
+        variables: shape (b, m, g).
+        values: φ, shape (b, j).
+        gradients: shape (b, j, m·f) for f free variables.
+        limits: shape (b, m, r).
+        limit_gradients: shape (b, m, r, f).
+    """
+
+    variables: FloatArray
+    values: FloatArray
+    gradients: FloatArray
+    limits: FloatArray
+    limit_gradients: FloatArray
+
+    def take(self, index: IntArray) -> "_Points":
+        return _Points(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def put(self, index: IntArray, other: "_Points") -> None:
+        for field in fields(self):
+            getattr(self, field.name)[index] = getattr(other, field.name)
+
+    @property
+    def merit(self) -> FloatArray:
+        """The largest φ and the penalty, shape (b,)."""
+        return _merit(self.values, self.limits)
+
+
+class MinimaxSearch:
+    """The minimax problems of some designs.
+
+    Args:
+        problem: gives bounds, limits and which variables are continuous.
+        pieces: the functions.
+        tie: keeps shared poses shared; None where nothing is shared.
+    """
+
+    def __init__(self, problem: DesignProblem, pieces: Pieces, tie: Tie | None = None) -> None:
+        self._space = problem.space
+        self._pieces, self._tie = pieces, tie
+        self._limits = Limits(problem)
+        self._inner, self.steps = 1e-9, 0
+        self._free: BoolArray = (~self._space.discrete) & (self._space.upper > self._space.lower)
+        self._span = (self._space.upper - self._space.lower)[self._free]
+
+    def minimise(
+        self,
+        variables: FloatArray,
+        *,
+        iterations: int = 60,
+        radius: float = 0.2,
+        tolerance: float = 1e-9,
+        inner: float = 1e-9,
+    ) -> FloatArray:
+        """Improved variables (b, m, g); discrete variables stay as they are.
+
+        Args:
+            variables: starts within the bounds, shape (b, m, g).
+            iterations: largest number of steps.
+            radius: first trust radius, in parts of a variable's range.
+            tolerance: a design is finished when its largest function cannot be expected to fall by this part of its
+                size (at least of 1) in two steps running.
+            inner: relative duality gap to which the quadratic programs are solved.
+        """
+        self._inner = inner
+        if not self._free.any() or len(variables) == 0:
+            return variables.copy()
+        together = max(1, _MEMORY // (variables.shape[1] * len(self._span)) ** 2)
+        parts = np.split(np.arange(len(variables)), np.arange(together, len(variables), together))
+        return np.concatenate([self._minimise(variables[part], part, iterations, radius, tolerance) for part in parts])
+
+    def _minimise(
+        self, variables: FloatArray, index: IntArray, iterations: int, radius: float, tolerance: float
+    ) -> FloatArray:
+        n = variables.shape[1] * len(self._span)
+        hessian = np.tile(np.eye(n), (len(variables), 1, 1))
+        fresh = np.ones(len(variables), dtype=bool)
+        radii, quiet = np.full(len(variables), radius), np.zeros(len(variables), dtype=np.int64)
+        alive = np.arange(len(variables))
+        points = self._evaluate(variables, index)
+        for _ in range(iterations):
+            if alive.size == 0:
+                break
+            self.steps += len(alive)
+            here = points.take(alive)
+            programs = self._programs(here, hessian[alive], radii[alive])
+            solution = _solve_scaled(programs, radii[alive], self._inner)
+            moved = self._moved(here, solution.step, index[alive])
+            step = ((moved - here.variables)[..., self._free] / self._span).reshape(len(alive), n)
+            predicted = here.merit - _model(programs, step)
+            trial = self._evaluate(moved, index[alive])
+            actual = here.merit - trial.merit
+            ratio = np.where(predicted > 0.0, actual / np.where(predicted > 0.0, predicted, 1.0), -1.0)
+            accepted = (ratio > 1e-3) & (actual > 0.0)
+            hessian[alive], fresh[alive] = _updated(hessian[alive], fresh[alive], here, trial, step, solution)
+            size = np.abs(step).max(axis=1)
+            grown = (ratio > 0.75) & (size > 0.8 * radii[alive])
+            shrunk = np.where(ratio < 0.25, 0.35 * np.maximum(size, 1e-12), radii[alive])
+            radii[alive] = np.minimum(1.0, np.where(grown, 2.0 * radii[alive], shrunk))
+            points.put(alive[accepted], trial.take(np.flatnonzero(accepted)))
+            small = predicted < tolerance * np.maximum(1.0, np.abs(here.merit))
+            quiet[alive] = np.where(small, quiet[alive] + 1, 0)
+            alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
+        # Steps that came to their number may be a little beyond curved limits.
+        beyond = np.flatnonzero((points.limits > 0.0).any(axis=(1, 2)))
+        for _ in range(_CORRECTIONS if beyond.size else 0):
+            there = points.take(beyond)
+            points.variables[beyond] = self._moved(there, np.zeros((len(beyond), n)), index[beyond])
+        return points.variables
+
+    def _moved(self, here: _Points, step: FloatArray, index: IntArray) -> FloatArray:
+        """Variables after a step in parts of the free variables' ranges, within the bounds."""
+        variables = here.variables
+        singular = bool((here.limits[..., -1] > _FAR).any())
+        change = np.zeros_like(variables)
+        change[..., self._free] = step.reshape(*variables.shape[:2], -1) * self._span
+        if self._tie is not None:
+            change = self._tie(change, index)
+        moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
+        beyond = np.arange(len(moved))
+        for _ in range(_CORRECTIONS):
+            # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
+            shift = self._back_within_limits(moved[beyond], singular)
+            if self._tie is not None:
+                shift = self._tie(shift, index[beyond])
+            moved[beyond] = np.clip(moved[beyond] + shift, self._space.lower, self._space.upper)
+            beyond = beyond[(shift != 0.0).any(axis=(1, 2))]
+            if beyond.size == 0:
+                break
+        return moved
+
+    def _back_within_limits(self, variables: FloatArray, singular: bool) -> FloatArray:
+        """Shortest changes (b, m, g) that take violated limits, linearised, to zero."""
+        shift = np.zeros_like(variables)
+        values, gradients = self._limits.rows(variables, condition_row=singular)
+        beyond = (values > 0.0).any(axis=-1)
+        if beyond.any():
+            excess = np.maximum(values[beyond], 0.0)
+            rows = gradients[beyond][..., self._free] * self._span * (excess > 0.0)[..., None]
+            gram = rows @ rows.swapaxes(-1, -2)
+            size = np.maximum(np.trace(gram, axis1=-2, axis2=-1), 1e-300)[:, None, None]
+            gram = gram + size * (
+                np.eye(values.shape[-1]) * (excess == 0.0)[:, None] + 1e-12 * np.eye(values.shape[-1])
+            )
+            with np.errstate(all="ignore"):
+                back = -(rows.swapaxes(-1, -2) @ np.linalg.solve(gram, excess[..., None]))[..., 0] * self._span
+            # At a singular pose a limit has no gradient to go back along.
+            back = np.where(np.isfinite(back), back, 0.0)
+            part = np.zeros((len(back), variables.shape[-1]))
+            part[:, self._free] = back
+            shift[beyond] = part
+        return shift
+
+    def _evaluate(self, variables: FloatArray, index: IntArray) -> _Points:
+        values, slopes = self._pieces(variables, index)
+        if self._tie is not None:
+            parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
+            slopes = np.stack(parts, axis=1)
+        slopes = np.nan_to_num(slopes[..., self._free] * self._span)
+        values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, _INVALID)
+        limits, limit_gradients = self._limits.rows(variables)
+        limit_gradients = limit_gradients[..., self._free] * self._span
+        return _Points(variables.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
+
+    def _programs(self, here: _Points, hessian: FloatArray, radii: FloatArray) -> Programs:
+        """Quadratic models within the bounds and the trust regions."""
+        reach = radii[:, None, None]
+        low = np.maximum((self._space.lower - here.variables)[..., self._free] / self._span, -reach)
+        high = np.minimum((self._space.upper - here.variables)[..., self._free] / self._span, reach)
+        sides = np.minimum(low, -1e-14).reshape(len(radii), -1), np.maximum(high, 1e-14).reshape(len(radii), -1)
+        penalty = np.full(len(radii), PENALTY)
+        return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)
+
+
+def _solve_scaled(programs: Programs, radii: FloatArray, tolerance: float) -> Solutions:
+    """Solve in units of the trust radius and of the change of φ over it."""
+    q, r = programs, radii[:, None]
+    unit = np.maximum(np.abs(q.gradients).reshape(len(r), -1).max(axis=1) * radii, 1e-12)
+    scaled = Programs(
+        hessian=q.hessian * (radii**2 / unit)[:, None, None],
+        values=np.maximum((q.values - q.values.max(axis=1, keepdims=True)) / unit[:, None], -1e3),
+        gradients=q.gradients * (radii / unit)[:, None, None],
+        limits=np.maximum(q.limits / r[..., None], -1e3),
+        limit_gradients=q.limit_gradients,
+        low=q.low / r,
+        high=q.high / r,
+        penalty=q.penalty * radii / unit,
+    )
+    solution = solve(scaled, tolerance)
+    return Solutions(solution.step * r, solution.pieces, solution.limits * (unit / radii)[:, None, None])
+
+
+def _merit(values: FloatArray, limits: FloatArray) -> FloatArray:
+    merit: FloatArray = values.max(axis=1) + PENALTY * np.maximum(limits, 0.0).sum(axis=(1, 2))
+    return merit
+
+
+def _model(programs: Programs, step: FloatArray) -> FloatArray:
+    """The quadratic model of the merit at steps (b, n)."""
+    q = programs
+    values = q.values + (q.gradients @ step[..., None])[..., 0]
+    by_measurement = step.reshape(*q.limits.shape[:2], -1, 1)
+    limits = q.limits + (q.limit_gradients @ by_measurement)[..., 0]
+    curvature = 0.5 * (step[:, None] @ q.hessian @ step[..., None])[:, 0, 0]
+    return _merit(values, limits) + curvature
+
+
+def _updated(
+    hessian: FloatArray, fresh: BoolArray, here: _Points, trial: _Points, step: FloatArray, solution: Solutions
+) -> tuple[FloatArray, BoolArray]:
+    """Damped BFGS updates with the Lagrangians' gradients at both ends of steps (b, n), and which are unused yet."""
+    change = (solution.pieces[:, None] @ (trial.gradients - here.gradients))[:, 0]
+    by_limits = solution.limits[:, :, None] @ (trial.limit_gradients - here.limit_gradients)
+    change = change + by_limits.reshape(change.shape)
+    length, curvature = (step * step).sum(axis=1), (step * change).sum(axis=1)
+    valid = (length > 1e-24) & (trial.values.max(axis=1) < _INVALID) & np.isfinite(curvature)
+    length = np.where(valid, length, 1.0)
+    size = np.clip(np.linalg.norm(change, axis=1) / np.sqrt(length), 1e-3, 1e3)
+    start = 0.1 * np.eye(step.shape[1]) * size[:, None, None]
+    hessian = np.where((valid & fresh)[:, None, None], start, hessian)
+    along = (hessian @ step[..., None])[..., 0]
+    model = (step * along).sum(axis=1)
+    valid &= model > 1e-200
+    model = np.where(valid, model, 1.0)
+    mixing = np.where(curvature >= 0.2 * model, 1.0, 0.8 * model / np.where(valid, model - curvature, 1.0))[:, None]
+    damped = mixing * change + (1.0 - mixing) * along
+    inner = np.where(valid, (step * damped).sum(axis=1), 1.0)
+    scaled = damped / np.sqrt(np.maximum(inner, 1e-200))[:, None]
+    removed = along / np.sqrt(model)[:, None]
+    updated = hessian + scaled[:, :, None] * scaled[:, None] - removed[:, :, None] * removed[:, None]
+    valid &= np.isfinite(updated).all(axis=(1, 2))
+    return np.where(valid[:, None, None], updated, hessian), fresh & ~valid

@@ -1,0 +1,112 @@
+"""A plan: the measurements of one design, as a table that a person takes to the laboratory."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.chain.recordings.columns import read_test_rows
+from expdesign.errors import InputError
+from expdesign.io.table import Table
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Measurements of one design.
+
+    Attributes:
+        configurations: poses or joint coordinates, shape (m, n_q).
+        loads: parameters of the load in the order of its `columns`, shape (m, k).
+        series: series numbers, shape (m,).
+    """
+
+    configurations: FloatArray
+    loads: FloatArray
+    series: IntArray
+
+    def __len__(self) -> int:
+        return len(self.series)
+
+
+def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFrame:
+    """The plan in recordings form without the measured columns."""
+    robot, load = loaded.robot, loaded.load
+    columns: dict[str, FloatArray | IntArray] = {"sequence": np.arange(1, len(plan) + 1), "series": plan.series}
+    columns.update({name: plan.configurations[:, i] for i, name in enumerate(robot.configuration)})
+    for i, name in enumerate(load.columns):
+        if with_gravity or name not in robot.coordinates.gravity:
+            columns[name] = plan.loads[:, i]
+    return pd.DataFrame(columns)
+
+
+def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> Plan:
+    """The plan in a table in recordings form; measured columns, where there are some, are ignored.
+
+    Raises:
+        InputError: a column is missing or a cell is wrong.
+    """
+    robot, load = loaded.robot, loaded.load
+    configurations = table.numbers(robot.configuration)
+    if loaded.regressor.needs_load and not any(table.has(name) for name in load.columns):
+        table.require(load.columns[:1])
+    defaults = load.defaults(robot.gravity)
+    loads = np.empty((len(table), len(load.columns)))
+    for i, name in enumerate(load.columns):
+        given = table.has(name) or np.isnan(defaults[i])
+        loads[:, i] = table.numbers((name,))[:, 0] if given else defaults[i]
+    if load.has_mass and np.any(loads[:, 0] < 0.0):
+        where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
+        raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    if not loaded.regressor.needs_load and np.any(loads):
+        where = table.where(int(np.flatnonzero(loads.any(axis=1))[0]))
+        what = "geometric calibration measures poses without load"
+        raise InputError(what, where=where, remedy="Take the load out, or use `experiment.calibration: both`.")
+    series = table.integers("series") if table.has("series") else series_by_pose(configurations)
+    if shared_reference and table.has("series"):
+        _same_pose_within_series(table, configurations, series)
+    return Plan(configurations, loads, series)
+
+
+def without_validation(plan: Plan, table: Table) -> Plan:
+    """The rows of a plan that are fitted: those that its table does not mark `split: test`."""
+    if not table.has("split"):
+        return plan
+    fitted = ~read_test_rows(table, np.arange(len(table)))
+    if not fitted.any():
+        raise InputError("every row is kept for validation", where=table.where(0, "split"), remedy="Fit some of them.")
+    return Plan(plan.configurations[fitted], plan.loads[fitted], plan.series[fitted])
+
+
+def require_whole_load(table: Table, loaded: LoadedRobot) -> None:
+    """Raise an `InputError` where a column of the load is missing, for which recordings would not be read either."""
+    load = loaded.load
+    if not loaded.regressor.needs_load or not any(table.has(name) for name in load.columns):
+        return
+    table.require(tuple(name for name in load.columns if name not in loaded.robot.coordinates.gravity))
+
+
+def completed(table: Table, plan: Plan, loaded: LoadedRobot) -> Table:
+    """The table of a plan with every column that recordings need: sequence, series, and loads that were left out."""
+    robot, load = loaded.robot, loaded.load
+    frame = table.frame.copy()
+    if not table.has("series"):
+        frame.insert(0, "series", plan.series.astype(str))
+    if not table.has("sequence"):
+        frame.insert(0, "sequence", np.arange(1, len(frame) + 1).astype(str))
+    for index, name in enumerate(load.columns):
+        if not table.has(name) and name not in robot.coordinates.gravity:
+            frame[name] = [repr(float(value)) for value in plan.loads[:, index]]
+    return replace(table, frame=frame)
+
+
+def _same_pose_within_series(table: Table, configurations: FloatArray, series: IntArray) -> None:
+    for number in np.unique(series):
+        rows = np.flatnonzero(series == number)
+        other = rows[np.any(configurations[rows] != configurations[rows[0]], axis=1)]
+        if other.size:
+            what = f"series {number} has measurements at different poses, and so cannot share one unloaded measurement"
+            remedy = "Give every pose a series of its own, or leave `shared_reference` out."
+            raise InputError(what, where=table.where(int(other[0]), "series"), remedy=remedy)

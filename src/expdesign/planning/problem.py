@@ -1,0 +1,139 @@
+"""A design problem: everything that a run configuration says, as objects that the search and the criteria work on."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
+from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
+from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.planning.budget import Budget
+from expdesign.planning.constraints import Constraints
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.found_robot import FoundRobot
+from expdesign.planning.laboratory_sheet import Costs
+from expdesign.planning.options import SearchOptions
+from expdesign.planning.space import DesignSpace
+
+LIMIT_ROUNDING = 1e-12
+"""m or rad beyond a limit that are rounding."""
+
+
+@dataclass(frozen=True)
+class DesignProblem:
+    """What can be measured, with what noise and load errors, and where accuracy is wanted.
+
+    Attributes:
+        loaded: the robot under the load of the experiment, with the sources of load error.
+        noise: of the measured deflections.
+        targets: where accuracy is wanted.
+        target_wrenches: wrench at each target (N, N·m), shape (t, n).
+        target_loads: for each target, the robot under its kind of load and that load's parameters (k,).
+        space: the designs that can be chosen.
+        objectives: the criteria that span the front.
+        optimiser: settings of the search.
+        config: the configuration as resolved (robot written out, defaults filled in).
+        source: name of the configuration file.
+        found: the model that the robot was found to be; None where the configuration names a robot file.
+        coverage: of the expanded uncertainty by which a target is accepted.
+        constraints: on designs beside the robot's limits, or None.
+        robot_file: path of the robot's file; empty where the configuration holds the robot itself.
+        further: criteria beside those of every design (`known_criteria`) for which the configuration asks.
+        costs: of measuring, where the configuration states them.
+        budget: of time in place of a number of measurements, or None.
+        validation: rows of a plan that are kept for validation.
+    """
+
+    loaded: LoadedRobot
+    noise: DeflectionNoise
+    targets: Targets
+    target_wrenches: FloatArray
+    target_loads: tuple[tuple[LoadedRobot, FloatArray], ...]
+    space: DesignSpace
+    objectives: tuple[Criterion, ...]
+    optimiser: SearchOptions
+    config: dict[str, Any]
+    source: str
+    found: FoundRobot | None = None
+    coverage: Coverage = STANDARD
+    constraints: Constraints | None = None
+    costs: Costs | None = None
+    budget: Budget | None = None
+    validation: int = 0
+    robot_file: str = ""
+    further: tuple[Criterion, ...] = ()
+
+    @property
+    def criteria(self) -> dict[str, Criterion]:
+        """Every known criterion, and the further ones, by name."""
+        return {**known_criteria(), **{criterion.name: criterion for criterion in self.further}}
+
+    def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
+        """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m), 0
+        for what is not measured.
+        """
+        measurements = self.loaded.measure(configurations, loads)
+        shared = tuple(source.shared for source in self.loaded.sources)
+        if self.noise.shared_reference and series is None:
+            series = series_by_pose(configurations)
+        return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
+
+    def assessed(self, decisions: FloatArray) -> Assessment:
+        """The pieces of every criterion of designs (b, m, g)."""
+        quantities = self.space.quantities(decisions)
+        return self.assess(*self.space.split(quantities), self.space.series(quantities))
+
+    def whitened(self, configurations: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened maps of single measurements, with any batch dimensions in front.
+
+        Returns:
+            G·A, reading per parameter, shape (..., k, n_p), and G·D·L, reading per standard deviation of each load
+            error, shape (..., k, d) in the order of `shared_errors`.
+        """
+        measurements = self.loaded.measure(configurations, loads)
+        axes = np.eye(measurements.observation.shape[-2])[self.noise.axes]
+        whitener = self.noise.whitener_at(measurements.jacobians.pose) @ axes
+        columns = measurements.compliance @ measurements.load_errors
+        return whitener @ measurements.observation, whitener @ columns
+
+    @property
+    def shared_errors(self) -> BoolArray:
+        """Per load error, whether its δ is the same for all measurements, shape (d,)."""
+        flags = [np.full(len(source.deviation), source.shared) for source in self.loaded.sources]
+        return np.concatenate(flags) if flags else np.zeros(0, dtype=bool)
+
+    def settable(self, decisions: FloatArray) -> FloatArray:
+        """Designs (b, m, g) as they can be set, sorted, which rounding does not take beyond the robot's limits."""
+        robot = self.loaded.robot
+        return self.space.settable(decisions, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
+
+    def require_elastostatic(self, what: str, instead: str = "`run` and `evaluate` know every calibration") -> None:
+        """Raise an `InputError` where something other than the stiffness alone is calibrated; `instead` may be used."""
+        if not isinstance(self.loaded.regressor, Elastostatic):
+            said = f"{what} for elastostatic calibration only"
+            remedy = f"{instead}; take `experiment.calibration` out for this."
+            raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
+
+    def unidentified(self, assessment: Assessment) -> ExpdesignError | None:
+        """The error that says what the first design of an assessment cannot identify, or None."""
+        if bool(assessment.identifies_targets[0]):
+            return None
+        missing = ~assessment.estimable[0] & (self.targets.importance > 0.0)
+        target, axis = np.argwhere(missing)[0]
+        name = self.loaded.robot.coordinates.deflection[axis]
+        rank, parameters = int(assessment.rank[0]), assessment.parameters
+        noun = self.loaded.regressor.noun
+        needed = f"{name.rsplit('_', 1)[0]} at target {target + 1}"
+        what = f"the measurements identify {rank} of {parameters} {noun}, and {needed} depends on the others"
+        if rank == 0 and isinstance(self.loaded.regressor, Elastostatic):
+            what = f"no load acts on any actuator: none of the {parameters} {noun} can be determined"
+        remedy = "Measure more axes or more loads, so that every actuator carries load in some measurement."
+        if not isinstance(self.loaded.regressor, Elastostatic):
+            remedy = "Measure more poses, more axes, or poses that differ more."
+        return NotIdentifiableError(what, where=self.source, remedy=remedy)

@@ -1,0 +1,377 @@
+"""Read a design problem from a run configuration."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.linearised import KnownChain
+from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.estimation.coverage_factor import STANDARD
+from expdesign.io.kinds import require_kind
+from expdesign.io.nearest import nearest
+from expdesign.io.schema import validate
+from expdesign.io.table import read_table
+from expdesign.io.yaml_reader import KeyPath, YamlDocument, read_yaml
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.mechanics.loads.errors.source import LoadErrorSource
+from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.planning.asked_criterion import NAMES, asked_criteria
+from expdesign.planning.budget import Budget
+from expdesign.planning.budget_file import read_budget, read_costs
+from expdesign.planning.calibration_file import load_section, read_regressor
+from expdesign.planning.constraint_file import read_constraints, required
+from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.found_robot import FoundRobot, robot_of
+from expdesign.planning.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
+from expdesign.planning.options import SearchOptions
+from expdesign.planning.pose_settings import LEFT_OUT
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.resolution import steps_of
+from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection
+from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.variables import Choices, Interval, Quantity, fixed
+from expdesign.plugins import implementations
+
+
+def read_problem(path: Path) -> DesignProblem:
+    """The design problem of a run configuration.
+
+    Raises:
+        InputError: a file is missing or wrong.
+        SingularConfigurationError: the robot is singular at a target.
+    """
+    return problem_from_document(read_yaml(path))
+
+
+def problem_from_document(document: YamlDocument) -> DesignProblem:
+    """The design problem that a YAML document describes; see `read_problem`."""
+    require_kind(document, "run configuration")
+    section = validate(RunSection, document)
+    robot, written, found = _robot(section, document)
+    if not len(robot.stiffness):
+        what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
+        remedy = "`expdesign diagnose` finds from recordings what it stands on."
+        raise InputError(what, where=document.where(("robot",)), remedy=remedy)
+    if robot.links is not None and len(robot.links.tree.tips) > 1:
+        remedy = "Name one of them as `tip_link` in a robot file for the plan, the other's joints as `branch_joints`."
+        raise InputError(
+            "plans are of one tip, and the robot has several", where=document.where(("robot",)), remedy=remedy
+        )
+    _gravity_matches(section, robot, document)
+    experiment = section.experiment
+    regressor = read_regressor(section, robot, document)
+    load = _load(load_section(experiment), robot, document)
+    budget = read_budget(experiment, isinstance(regressor, Elastostatic), document)
+    if budget is not None:  # the search chooses how many of them are taken
+        experiment = experiment.model_copy(update={"measurements": budget.largest})
+    poses = _poses(experiment, robot, document)
+    sources = _sources(experiment, load, document)
+    physics = None if found is None else found.physics
+    _require_plain(physics, experiment, document)
+    loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
+    noise = read_noise(experiment.deflection_noise, robot, document)
+    targets, wrenches, target_loads = _targets(section, loaded, document)
+    space = _space(experiment, robot, load, poses, document, budget)
+    problem = DesignProblem(
+        loaded=loaded,
+        noise=with_reference_pose(noise, experiment, robot, document),
+        targets=targets,
+        target_wrenches=wrenches,
+        target_loads=target_loads,
+        space=space,
+        objectives=(),
+        optimiser=SearchOptions(
+            population=section.optimiser.population,
+            generations=section.optimiser.generations,
+            seed=section.optimiser.seed,
+            polish=section.optimiser.polish,
+            effort=section.optimiser.effort,
+            bound_seconds=section.optimiser.bound_seconds,
+        ),
+        config=_resolved(section, written, poses),
+        source=document.source,
+        found=found,
+        constraints=read_constraints(experiment, robot, load, document),
+        costs=read_costs(experiment),
+        budget=budget,
+        validation=0 if experiment.validation is None else experiment.validation.measurements,
+        coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
+        robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
+    )
+    further = asked_criteria(problem, section, document)
+    return replace(problem, objectives=_objectives(section.objectives, further, document), further=further)
+
+
+def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
+    """The configuration of a document with defaults filled in and files written out, as in `DesignProblem.config`.
+
+    It costs far less than the problem, whose deeper contradictions it does not find.
+
+    Args:
+        document: a run configuration that holds the robot's mapping itself.
+        robot: what that mapping describes.
+
+    Raises:
+        InputError: a key or a value is wrong, or a file of candidates is.
+    """
+    section = validate(RunSection, document)
+    return _resolved(section, document.content["robot"], _poses(section.experiment, robot, document))
+
+
+def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]:
+    config = section.model_dump(mode="json", exclude_none=True)
+    config["robot"] = robot
+    if poses.candidates is not None:
+        config["experiment"]["poses"]["candidates"] = poses.candidates.tolist()
+    return config
+
+
+def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, FoundRobot | None]:
+    """The robot, the content of its file, and what it was found to be where that is a model file."""
+    if isinstance(section.robot, str):
+        path = document.folder / section.robot
+        if not _is_file(path):
+            remedy = "Paths are relative to the configuration file."
+            raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
+        part = read_yaml(path)
+    else:
+        part = document.part("robot")
+    robot, found = robot_of(part)
+    return robot, part.content, found
+
+
+def _require_plain(physics: KnownChain | None, experiment: ExperimentSection, document: YamlDocument) -> None:
+    """Raise where the physics of a model file meets something that a configuration says about it otherwise."""
+    if physics is None:
+        return
+    where: KeyPath = ("experiment",)
+    if experiment.geometric_stiffness:
+        what = "the model file says how the robot deflects, and `geometric_stiffness` another thing"
+        remedy = "Take the key out; `expdesign diagnose` adds geometric stiffness to a model where it shows."
+        raise InputError(what, where=document.where((*where, "geometric_stiffness")), remedy=remedy)
+    if experiment.calibration != "elastostatic":
+        what = "a model with effects is planned for elastostatic calibration only"
+        remedy = "Take the key out, or name the robot file."
+        raise InputError(what, where=document.where((*where, "calibration")), remedy=remedy)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long, or a folder that may not be read
+        return False
+
+
+def _gravity_matches(section: RunSection, robot: Robot, document: YamlDocument) -> None:
+    for index, target in enumerate(section.targets):
+        if target.gravity_m_s2 is not None and len(target.gravity_m_s2) != len(robot.gravity):
+            where = document.where(("targets", index, "gravity_m_s2"))
+            raise InputError(f"{len(robot.gravity)} components are needed here", where=where, remedy="In m/s².")
+
+
+def _load(section: LoadSection, robot: Robot, document: YamlDocument) -> Load:
+    where: KeyPath = ("experiment", "load")
+    coordinates = robot.coordinates
+    load: Load = {kind.kind: kind for kind in (Payload, Wrench)}[section.kind](coordinates)
+    own = set(load.keys)
+    for name in section.model_fields_set - own - {"kind"}:
+        what = f"`{name}` has no meaning for a {section.kind} on a {robot.kind}"
+        remedy = nearest(name, sorted(own))
+        raise InputError(what, where=document.where((*where, name)), remedy=remedy)
+    if load.has_mass:
+        if section.mass_kg is None:
+            raise InputError("the key is missing", where=document.where((*where, "mass_kg")), remedy="Add it (kg).")
+        mass = section.mass_kg
+        if min(mass.values if isinstance(mass, Choices) else (mass.low,)) < 0.0:
+            raise InputError(
+                "a mass cannot be negative", where=document.where((*where, "mass_kg")), remedy="Correct it."
+            )
+        tilt = section.gravity
+        for name in tilt.model_fields_set - set(coordinates.tilt) if tilt else ():
+            remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.tilt)}."
+            raise InputError("unknown key", where=document.where((*where, "gravity", name)), remedy=remedy)
+    return load
+
+
+def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) -> tuple[LoadErrorSource, ...]:
+    known = {cls.source: cls for cls in implementations("expdesign.mechanics.loads.errors", LoadErrorSource)}  # type: ignore[type-abstract]
+    sources = []
+    for index, entry in enumerate(experiment.load_error):
+        where: KeyPath = ("experiment", "load_error", index)
+        if entry.source not in known:
+            remedy = nearest(entry.source, sorted(known))
+            what = f"unknown source of load error `{entry.source}`"
+            raise InputError(what, where=document.where((*where, "source")), remedy=remedy)
+        kind = known[entry.source]
+        size = kind.dimension(load)
+        if size == 0:
+            what = f"a {load.kind} of this robot has no `{entry.source}` error"
+            raise InputError(what, where=document.where((*where, "source")), remedy="Use another source.")
+        deviation = np.atleast_1d(np.array(entry.std, dtype=float))
+        if deviation.size != size:
+            what = f"{size} standard deviation{'s are' if size > 1 else ' is'} needed here, not {deviation.size}"
+            raise InputError(what, where=document.where((*where, "std")), remedy=f"In {kind.unit}.")
+        sources.append(kind(deviation, entry.shared))
+    return tuple(sources)
+
+
+def _targets(
+    section: RunSection, loaded: LoadedRobot, document: YamlDocument
+) -> tuple[Targets, FloatArray, tuple[tuple[LoadedRobot, FloatArray], ...]]:
+    robot, coordinates = loaded.robot, loaded.robot.coordinates
+    poses, observations, wrenches, loads = [], [], [], []
+    importance = np.zeros((len(section.targets), coordinates.n))
+    axes = np.array([tolerance_axes(target, robot, document, index) for index, target in enumerate(section.targets)])
+    for index, target in enumerate(section.targets):
+        where: KeyPath = ("targets", index)
+        pose = _vector(target.pose, robot.configuration, document, (*where, "pose"))
+        gravity = robot.gravity if target.gravity_m_s2 is None else np.array(target.gravity_m_s2)
+        load: Load
+        if target.payload is not None:
+            load = Payload(coordinates)
+            centre = target.payload.com_m or [0.0] * len(coordinates.centre_of_mass)
+            _vector(centre, coordinates.centre_of_mass, document, (*where, "payload", "com_m"))
+            parameters = np.array([target.payload.mass_kg, *centre, *gravity])
+        else:
+            load = Wrench(coordinates)
+            wrench = [0.0] * coordinates.n if target.wrench is None else target.wrench
+            parameters = _vector(wrench, coordinates.wrench, document, (*where, "wrench"))
+        require_usable(robot, pose, document.where((*where, "pose")))
+        here = loaded.under(load, instrument=False)
+        observations.append(axes[index] @ here.measure(pose, parameters).observation)
+        wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
+        poses.append(pose)
+        loads.append((here, parameters))
+        for name, tolerance in target.tolerance.items():
+            importance[index, axis_of(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
+    if isinstance(loaded.regressor, Elastostatic) and not np.any(wrenches):
+        what = "no target carries a load, so that there is nothing to compensate"
+        raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
+    weights = np.array([target.weight for target in section.targets])
+    arrays = (np.array(poses), np.array(observations), importance, weights)
+    own = any(target.tolerance_axes == "body" for target in section.targets)
+    targets = Targets(*arrays, coordinates.translations, section.aggregate, axes if own else None)
+    return targets, np.array(wrenches), tuple(loads)
+
+
+def _vector(values: list[float], names: tuple[str, ...], document: YamlDocument, where: KeyPath) -> FloatArray:
+    if len(values) != len(names):
+        what = f"{len(names)} numbers are needed here, not {len(values)}"
+        raise InputError(what, where=document.where(where), remedy=f"Order: {', '.join(names)}." if names else "")
+    return np.array(values, dtype=float)
+
+
+def require_usable(robot: Robot, configuration: FloatArray, where: str) -> None:
+    """Raise where a single configuration (n_q,) is beyond the robot's limits or nearly singular.
+
+    Raises:
+        InputError: it is beyond the limits.
+        SingularConfigurationError: its scaled condition number is too large.
+    """
+    if float(robot.limit_excess(configuration)) > 1e-12:
+        what = f"the pose is beyond the robot's limits: {robot.limit_message(configuration)}"
+        raise InputError(what, where=where, remedy="Choose a pose within them, or correct `limits` in the robot file.")
+    require_regular(robot, configuration, where)
+
+
+def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None:
+    """Raise a `SingularConfigurationError` where the robot is nearly singular at a configuration (n_q,)."""
+    condition = float(robot.jacobians(configuration).condition)
+    if condition > CONDITION_LIMIT:
+        what = (
+            f"the robot is singular or nearly so there (scaled condition number {condition:.3g} > {CONDITION_LIMIT:g})"
+        )
+        remedy = "Choose another pose, or correct the joints in the robot file."
+        raise SingularConfigurationError(what, where=where, remedy=remedy)
+
+
+def _space(
+    experiment: ExperimentSection,
+    robot: Robot,
+    load: Load,
+    poses: PoseSet,
+    document: YamlDocument,
+    budget: Budget | None,
+) -> DesignSpace:
+    section = load_section(experiment)
+    names, given = load.own, section.gravity
+    quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
+    tilt: tuple[Quantity, ...] = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in load.tilt)
+    gravity = robot.gravity if load.has_mass else None
+    every = (*(poses.quantities or (fixed(0.0),) * len(robot.configuration)), *quantities, *tilt)
+    known = (*robot.configuration, *names, *load.tilt)
+    stated = experiment.resolution or {}
+    for name in stated:
+        if name not in known:
+            where = document.where(("experiment", "resolution", name))
+            raise InputError("unknown quantity", where=where, remedy=nearest(name, known))
+    widths = np.array([q.high - q.low if isinstance(q, Interval) else 0.0 for q in every])
+    steps = steps_of(known, widths, stated)
+    measurements = experiment.measurements or 1  # `read_budget` has refused where there is none
+    shared = experiment.deflection_noise.shared_reference and measurements > 1
+    settings = (0 if budget is None else LEFT_OUT, measurements - 1 if shared else 0)
+    chosen = settings if shared or budget is not None else None
+    space = DesignSpace(measurements, poses, quantities, tilt, robot.coordinates, gravity, steps, chosen)
+    for decision in np.flatnonzero(space.grid.empty):
+        name = known[space.variables[decision].columns[0]]
+        what = f"no multiple of {stated[name]:g} lies between {space.lower[decision]:g} and {space.upper[decision]:g}"
+        where = document.where(("experiment", "resolution", name))
+        raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
+    space.required = required(experiment.constraints, space, robot, document)
+    if space.settings is not None:
+        kept = (*space.required.poses, *space.required.masses)
+        space.settings = replace(space.settings, budget=budget, kept=kept)
+    return space
+
+
+def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) -> PoseSet:
+    where: KeyPath = ("experiment", "poses")
+    section = experiment.poses
+    if isinstance(section.candidates, list):
+        names = robot.configuration
+        rows = [_vector(row, names, document, (*where, "candidates", i)) for i, row in enumerate(section.candidates)]
+        if not rows:
+            place = document.where((*where, "candidates"))
+            raise InputError("there is no candidate", where=place, remedy="Name at least one pose, or a file (CSV).")
+        return PoseSet(candidates=_distinct(np.array(rows)))
+    if section.candidates is not None:
+        path = document.folder / section.candidates
+        if not _is_file(path):
+            place = document.where((*where, "candidates"))
+            raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")
+        return PoseSet(candidates=_distinct(read_table(path).numbers(robot.configuration)))
+    form = "bounds" if section.bounds is not None else "grid"
+    axes: dict[str, Quantity] = section.bounds or section.grid or {}
+    for name in axes:
+        if name not in robot.configuration:
+            remedy = nearest(name, robot.configuration)
+            raise InputError("unknown coordinate", where=document.where((*where, form, name)), remedy=remedy)
+    return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
+
+
+def _distinct(rows: FloatArray) -> FloatArray:
+    """The rows (r, n_q) without repetitions, in their order: measurements at equal poses are to stand together."""
+    _, first = np.unique(rows, axis=0, return_index=True)
+    return rows[np.sort(first)]
+
+
+def _objectives(names: list[str], further: tuple[Criterion, ...], document: YamlDocument) -> tuple[Criterion, ...]:
+    known = {**known_criteria(), **{criterion.name: criterion for criterion in further}}
+    where = document.where(("objectives",))
+    for index, name in enumerate(names):
+        if name not in known:
+            place = document.where(("objectives", index))
+            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, (*known, *NAMES)))
+    if len(set(names)) != len(names):
+        raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
+    if not names:
+        raise InputError("at least one criterion is needed", where=where, remedy="E.g. `[duir, feir]`.")
+    return tuple(known[name] for name in names)

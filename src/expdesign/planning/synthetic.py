@@ -1,0 +1,81 @@
+"""Recordings as an experiment would give them: the deflections of a model, with load errors and noise drawn at random.
+
+The loads of the plan are the assumed ones; what acts is the assumed load with the errors of the configuration added to
+first order (theory.md 5.2), and what is written down is still the assumed load.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.instrument.drawn_errors import drawn_load_errors, drawn_noise
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import row_data
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.planning.plan import Plan
+from expdesign.planning.problem import DesignProblem
+
+_LOAD_STREAM, _NOISE_STREAM = 1, 2
+
+
+def simulated_deflections(
+    problem: DesignProblem,
+    plan: Plan,
+    points: LoadedPoints,
+    model: Model | None,
+    seed: int,
+    *,
+    noise: bool,
+    errors: bool,
+) -> FloatArray:
+    """Deflections of all pose coordinates (m, rad), shape (N, n), noise on the measured ones only.
+
+    Args:
+        problem: noise, load errors, and the base model with the approximate stiffness.
+        plan: the measurements, rows as in the file.
+        points: the same rows in the order of their sequence.
+        model: what deflects in place of the base model, or None.
+        seed: the same seed gives the same errors of the loads and the same noise, whichever of them is switched off.
+        noise: whether there is noise.
+        errors: whether the loads have errors.
+    """
+    loaded = problem.loaded
+    added = load_errors(loaded, plan, seed) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
+    if model is None and problem.found is not None:
+        model = problem.found.model
+    if model is None:
+        deflections = loaded.deflections(plan.configurations, plan.loads, added)
+    else:
+        deflections = _of_model(model, problem, points, added)
+    if noise:
+        deflections[:, problem.noise.axes] += plan_noise(problem, plan, seed)
+    return deflections
+
+
+def plan_noise(problem: DesignProblem, plan: Plan, seed: int) -> FloatArray:
+    """Noise of the measured axes (m, rad) of every row of a plan, shape (N, a)."""
+    pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
+    return drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
+
+
+def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
+    """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error."""
+    generator = np.random.default_rng([seed, _LOAD_STREAM])
+    errors: FloatArray = drawn_load_errors(loaded, plan.configurations, plan.loads, 1, generator)[0]
+    return errors
+
+
+def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:
+    """Deflections of a model under the actual loads, rows as in the file."""
+    own = model.chain.robot
+    order = np.argsort(points.lines, kind="stable")
+    return model.chain.predict(row_data(with_errors(points, added), own), model.values)[order]
+
+
+def with_errors(points: LoadedPoints, added: FloatArray) -> LoadedPoints:
+    """Points under their actual loads; errors (N, n) in the order of the file."""
+    in_sequence = np.empty_like(added)
+    in_sequence[np.argsort(points.lines, kind="stable")] = added
+    return replace(points, wrenches=points.wrenches + in_sequence, absolute=points.absolute + in_sequence)
