@@ -1,6 +1,6 @@
 """Linear algebra in one thread: small matrices are slower in several, and times cannot be compared.
 
-The concealed cases know nothing of the package, so that its own (`sweeps/engine.py`) is not called here.
+The concealed cases know nothing of the package, so that its own (`app/sweeps/engine.py`) is not called here.
 """
 
 import os

@@ -8,7 +8,7 @@ import expdesign
 SOURCES = Path(expdesign.__file__).parent
 KINDS = {"Robot", "ParallelRobot", "SerialRobot", "Hexapod", "Bipod", "Body"}
 #: Where the kind of reading is decided: what recordings hold, and the strategies.
-STRATEGIES = ("recordings/recordings.py", "chain/readings/", "diagnosis/base_models.py")
+STRATEGIES = ("chain/recordings/recordings.py", "chain/readings/", "diagnosis/base_models.py")
 
 
 def _modules(*without: str) -> list[tuple[str, ast.Module]]:
@@ -51,26 +51,26 @@ def test_no_one_branches_on_markers_but_the_strategies() -> None:
 #: Where a branch on the kind of reading still stands, and why: how often each module asks.
 BRANCHES = {
     # What deflections leave undetermined is made least; of positions, knowledge beforehand decides.
-    "identification/fit.py": 1,
+    "estimation/fit.py": 1,
     # Positions are another estimator, and of arms a third, chosen here once; unloaded rows of them measure something.
-    "identification/identify.py": 3,
+    "estimation/identify.py": 3,
     # Measured poses and positions see where a platform is, deflections how it moved: loads are brought in otherwise.
-    "acceptance/verification.py": 1,
+    "assurance/acceptance/verification.py": 1,
     # Whether a chain without effects is linear.
     "chain/chain.py": 1,
     # Whether the calibration that is asked for can be read off the columns, and which is usual.
-    "identification/geometric.py": 2,
+    "estimation/geometric.py": 2,
     # Positions have no unloaded reading that rows could share.
-    "recordings/references.py": 2,
+    "chain/recordings/references.py": 2,
     # Units and signs of deflections are judged by the base model, which positions do not have alone.
-    "plausibility/recordings.py": 1,
+    "assurance/plausibility/recordings.py": 1,
 }
 
 
 def test_branches_on_the_kind_of_reading_are_few_and_counted() -> None:
     """`reading.linear` and `measurand.absolute` outside the strategies, by module; a new one has to be argued for."""
     asked: dict[str, int] = {}
-    for name, tree in _modules(*STRATEGIES, "recordings/measurand.py"):
+    for name, tree in _modules(*STRATEGIES, "chain/recordings/measurand.py"):
         for node in ast.walk(tree):
             if isinstance(node, ast.Attribute) and node.attr in ("linear", "absolute"):
                 owner = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")

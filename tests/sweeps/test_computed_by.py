@@ -49,9 +49,9 @@ def test_the_modules_that_numbers_come_from() -> None:
 @pytest.mark.parametrize(
     ("name", "before", "after"),
     [
-        ("design/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
-        ("criteria/duir.py", "class ", "ADDED = 1\n\n\nclass "),
-        ("api/run.py", "timed: bool = True", "timed: bool = False"),
+        ("planning/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
+        ("planning/criteria/duir.py", "class ", "ADDED = 1\n\n\nclass "),
+        ("app/api/run.py", "timed: bool = True", "timed: bool = False"),
     ],
 )
 def test_code_that_decides_about_numbers_counts(copied: Path, name: str, before: str, after: str) -> None:
@@ -67,10 +67,10 @@ def test_a_criterion_of_one_s_own_counts(copied: Path) -> None:
     ("name", "before", "after"),
     [
         ("__init__.py", '__version__ = "', '__version__ = "9'),
-        ("design/search.py", '"""', '"""Other words. '),
-        ("design/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
+        ("planning/search.py", '"""', '"""Other words. '),
+        ("planning/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
         ("report/page.py", "_FOLDER = ", "OTHER = "),
-        ("commands/run.py", '"""', '"""Other words. '),
+        ("app/commands/run.py", '"""', '"""Other words. '),
     ],
 )
 def test_words_and_the_version_s_number_do_not_count(copied: Path, name: str, before: str, after: str) -> None:

@@ -12,7 +12,7 @@ class Whitening:
     Args:
         deviations: of every reading, shape (N, k).
         references: name of every row's unloaded reading, which carries half of the row's variance, shape (N,)
-            (`recordings/references.py`); None where no two rows share one.
+            (`chain/recordings/references.py`); None where no two rows share one.
     """
 
     def __init__(self, deviations: FloatArray, *, references: TextArray | None = None) -> None:

@@ -6,7 +6,7 @@ from expdesign.planning.problem import DesignProblem
 
 
 def referenced(points: Points, option: bool | None, problem: DesignProblem | None = None) -> Points:
-    """The points with their references; contradictions are logged as warnings (`recordings/references.py`).
+    """The points with their references; contradictions are logged as warnings (`chain/recordings/references.py`).
 
     Args:
         points: recordings, or a check measurement's points.

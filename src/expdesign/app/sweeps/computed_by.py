@@ -1,7 +1,7 @@
 """What computed a result: the code that decides about the numbers, and the libraries that they depend on.
 
 The number of a version says neither what a checkout with changes computed, nor that two versions compute the same. So
-the modules from which a run's numbers come are found by following the imports of `api/run.py`, and what they do is
+the modules from which a run's numbers come are found by following the imports of `app/api/run.py`, and what they do is
 digested: their syntax trees without documentation, so that comments, sentences in docstrings and layout do not count.
 Modules that only draw or write (`report`) are not among them.
 """

@@ -1,6 +1,6 @@
 """What DUIR and FEIR of a plan depend on: sums over its measurements or, where these share references, its series.
 
-What they are is in `criteria/information.py`; here they are flat vectors of many plans, so that exchanging one
+What they are is in `planning/criteria/information.py`; here they are flat vectors of many plans, so that exchanging one
 measurement costs the same however many there are. The sums square the condition of Ã, which the ranking of exchanges
 can bear; the value that is reported is computed without them.
 
