@@ -1,5 +1,6 @@
 """Settings that all tests share."""
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,9 @@ settings.register_profile(
     "fixed", derandomize=True, deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("fixed")
+
+# A shell that starts tests in the background ignores Ctrl-C, which some of them press.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 BESIDE_THE_PACKAGE = ("benchmarks", "studies", "virtual_laboratory", "release")
 """Folders of tests of what stands beside the package: they are proofs, which `make proof` runs."""

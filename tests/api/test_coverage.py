@@ -11,6 +11,7 @@ from tests.identification.experiments import experiment
 
 import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult
+from expdesign.app.api.inputs import document_of
 from expdesign.chain.models.model_file import model_of_robot, model_text, read_model
 from expdesign.errors import InputError
 from expdesign.io.csv_writer import csv_text
@@ -80,7 +81,7 @@ def test_the_model_file_carries_what_is_needed(tmp_path: Path) -> None:
 def test_without_a_noise_level_readings_cannot_be_held() -> None:
     case = problem(BIPOD)
     points = pd.DataFrame({"x_m": [0.1], "y_m": [0.6], "fx_N": [0.0], "fy_N": [-500.0]})
-    document = xd.api.inputs.document_of(BIPOD["robot"], "robot")
+    document = document_of(BIPOD["robot"], "robot")
     model = model_of_robot(case.loaded.robot, document)
     with pytest.raises(InputError, match="neither the points nor the model say"):
         xd.predict(model, points, readings=True)

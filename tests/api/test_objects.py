@@ -115,7 +115,7 @@ def test_a_look_at_a_result_is_short(
 
 def test_the_package_shows_what_it_has() -> None:
     names = set(dir(xd))
-    assert {"run", "identify", "physics", "Run", "Effect", "Criterion", "Robot", "InputError"} <= names
+    assert {"run", "identify", "physics", "RunResult", "Effect", "Criterion", "Robot", "InputError"} <= names
     assert {"ConvergenceError", "InfeasibleError", "NotIdentifiableError", "SingularConfigurationError"} <= names
     assert not {"Any", "TYPE_CHECKING", "importlib", "pkgutil"} & names
     assert all(hasattr(xd, name) for name in names)

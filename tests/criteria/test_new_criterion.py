@@ -40,8 +40,8 @@ class WorstDirection(Criterion):
 def known(monkeypatch: pytest.MonkeyPatch) -> None:
     everything = {**known_criteria(), WorstDirection.name: WorstDirection()}
     monkeypatch.setattr(module, "known_criteria", lambda: everything)
-    for name in ("design.problem_file", "design.search", "design.optimality.gradients", "design.optimality.objectives"):
-        monkeypatch.setattr(f"expdesign.{name}.known_criteria", lambda: everything)
+    for name in ("problem_file", "search", "optimality.gradients", "optimality.objectives"):
+        monkeypatch.setattr(f"expdesign.planning.{name}.known_criteria", lambda: everything)
 
 
 def designs(here: DesignProblem, count: int) -> Array:

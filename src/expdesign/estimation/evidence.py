@@ -2,8 +2,8 @@
 
 Levenberg-Marquardt finds the parameters at given factors (Marquardt's scaling of the damping, bounds by leaving out
 what they hold), and MacKay's fixed point on the problem linearised there finds the factors and, where it is not known,
-the noise (`chain/ports/everything.py` has the equations). Both take turns until the factors stay. Where a tool hardly turns,
-the place of a marker on it is determined so loosely that undamped steps leave the range of any linearisation.
+the noise (`chain/ports/everything.py` has the equations). Both take turns until the factors stay. Where a tool hardly
+turns, the place of a marker on it is determined so loosely that undamped steps leave the range of any linearisation.
 """
 
 from dataclasses import dataclass

@@ -20,10 +20,18 @@ from expdesign.plugins import extensions
 
 LIBRARIES = ("autograd", "casadi", "moocore", "numpy", "pandas", "pymoo", "scipy")
 """On whose versions the numbers depend."""
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 _START = "expdesign.app.api.run"
-_WITHOUT_NUMBERS = ("commands", "plausibility", "report", "sweeps", "templates", "watching")
+_WITHOUT_NUMBERS = (
+    "app.commands",
+    "app.sweeps",
+    "app.templates",
+    "app.watching",
+    "assurance.plausibility",
+    "report",
+)
 """Packages whose modules say, draw or carry what others compute."""
+_SILENT = tuple(f"expdesign.{name}." for name in _WITHOUT_NUMBERS)
 _PACKAGE = re.compile(r"expdesign(\.\w+)+")
 
 
@@ -63,7 +71,7 @@ def _modules(root: Path) -> dict[str, ast.Module]:
     while waiting:
         name = waiting.pop()
         file = _file(name, root)
-        if file is None or name in found or name.split(".")[1] in _WITHOUT_NUMBERS:
+        if file is None or name in found or f"{name}.".startswith(_SILENT):
             continue
         found[name] = ast.parse(file.read_text(encoding="utf-8"))
         waiting += _named(found[name], root)

@@ -29,7 +29,7 @@ PATIENCE = 5.0
 _ABSENT = 2.0
 """s without a question after which nobody is looking."""
 _HERE = Path(__file__).parent
-_STYLE = _HERE.parent / "report" / "page.css"
+_STYLE = _HERE.parents[1] / "report" / "page.css"
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
