@@ -432,7 +432,6 @@ def only(*axes: str) -> Callable[[pd.DataFrame], pd.DataFrame]:
 
 
 LEG4, ALL = ("leg 4",), ("all legs",)
-HARD = 1.0 / 2e6
 CASES = [
     Case("com", "payload_com_offset", ("payload",), centre_off, noise=0.5,
          truth={"com_dx_m": 0.006, "com_dy_m": -0.004, "com_dz_m": 0.003}),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.chain.ports.everything import Everything, Linearised, Priors
+from expdesign.chain.ports.everything import Everything, Linearised, Priors, prior_precision
 
 _TURNS = 12
 _STEPS = 60
@@ -59,12 +59,12 @@ def with_evidence(
     determined: FloatArray = np.zeros(count)
     noise = 1.0
     for _ in range(_TURNS):
-        _descend(state, linearised, priors, _precision(priors, factors, noise), _COARSE)
+        _descend(state, linearised, priors, prior_precision(priors, factors, noise), _COARSE)
         before: FloatArray = factors
         factors, determined, noise = _decided(state, priors, before, noise, known_noise=known_noise, ends=(least, most))
         if np.abs(np.log(factors / before)).max() < _SETTLED:
             break
-    precision = _precision(priors, factors, noise)
+    precision = prior_precision(priors, factors, noise)
     _descend(state, linearised, priors, precision, _FINE)
     covariance = noise**2 * _inverse(state.slopes.T @ state.slopes, precision)[0]
     return Everything(state.values, covariance, factors, determined, noise, state.residuals, state.slopes)
@@ -109,7 +109,7 @@ def _decided(
     factors, determined = factors.copy(), np.zeros(len(factors))
     for _ in range(_FIXED):
         before = factors.copy()
-        precision = _precision(priors, factors, noise)
+        precision = prior_precision(priors, factors, noise)
         inverse, variances = _inverse(gram, precision)
         step, gamma = inverse @ right, 1.0 - variances * precision
         for group in range(len(factors)):
@@ -124,13 +124,6 @@ def _decided(
         if np.abs(np.log(factors / before)).max() < _SETTLED / 2.0:
             break
     return factors, determined, noise
-
-
-def _precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
-    """Of the parameters beforehand, in units of the noise, shape (p,)."""
-    scale = np.where(priors.group >= 0, factors[np.maximum(priors.group, 0)], 1.0)
-    precision: FloatArray = (noise / (scale * priors.deviation)) ** 2
-    return precision
 
 
 def _inverse(gram: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -18,6 +18,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field
 
+from expdesign.app.api.inputs import PathLike
 from expdesign.io.schema import validate
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.bipod import BipodSection
@@ -47,8 +48,6 @@ from expdesign.planning.schema import (
     TargetSection,
     TiltSection,
 )
-
-PathLike = str | Path
 
 Acceptance = AcceptanceSection
 Budget = BudgetSection

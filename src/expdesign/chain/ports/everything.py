@@ -123,7 +123,7 @@ class Everything:
 
     def known_as(self, priors: Priors) -> "Everything":
         """The same values, as certain as other priors make them."""
-        precision = _precision(priors, self.factors, self.noise)
+        precision = prior_precision(priors, self.factors, self.noise)
         return replace(self, covariance=self.noise**2 * posterior_covariance(self.slopes.T @ self.slopes, precision))
 
     def without(self, rows: BoolArray, priors: Priors) -> "Everything":
@@ -135,7 +135,7 @@ class Everything:
 
     def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
         """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
-        live, lower = _factored(self.slopes.T @ self.slopes, _precision(priors, self.factors, self.noise))
+        live, lower = _factored(self.slopes.T @ self.slopes, prior_precision(priors, self.factors, self.noise))
         root = solve_triangular(lower, self.slopes[:, live].T, lower=True, check_finite=False).T
         errors = np.empty_like(self.residuals)
         for block in np.unique(blocks):
@@ -160,7 +160,7 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
     for _ in range(_ROUNDS):
         problem = Linear(residuals + slopes @ (values - priors.mean), slopes)
         sizes = sized(problem, priors, sizes, known_noise=known_noise)
-        precision = _precision(priors, sizes.factors, sizes.noise)
+        precision = prior_precision(priors, sizes.factors, sizes.noise)
         target = priors.mean + _bounded(_regular(problem.gram, precision), problem.right, priors)
         cost = _cost(residuals, values, priors, precision)
         share, moved = 1.0, False
@@ -175,7 +175,7 @@ def everything(linearised: Linearised, priors: Priors, start: FloatArray, *, kno
             share *= 0.5
         if not moved:
             break
-    precision = _precision(priors, sizes.factors, sizes.noise)
+    precision = prior_precision(priors, sizes.factors, sizes.noise)
     covariance = sizes.noise**2 * posterior_covariance(slopes.T @ slopes, precision)
     return Everything(values, covariance, sizes.factors, sizes.determined, sizes.noise, residuals, slopes)
 
@@ -193,7 +193,7 @@ def sized(problem: Linear, priors: Priors, start: Sizes, *, known_noise: bool = 
     groups = [priors.group == group for group in range(len(factors))]
     for _ in range(_FIXED):
         before = factors.copy()
-        precision = _precision(priors, factors, noise)
+        precision = prior_precision(priors, factors, noise)
         step, variances = _posterior(problem.gram, problem.right, precision)
         gamma = 1.0 - variances * precision
         sizes = step / priors.deviation
@@ -213,7 +213,7 @@ def sized(problem: Linear, priors: Priors, start: Sizes, *, known_noise: bool = 
 
 def log_evidence(problem: Linear, priors: Priors, sizes: Sizes) -> float:
     """Log of the marginal likelihood of the readings, up to a constant that depends on the flat priors alone."""
-    precision = _precision(priors, sizes.factors, sizes.noise)
+    precision = prior_precision(priors, sizes.factors, sizes.noise)
     live, lower = _factored(problem.gram, precision)
     reduced = solve_triangular(lower, problem.right[live], lower=True, check_finite=False)
     proper = live & (precision > 0.0)
@@ -302,7 +302,7 @@ def few_suffice(found: Everything, priors: Priors, blocks: IntArray, *, most: in
 
 def _again(found: Everything, priors: Priors) -> Everything:
     """The linearised problem solved with other groups, factors and noise as they are."""
-    precision = _precision(priors, found.factors, found.noise)
+    precision = prior_precision(priors, found.factors, found.noise)
     readings = found.residuals + found.slopes @ (found.values - priors.mean)
     gram, right = found.slopes.T @ found.slopes, found.slopes.T @ readings
     (live, lower), step = _factored(gram, precision), np.zeros_like(right)
@@ -386,7 +386,7 @@ def _rms(errors: FloatArray) -> float:
     return float(np.sqrt((errors**2).mean()))
 
 
-def _precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
+def prior_precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
     """Prior precisions in units of the noise, shape (p,)."""
     # Where evidence has switched every group off there are no factors.
     scale = np.where(priors.group >= 0, np.append(factors, 1.0)[priors.group], 1.0)

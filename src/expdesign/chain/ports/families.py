@@ -1,6 +1,6 @@
 """Prior families that several ports share: covariance functions over what a port sees, lengths on a fixed grid."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -169,6 +169,3 @@ def repeating(sight: Sight, form: str, length: Quantity) -> Iterator[Prior]:
     if spread > 0.0:
         for period in np.geomspace(0.1 * spread, 1.2 * spread, PERIODS):
             yield Prior(form, "periodic", (length,), (float(period),), 4)
-
-
-Family = Callable[[Sight], Iterator[Prior]]

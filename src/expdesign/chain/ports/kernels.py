@@ -101,4 +101,3 @@ KERNELS: dict[str, Callable[[Inputs, Inputs], Any]] = {
     )
 }  # fmt: skip
 """By the names that stand in model files."""
-STATIONARY = ("squared_exponential", "matern")
