@@ -7,9 +7,9 @@ from benchmarks.real_recordings.sets import NOTICES, Case
 from benchmarks.real_recordings.transfer import Transfer
 from markdown_it import MarkdownIt
 
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.identify import Identification
 from expdesign.report.identification_record import rms
 from expdesign.report.remark_texts import sentences

@@ -22,8 +22,9 @@ from expdesign.chain.effects.support.rocking import SupportRocking
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.coordinates import SPATIAL
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.library import library
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.fit import Data, Fit, fit, summarise
 from expdesign.estimation.whitening import Whitening
 

@@ -31,7 +31,7 @@ from expdesign.chain.effects.links.compliance import LinkCompliance
 from expdesign.chain.models.model_file import Model, read_model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.together import LAWS, ONE_AT_A_TIME, TOGETHER
+from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
 from expdesign.io.csv_writer import csv_text
 from expdesign.mechanics.robots.bipod import Bipod

@@ -12,7 +12,8 @@ from tests.chain.laboratory import DEVIATION, experiment, machine, measured
 from tests.identification.experiments import read
 
 from expdesign.chain.recordings.references import reference_names
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.io.output import json_text
 from expdesign.report.diagnosis_record import diagnosis_record

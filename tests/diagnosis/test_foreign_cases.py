@@ -9,7 +9,8 @@ from tests.diagnosis.foreign import Machine, Physics, hexapod, measure
 from tests.diagnosis.foreign_cases import CASES, Case, only, play
 from tests.identification.experiments import read
 
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import robot_from_document

@@ -9,12 +9,12 @@ from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.ports.everything import Priors
+from expdesign.chain.ports.evidence import Present
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.settling import Settling, most_evident, settling
+from expdesign.diagnosis.settling import Settling, settling
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
@@ -44,13 +44,8 @@ def _settled(sample: Sample, base: Fit) -> Settling:
     slopes = base.sensitivities.reshape(-1, len(base.values))
     kept = np.ones(len(slopes), dtype=bool)
     found = settling(base.chain, sample, kept, base.residuals.ravel(), slopes)
-    count = len(base.values)
-    free = np.full(count, np.inf)
-    priors = Priors(base.values, free, np.full(count, -1), -free, free)
-    # One group that shows nothing, so that factors exist.
-    priors = replace(priors, deviation=np.where(np.arange(count) == 0, 1.0, np.inf), group=priors.group.copy())
-    priors.group[0] = 0
-    return most_evident(found, base.residuals.ravel(), slopes, priors)
+    precision = 1e-12 * np.maximum((slopes**2).sum(axis=0), 1.0)
+    return found.most_evident(Present(slopes, precision, base.residuals.ravel(), known_noise=False))
 
 
 def test_series_at_one_pose_have_none(tmp_path: Path) -> None:
@@ -83,3 +78,16 @@ def test_whitening_is_the_inverse_root_of_the_covariance(tmp_path: Path) -> None
     np.testing.assert_allclose(root @ covariance @ root.T, np.eye(3 * _ROWS), atol=1e-9)
     readings = base.residuals.ravel()
     np.testing.assert_allclose(found.unwhitened(found.whitened(readings)), readings, rtol=1e-9, atol=1e-9)
+
+
+def test_a_sample_with_this_noise_is_whitened_as_its_readings_are(tmp_path: Path) -> None:
+    """Rows that do not count stay at zero, and residuals and derivatives are taken through the same root."""
+    sample, base = _case(tmp_path, np.arange(_ROWS) // 6, 10.0 * DEVIATION)
+    found = replace(_settled(sample, base), ratio=0.5)
+    plain, slopes = sample.residuals_with_sensitivities(base.chain, base.values)
+    whitened, turned = found.of_sample(sample).residuals_with_sensitivities(base.chain, base.values)
+    np.testing.assert_allclose(whitened.ravel(), found.whitened(plain.ravel()))
+    np.testing.assert_allclose(
+        turned.reshape(-1, turned.shape[-1]), found.whitened(slopes.reshape(-1, len(base.values)))
+    )
+    np.testing.assert_allclose(found.of_sample(sample).residuals(base.chain, base.values), whitened)

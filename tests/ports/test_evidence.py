@@ -1,5 +1,7 @@
 """The closed forms of evidence and left-out errors against dense linear algebra and refits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,52 @@ def test_variances_of_left_out_errors_are_those_of_predictions_by_the_rest() -> 
     covariance = np.linalg.inv(design[rest].T @ design[rest] + np.diag(precision))
     direct = 1.0 + np.einsum("ij,jk,ik->i", design[~rest], covariance, design[~rest])
     np.testing.assert_allclose(found[~rest], direct, rtol=1e-6)
+
+
+def unknown(*laws: tuple[FloatArray, float], scale: float = 1.0) -> Present:
+    return replace(present(*laws), readings=scale * READINGS, known_noise=False)
+
+
+def test_noise_that_is_not_known_is_where_the_dense_likelihood_is_largest() -> None:
+    def dense(noise: float, size: float) -> float:
+        variance = noise * (np.eye(40) + size * LAW @ LAW.T)
+        return restricted_likelihood(variance)
+
+    grid = np.geomspace(0.1, 30.0, 2000)
+    best = [max(dense(noise, size) for noise in grid) for size in (0.1, 2.0)]
+    closed = [unknown((LAW, size)).log_evidence for size in (0.1, 2.0)]
+    assert closed[1] - closed[0] == pytest.approx(best[1] - best[0], abs=1e-4)
+    at = grid[np.argmax([dense(noise, 2.0) for noise in grid])]
+    assert unknown((LAW, 2.0)).noise_variance == pytest.approx(at, rel=5e-3)
+
+
+def test_without_known_noise_the_unit_of_the_readings_does_not_matter() -> None:
+    one, large = (unknown((LAW, 0.3), (OTHER, 0.7), scale=scale).refitted() for scale in (1.0, 50.0))
+    np.testing.assert_allclose(large.variances, one.variances, rtol=1e-3)
+    assert large.noise_variance == pytest.approx(2500.0 * one.noise_variance, rel=1e-3)
+    gains = [unknown((OTHER, 0.7), scale=scale).gain(LAW) for scale in (1.0, 50.0)]
+    np.testing.assert_allclose(gains[1], gains[0], rtol=1e-9)
+
+
+def test_gain_without_known_noise_is_the_largest_difference_of_evidence() -> None:
+    before = unknown((OTHER, 0.7))
+    gain, size = before.gain(LAW)
+    sizes = np.geomspace(1e-3, 1e6, 2000)
+    differences = [unknown((OTHER, 0.7), (LAW, s)).log_evidence - before.log_evidence for s in sizes]
+    assert gain == pytest.approx(max(differences), abs=1e-2)
+    assert unknown((OTHER, 0.7), (LAW, size)).log_evidence - before.log_evidence == pytest.approx(gain, abs=1e-6)
+
+
+def test_refitted_sizes_beside_unknown_noise_leave_no_slope() -> None:
+    best = unknown((LAW, 0.1)).refitted()
+    for factor in (0.8, 1.25):
+        assert best.with_variances((best.variances[0] * factor,)).log_evidence < best.log_evidence
+
+
+def test_what_laws_do_and_how_many_weights_are_determined() -> None:
+    """With a law so wide that its prior says nothing all its weights are determined, and parts add up to the whole."""
+    state = present((LAW, 1e6), (OTHER, 1e-3))
+    assert state.determined(0) == pytest.approx(6.0, abs=1e-3)
+    assert state.determined(1) < 0.3
+    parts = state.base @ state.weights[:3] + state.moved(0) + state.moved(1)
+    np.testing.assert_allclose(parts, READINGS - state.projected, atol=1e-6)

@@ -17,9 +17,10 @@ from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import quantity_name
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.law_findings import LawFinding, sentence
 from expdesign.diagnosis.library import library
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
 from expdesign.report.diagnosis_record import diagnosis_record
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,8 +24,7 @@ def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, 
     base = np.random.default_rng(seed).standard_normal((ROWS, 2))
     scaled = [(component, law / np.sqrt((law**2).sum() / ROWS)) for component, law in laws]
     atoms = [Atom(component, Dense(law), law.T @ law, named=(None, np.zeros(1))) for component, law in scaled]
-    dictionary = SimpleNamespace(atoms=atoms)
-    return LawSearch(dictionary, Present(base, np.zeros(2), readings), BLOCKS)  # type: ignore[arg-type]
+    return LawSearch(atoms, Present(base, np.zeros(2), readings), BLOCKS)
 
 
 def _none(search: LawSearch) -> Chosen:
@@ -94,7 +92,6 @@ def _contested(seed: int, *, apart: float) -> LawSearch:
     for index in (1, 2):
         own = replace(law, component=search.atoms[index].component)
         search.atoms[index] = replace(search.atoms[index], named=None, entry=own)
-    search.dictionary.made = lambda entry: None  # type: ignore[method-assign]
     return search
 
 

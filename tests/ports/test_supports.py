@@ -18,9 +18,10 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.cross_validation import blocks_of
+from expdesign.diagnosis.group_findings import group_findings
+from expdesign.diagnosis.groups import Groups, grouped
+from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.sample import Sample, rms
-from expdesign.diagnosis.support_findings import support_findings
-from expdesign.diagnosis.support_laws import Support, support_laws
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
 
@@ -70,11 +71,16 @@ def sample_of(points: Recordings) -> Sample:
 
 
 @cache
-def found() -> Support:
+def found() -> Groups:
     sample = sample_of(column())
-    support = support_laws(BODY, sample, fit(Chain(BODY), sample))
-    assert support is not None
-    return support
+    groups = grouped(BODY, sample, fit(Chain(BODY), sample), (), lambda text: None)
+    assert groups is not None
+    return groups
+
+
+@cache
+def guide() -> LawFinding:
+    return next(f for f in group_findings(found(), BODY) if isinstance(f, LawFinding) and f.variant == "guide")
 
 
 def test_a_column_whose_guides_have_clearance_is_predicted_at_stations_that_were_held_out() -> None:
@@ -88,23 +94,22 @@ def test_a_column_whose_guides_have_clearance_is_predicted_at_stations_that_were
 
 
 def test_the_guides_are_among_what_is_found_and_end_where_they_do() -> None:
-    (guide,) = (group for group in found().groups if group.form == "guide")
-    overlap = guide.laws[0].form.channels[0].amplitude
+    group = next(one for one in found().found if one.group.form == "guide")
+    overlap = group.laws[0].form.channels[0].amplitude
     assert overlap is not None
     assert overlap.setting[0] == pytest.approx(_ENDS, abs=0.3)
-    finding = next(f for f in support_findings(found(), BODY) if f.variant == "guide")
-    assert finding.component == str(BASE)
-    assert "the moment about x" in finding.sentence
+    assert guide().component == str(BASE)
+    assert "the moment about x" in guide().sentence
 
 
 def test_the_drawn_law_has_the_play_within_its_band() -> None:
     """Of the laws of the load together at the median height, relative to the load of the reference, along mx."""
-    (guide,) = (group for group in found().groups if group.form == "guide")
-    assert guide.curve is not None
-    chosen = (np.array(guide.curve.output) == "drx_rad") & (np.array(guide.curve.varied) == 0)
-    moment = guide.curve.inputs[chosen, 0]
+    curve = guide().curve
+    assert curve is not None
+    chosen = (np.array(curve.output) == "drx_rad") & (np.array(curve.varied) == 0)
+    moment = curve.inputs[chosen, 0]
     truth = tilt(moment, 0.5 * (_HEIGHTS[1] + _HEIGHTS[2]), 30.0) - _SOFT * moment
-    slope = np.polyfit(truth, guide.curve.mean[chosen], 1)[0]
+    slope = np.polyfit(truth, curve.mean[chosen], 1)[0]
     assert slope == pytest.approx(1.0, abs=0.5)
 
 
@@ -142,7 +147,7 @@ def test_a_support_that_does_not_yield_has_no_laws() -> None:
     noise = still.deviations * generator.standard_normal(still.deflections.shape)
     noisy = replace(still, deflections=noise)
     sample = sample_of(noisy)
-    assert support_laws(BODY, sample, fit(Chain(BODY), sample)) is None
+    assert grouped(BODY, sample, fit(Chain(BODY), sample), (), lambda text: None) is None
 
 
 def test_an_overlap_is_what_is_left_of_a_guide() -> None:

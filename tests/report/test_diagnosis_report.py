@@ -19,7 +19,8 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.report import words
 from expdesign.report.diagnosis_report import diagnosis_report
 from expdesign.report.diagnosis_texts import conclusions, in_prose, terminal_lines

@@ -93,6 +93,8 @@ class Declaration:
         port: where on the chain it acts, as laws without a name do (`ports/places`).
         inputs: on what it depends.
         beyond: what it does beyond the recorded range.
+        linear: whether what it does is nearly proportional to its parameters, so that small errors of many parts add up
+            and can be weighed as one group.
         sizes: of its parameters; the first whose names fit counts.
     """
 
@@ -102,4 +104,5 @@ class Declaration:
     port: str = ""
     inputs: tuple[Input, ...] = ()
     beyond: Beyond = Beyond.GOES_ON
+    linear: bool = True
     sizes: tuple[Size, ...] = ()

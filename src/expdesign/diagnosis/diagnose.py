@@ -5,109 +5,32 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
-from expdesign.diagnosis.at_once import AtOnce
+from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import dispersion
-from expdesign.diagnosis.findings import Finding, findings, set_aside
+from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import Laws, left_out_alone, sought_laws, without_mistakes
+from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistakes
 from expdesign.diagnosis.library import OUTLIER
-from expdesign.diagnosis.locate import Location, drivers, locate
+from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
+from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
-from expdesign.diagnosis.stability import Stability, stability
-from expdesign.diagnosis.statement import Widening, statement, tested, widened, widening
-from expdesign.diagnosis.support_findings import support_findings
-from expdesign.diagnosis.support_laws import Support, support_laws
-from expdesign.diagnosis.together import LAWS, TOGETHER, Method, errors_together, group_findings, verdict_together
+from expdesign.diagnosis.stability import stability
+from expdesign.diagnosis.statement import statement, tested
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
-from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit, fit
-from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.mechanics.robots.robot import Robot
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """What was found.
-
-    Attributes:
-        robot, recordings: what was diagnosed.
-        noise: standard deviations of the readings.
-        base: fit of the base model.
-        model: the chosen model, which is the base model where nothing was found.
-        predictive: what predictions are made with: the chosen model, or the base model where the chosen one explains
-            too little of what was not fitted.
-        verdict: `consistent`, `explained`, `modelled` (by laws at ports) or `unexplained`.
-        before, after: whether the base model accounts for the fitted rows, and the chosen one.
-        location: of the mismatch.
-        findings: effects that are present together.
-        errors: of the predictive model, on fitted and held-out rows.
-        search: everything that was considered.
-        laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
-        method: the way of working that the data call for, and why.
-        caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
-        scatter: RMS of readings in blocks that were left out, by all effects at once; 0 where these are not the model.
-        stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
-        ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
-    """
-
-    robot: Robot
-    recordings: Recordings
-    noise: NoiseLevel
-    base: Fit
-    model: Model
-    predictive: Model
-    verdict: str
-    before: StatementOfFit
-    after: StatementOfFit
-    location: Location
-    findings: tuple[Finding, ...]
-    errors: HeldOut
-    search: Search
-    laws: Laws | None
-    method: Method
-    caveats: tuple[Remark, ...] = ()
-    scatter: float = 0.0
-    stability: Stability | None = None
-    ended: str = ""
-
-    @property
-    def refuted(self) -> bool:
-        """Whether the model that predicts is refuted by the recordings, or no explanation of them."""
-        return self.verdict == "unexplained" or self.after.refuted
-
-    @property
-    def widening(self) -> Widening:
-        """By what the recordings widen what the predictive model predicts."""
-        sample = self.search.sample.restricted(~self.predictive.outliers)
-        return widening(self.predictive.fit, sample, known_noise=self.noise.known, scatter=self.scatter)
-
-    @property
-    def known(self) -> Fit:
-        """The predictive model with the covariance that its predictions have."""
-        return widened(self.predictive.fit, self.widening)
-
-    @property
-    def reading_deviations(self) -> FloatArray:
-        """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
-        return reading_deviations(self.noise.deviations[self.search.sample.counts], self.widening.readings)
-
-    @property
-    def rival(self) -> Model | None:
-        """A model with other physics that explains the recordings as well, where there is one."""
-        return next((finding.rival for finding in self.findings if finding.rival is not None), None)
 
 
 def diagnose(
@@ -138,9 +61,7 @@ def diagnose(
         doing[0] = text
         report(text)
 
-    frame = framed(robot, recordings, without=without, interruptible=interruptible, report=told)
-    if frame.ended:
-        return _so_far(frame, frame.ended)
+    frame = framed(robot, recordings, without=without, report=told)
     try:
         return _diagnosed(frame, told, outliers=OUTLIER not in without)
     except KeyboardInterrupt:
@@ -157,20 +78,21 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
     if search.base.misfit - best.misfit < OPTIONS.acceptance:
         best = search.base
     errors = _held_out(search, frame.base, best.fit, frame.judged, best.outliers)
-    result = _with_verdict(frame, _Named(best, errors, Nameable(best, "", ())))
+    result = _with_verdict(frame, _Named(best, errors, Nameable(best, "", ())), Method(ONE_AT_A_TIME, "it was ended"))
     return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
 
 
 def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -> Diagnosis:
     """The diagnosis of a frame; `outliers` says whether rows may be set aside as single mistakes."""
-    at_once = _at_once(frame)
-    if at_once is not None and at_once.alone:
-        return at_once.diagnosis
+    groups = by_groups(frame, report)
+    frame.search.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
+    if groups.alone:
+        return groups.diagnosis()
     named = _named(frame, outliers=outliers)
-    if at_once is not None and at_once.beats(named.model):
-        return at_once.diagnosis
+    if groups.beats(named.model):
+        return groups.diagnosis()
     report("weighing alternatives")
-    result = _with_verdict(frame, named)
+    result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, groups.method.reason))
     contested = result.verdict == "explained" and frame.kind.contested and frame.noise.known
     if result.verdict == "unexplained" or contested:
         result = _with_laws(result, frame.judged, report)
@@ -200,7 +122,7 @@ def _named(frame: Frame, *, outliers: bool) -> _Named:
     return _Named(*_checked(search, found.model, frame.base, frame.noise, frame.judged), found)
 
 
-def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
+def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     """Whether named effects explain the recordings; `_with_names` says which they are, should they stay."""
     search, base, noise, model, errors = frame.search, frame.base, frame.noise, named.model, named.errors
     sample = search.sample
@@ -242,7 +164,7 @@ def _with_verdict(frame: Frame, named: _Named) -> Diagnosis:
         errors=errors,
         search=search,
         laws=None,
-        method=frame.method,
+        method=method,
         caveats=(*named.found.remarks, *caveats(sample, model, spread, errors)),
     )
 
@@ -257,73 +179,6 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
         before, after = tested(frame.base, search.sample), tested(model.fit, kept)
         found = _doubted(found, OPTIONS.fitting if fits(before, after) else OPTIONS.tentative)
     return replace(result, findings=found, stability=stable)
-
-
-@dataclass(frozen=True)
-class _AllAtOnce:
-    """The diagnosis with all effects at once, and the laws of a body's support where it is by these."""
-
-    diagnosis: Diagnosis
-    support: Support | None
-
-    @property
-    def alone(self) -> bool:
-        """Whether named effects need not be sought."""
-        return self.support is None or self.support.nameless(self.diagnosis.search.sample)
-
-    def beats(self, named: Model) -> bool:
-        """Whether laws of the support predict left-out blocks better than named effects."""
-        kept = self.diagnosis.search.sample.restricted(~named.outliers)
-        return self.support is not None and self.support.beats(named.fit, kept)
-
-
-def _at_once(frame: Frame) -> _AllAtOnce | None:
-    """All effects at once, of a machine or of what a body stands on; None where held-out rows refute them."""
-    base, sample, method = frame.base, frame.search.sample, frame.method
-    frame.search.log.add_text("method", f"{method.name}: {method.reason}")
-    support = support_laws(frame.robot, sample, base) if frame.many is None else None
-    at_once = frame.many or support
-    if at_once is None:
-        return None
-    errors = errors_together(at_once, base, sample, frame.judged, known_noise=frame.noise.known)
-    if errors.test_after >= errors.test_before:
-        return None
-    if support is not None:
-        found, method = support_findings(support, frame.robot), Method(TOGETHER, support.why)
-    else:
-        assert frame.many is not None
-        found = group_findings(frame.many)
-    return _AllAtOnce(_of_all(replace(frame, method=method), at_once, found, errors), support)
-
-
-def _of_all(frame: Frame, at_once: AtOnce, found: tuple[Finding, ...], errors: HeldOut) -> Diagnosis:
-    """The diagnosis with all effects at once."""
-    search, base, sample, fitted = frame.search, frame.base, frame.search.sample, at_once.fit
-    model = Model((), at_once.aside, fitted, float("nan"))
-    sample = sample.restricted(~at_once.aside)
-    verdict = verdict_together(errors)
-    variance = 1.0 if frame.noise.known else at_once.noise**2
-    search.log.add_text("verdict", f"{len(at_once.groups)} groups of effects; verdict {verdict}")
-    return Diagnosis(
-        robot=frame.robot,
-        recordings=frame.recordings,
-        noise=frame.noise,
-        base=base,
-        model=model,
-        predictive=model,
-        verdict=verdict,
-        before=statement(base, search.sample, frame.noise),
-        after=statement(fitted, sample, frame.noise),
-        location=locate(base, sample, frame.robot, frame.entries, variance),
-        findings=(*found, *set_aside(search.sample, at_once.aside, OPTIONS.most)),
-        errors=errors,
-        search=search,
-        laws=None,
-        method=frame.method,
-        caveats=caveats(sample, model, dispersion(fitted.residuals, sample), errors),
-        scatter=at_once.after,
-        stability=at_once.stability,
-    )
 
 
 def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:

@@ -12,10 +12,8 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
 from expdesign.diagnosis.library import Candidate, candidates, library
-from expdesign.diagnosis.many import Many
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Search
-from expdesign.diagnosis.together import ONE_AT_A_TIME, Method, together
 from expdesign.errors import InputError
 from expdesign.estimation.estimability import require_regular_rows
 from expdesign.estimation.fit import Data, Fit, fit
@@ -37,9 +35,6 @@ class Frame:
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
         entries: named physics.
         search: for it.
-        many: all effects at once, where the recordings call for that.
-        method: the way of working that they call for.
-        ended: what was being done when somebody ended it; empty otherwise.
     """
 
     robot: Robot
@@ -50,9 +45,6 @@ class Frame:
     judged: BoolArray
     entries: list[Candidate]
     search: Search
-    many: Many | None
-    method: Method
-    ended: str = ""
 
 
 def framed(
@@ -60,7 +52,6 @@ def framed(
     recordings: Recordings,
     *,
     without: frozenset[str],
-    interruptible: bool,
     report: Callable[[str], None],
 ) -> Frame:
     """The frame of a diagnosis; for arguments and what is raised see `diagnose`."""
@@ -79,17 +70,9 @@ def framed(
     report("preparing the library")
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
     search = Search(robot, sample, entries, known_noise=noise.known, report=report)
-    ended = ""
-    try:
-        many, method = together(robot, sample, base, entries, report)
-    except KeyboardInterrupt:
-        if not interruptible:
-            raise
-        ended = "all effects at once"
-        many, method = None, Method(ONE_AT_A_TIME, "all effects at once were not finished")
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, search, many, method, ended)
+    return Frame(robot, recordings, noise, kind, base, judged, entries, search)
 
 
 def _sampler(robot: Robot, recordings: Recordings) -> Callable[[FloatArray], Sample]:

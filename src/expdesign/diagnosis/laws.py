@@ -22,6 +22,7 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.location import Place, places
 from expdesign.chain.ports.measured import Measured
 from expdesign.chain.ports.selection import Chosen, LawSearch
+from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
@@ -102,13 +103,13 @@ class Laws:
         )
 
 
-def measured_of(sample: Sample, *, known_noise: bool) -> Measured:
+def measured_of(sample: Sample) -> Measured:
     """What laws are sought in."""
     recordings = sample.recordings
     blocks = blocks_of(sample)
     return Measured(
         sample.rows, tuple(int(a) for a in recordings.axes), sample.counts, sample.whiten, blocks,
-        recordings.time is not None, sample.reading, known_noise,
+        recordings.time is not None, sample.reading,
     )  # fmt: skip
 
 
@@ -163,7 +164,7 @@ def sought_laws(
     if int(sample.counts.sum()) < OPTIONS.fewest_rows:
         return None
     report("preparing laws at ports")
-    measured = measured_of(sample, known_noise=known_noise)
+    measured = measured_of(sample)
     dictionary = Dictionary(robot, measured, base.values)
     kept = np.repeat(sample.counts, len(sample.recordings.axes))
     scales: dict[int, FloatArray] = {}
@@ -186,14 +187,14 @@ def sought_laws(
                 scales[seeds[-1]] = known[1]
                 dictionary.atoms.append(known[0])
     blocks = readings_of(measured.blocks, sample)
-    search = LawSearch(dictionary, present, blocks)
+    search = LawSearch(dictionary.atoms, present, blocks, dictionary.made)
     report("weighing laws at ports")
     chosen = search.run(seeds=seeds)
     gain = chosen.evidence - present.log_evidence
     if not chosen.indices or set(chosen.indices) <= set(seeds):
         return None
     left_out = LeftOut(present.left_out(blocks), chosen.state.left_out(blocks), blocks)
-    return _fitted(robot, sample, base, scales, search, chosen, left_out, gain)
+    return _fitted(robot, sample, base, scales, search, dictionary.sight, chosen, left_out, gain)
 
 
 def _about(
@@ -235,12 +236,13 @@ def _fitted(
     base: Fit,
     scales: dict[int, FloatArray],
     search: LawSearch,
+    sight: Sight,
     chosen: Chosen,
     left_out: LeftOut,
     gain: float,
 ) -> Laws:
     """The chain with the chosen laws, and what each of them says."""
-    state, atoms, sight = chosen.state, search.atoms, search.dictionary.sight
+    state, atoms = chosen.state, search.atoms
     weights, first = state.weights, state.base.shape[1]
     found: list[tuple[Effect, FloatArray, tuple[Place, ...], float, Candidate | None]] = []
     excess = max(float(state.readings @ search.base.projected) - len(state.readings), 1e-9)

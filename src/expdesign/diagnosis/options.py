@@ -28,6 +28,12 @@ class DiagnosisOptions:
         all_rows: below which all effects at once cannot be learnt.
         all_excess: RMS of what the base model leaves, in standard deviations, from which many effects can be told.
         all_gains: factor on left-out errors that all effects at once have to reach.
+        few: factor on left-out errors within which one or two groups predict as well as all together.
+        most_typical: typical sizes of a parameter that its deviation within a group is at most.
+        unlike: medians of its group that it is at most: parts of one kind are alike, so that one which hardly shows is
+            not as large as it would have to be to show.
+        averaged: effects beside the likeliest model over which predictions are averaged, at most.
+        averaged_share: posterior weight that each of them has at least.
         acceptance: fall of the penalised misfit for an effect to be accepted: odds of e³, about 20 to 1.
         kinds: of physics among which the prior probability of an effect is shared.
         fits_per_step: places that are fitted in full in each step, best scores first.
@@ -69,6 +75,11 @@ class DiagnosisOptions:
     all_rows: int = 60
     all_excess: float = 2.0
     all_gains: float = 0.9
+    few: float = 1.15
+    most_typical: float = 1e3
+    unlike: float = 10.0
+    averaged: int = 12
+    averaged_share: float = 0.005
     acceptance: float = 6.0
     kinds: float = 20.0
     fits_per_step: int = 10

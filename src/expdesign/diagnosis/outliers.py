@@ -5,7 +5,7 @@ from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
-from expdesign.chain.ports.everything import Everything, Priors
+from expdesign.chain.ports.evidence import Present
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis
@@ -44,31 +44,27 @@ def outlier_price(readings: int, axes: int, rows: int) -> float:
     return float(axes * np.log(max(readings, 2)) + 2.0 * np.log(max(rows, 2)))
 
 
-def single_mistakes(found: Everything, priors: Priors, row_of: IntArray, axes: int) -> IntArray:
-    """Rows that all effects together do not explain, worst first: each is left out before the next is judged.
+def single_mistakes(state: Present, row_of: IntArray, axes: int) -> IntArray:
+    """Rows that a model does not explain, worst first: each is left out before the next is judged.
 
     None where they would be more than single mistakes are: then something is missing.
 
     Args:
-        found: all effects, fitted together.
-        priors: of their parameters.
+        state: the model, to first order.
         row_of: row of every reading, shape (M,).
         axes: readings of a row.
     """
     rows = len(np.unique(row_of))
     price, most = outlier_price(len(row_of), axes, rows), max(1, int(OPTIONS.single_mistakes * rows))
     aside: list[int] = []
-    left = np.ones(len(row_of), dtype=bool)
     while len(aside) <= most:
-        own = row_of[left]
-        sizes = found.residuals * found.left_out(own, priors) / found.noise**2
-        distances = np.bincount(own, weights=sizes)
+        sizes = state.projected * state.left_out(row_of) / state.noise_variance
+        distances = np.bincount(row_of, weights=sizes)
         worst = int(np.argmax(distances))
         if distances[worst] < price:
             return np.array(aside, dtype=np.int64)
         aside.append(worst)
-        found = found.without(own == worst, priors)
-        left &= row_of != worst
+        state, row_of = state.of_rows(row_of != worst), row_of[row_of != worst]
     return np.zeros(0, dtype=np.int64)
 
 

@@ -10,13 +10,13 @@ so that many series cost no more than one. Evidence sets φ. A series at one pos
 told from an error of the machine at that pose.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.ports.everything import Linear, Priors, Sizes, log_evidence, sized
+from expdesign.chain.ports.evidence import Present
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 
@@ -50,6 +50,22 @@ class Settling:
         """V^(1/2) times readings (M,)."""
         return self._scaled(readings, 0.5)
 
+    def most_evident(self, state: Present) -> "Settling":
+        """The same with the φ of largest evidence beside some laws; none moved where that is not worth its prior."""
+        best = (-np.inf, replace(self, ratio=0.0))
+        for ratio in (0.0, *_RATIOS) if self.series else ():
+            one = replace(self, ratio=ratio)
+            laws = tuple(one.whitened(law) for law in state.laws)
+            base, readings = one.whitened(state.base), one.whitened(state.readings)
+            volume = sum(float(np.log1p(ratio * squares).sum()) for squares in self.squares)
+            moved = Present(base, state.precision, readings, laws, state.variances, known_noise=False)
+            best = max(best, (moved.log_evidence - 0.5 * volume, one), key=lambda item: item[0])
+        return best[1]
+
+    def of_sample(self, sample: Sample) -> Sample:
+        """The sample with this noise in its whitening."""
+        return sample if self.ratio == 0.0 else _Moved(**vars(sample), settled=self)
+
     def _scaled(self, readings: FloatArray, power: float) -> FloatArray:
         if self.ratio == 0.0:
             return readings
@@ -58,6 +74,27 @@ class Settling:
             change = (1.0 + self.ratio * squares) ** power - 1.0
             scaled[rows] += (turned * change) @ (turned.T @ readings[rows])
         return scaled
+
+
+@dataclass(frozen=True)
+class _Moved(Sample):
+    """A sample whose readings of a series share a part of the noise."""
+
+    settled: Settling = field(default_factory=Settling, kw_only=True)
+
+    def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
+        return self._whitened(super().residuals(chain, values))
+
+    def residuals_with_sensitivities(self, chain: Chain, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        residuals, slopes = super().residuals_with_sensitivities(chain, values)
+        return self._whitened(residuals), self._whitened(slopes)
+
+    def _whitened(self, values: FloatArray) -> FloatArray:
+        """Of readings (N, k, ...), of which those that count are whitened."""
+        flat = values.reshape(-1, *values.shape[2:]).copy()
+        kept = np.repeat(self.counts, values.shape[1])
+        flat[kept] = self.settled.whitened(flat[kept])
+        return flat.reshape(values.shape)
 
 
 def settling(chain: Chain, sample: Sample, kept: BoolArray, residuals: FloatArray, slopes: FloatArray) -> Settling:
@@ -99,25 +136,3 @@ def _moving(sample: Sample) -> list[BoolArray]:
         if (np.ptp(poses[rows], axis=0) > ranges).any():
             found.append(rows)
     return found
-
-
-def most_evident(settled: Settling, readings: FloatArray, slopes: FloatArray, priors: Priors) -> Settling:
-    """The same with the φ of largest evidence, all effects being there; none moved where that is not worth its prior.
-
-    Args:
-        settled: what may have moved.
-        readings: with all parameters at their means, whitened, shape (M,).
-        slopes: whitened derivatives of the prediction, shape (M, p).
-        priors: of all effects.
-    """
-    if not settled.series:
-        return settled
-    start = Sizes(np.full(int(priors.group.max()) + 1, 0.3), 3.0)
-    best = (-np.inf, settled)
-    for ratio in (0.0, *_RATIOS):
-        one = Settling(settled.series, settled.turned, settled.squares, ratio)
-        problem = Linear(one.whitened(readings), one.whitened(slopes))
-        volume = sum(float(np.log1p(ratio * squares).sum()) for squares in settled.squares)
-        evidence = log_evidence(problem, priors, sized(problem, priors, start)) - 0.5 * volume
-        best = max(best, (evidence, one), key=lambda item: item[0])
-    return best[1]

@@ -10,10 +10,9 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.ports.everything import Priors
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.estimation.evidence import with_evidence
+from expdesign.estimation.evidence import Priors, with_evidence
 
 _MILLI = 1e-3
 _SEED = 0

@@ -3,7 +3,7 @@
 The model is the measurement chain with `CalibratedGeometryError`, linearised exactly. A minimal complete set of
 parameters is chosen from the rigid kinematics (`redundancy.py`); the rest stays as drawn. Beforehand zeros, lengths and
 angles are normal with the sizes of `ArmOptions`, times one factor for each kind that the rows decide
-(`chain/ports/everything.py`), so that what they do not determine stays at the drawing. Instrument and markers are as
+(`evidence.py`), so that what they do not determine stays at the drawing. Instrument and markers are as
 unknown as their readings say.
 
 Where the residuals exceed what is stated, the variance is the stated one and a second component σ² for every kind of
@@ -20,7 +20,6 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError, Frames
 from expdesign.chain.models.estimable import Estimable
-from expdesign.chain.ports.everything import Priors
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.recordings.recordings import Recordings
@@ -33,6 +32,7 @@ from expdesign.estimation.arm_noise import ArmNoise, Settled
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
+from expdesign.estimation.evidence import Priors
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.noise_level import NoiseLevel

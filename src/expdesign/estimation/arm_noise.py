@@ -6,12 +6,11 @@ import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.ports.everything import Everything, Priors
 from expdesign.chain.recordings.remark import Remark
 from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import ArmProblem
-from expdesign.estimation.evidence import with_evidence
+from expdesign.estimation.evidence import Priors, Sized, with_evidence
 from expdesign.estimation.noise_level import NoiseGroup, NoiseLevel, axis_groups
 from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
 from expdesign.estimation.robust_loss import Weighting
@@ -33,7 +32,7 @@ class Settled:
         effective: deviations divided by the roots of robust weights, shape (N, k).
     """
 
-    solution: Everything
+    solution: Sized
     start: FloatArray
     noise: NoiseLevel
     effective: FloatArray
@@ -88,7 +87,7 @@ class ArmNoise:
 
     def _estimated(
         self,
-        found: Everything,
+        found: Sized,
         start: FloatArray,
         levels: FloatArray,
         judged: tuple[float, int, float] | None,
@@ -139,9 +138,7 @@ class ArmNoise:
     def _weighting(self) -> Weighting:
         return Weighting(self.options.loss, self.options.freedom)
 
-    def _solve(
-        self, start: FloatArray, deviations: FloatArray, weights: FloatArray, *, known: bool = True
-    ) -> Everything:
+    def _solve(self, start: FloatArray, deviations: FloatArray, weights: FloatArray, *, known: bool = True) -> Sized:
         effective = deviations / np.sqrt(weights)[:, None]
         return with_evidence(
             lambda values: self.problem.linearised(values, effective, start),
@@ -152,7 +149,7 @@ class ArmNoise:
             most=self.options.most,
         )
 
-    def _whitened(self, found: Everything, start: FloatArray, deviations: FloatArray) -> FloatArray:
+    def _whitened(self, found: Sized, start: FloatArray, deviations: FloatArray) -> FloatArray:
         """Residuals without weights, 0 where nothing was read, shape (N, k)."""
         whole = start.copy()
         whole[self.problem.live] = found.values
@@ -160,7 +157,7 @@ class ArmNoise:
         predicted = self.problem.chain.predict(self.problem.rows, whole)[:, train.axes]
         return np.where(self.problem.seen, (train.deflections - predicted) / deviations, 0.0)
 
-    def _by_kind(self, found: Everything, deviations: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _by_kind(self, found: Sized, deviations: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Σ w·r² over its mean at normal noise, and n − tr(H), of every kind of reading."""
         seen = self.problem.seen
         columns = np.broadcast_to(np.arange(seen.shape[1]), seen.shape)[seen]

@@ -2,16 +2,20 @@
 
 Levenberg-Marquardt finds the parameters at given factors (Marquardt's scaling of the damping, bounds by leaving out
 what they hold), and MacKay's fixed point on the problem linearised there finds the factors and, where it is not known,
-the noise (`chain/ports/everything.py` has the equations). Both take turns until the factors stay. Where a tool hardly
+the noise (1992, section 4). Both take turns until the factors stay. Where a tool hardly
 turns, the place of a marker on it is determined so loosely that undamped steps leave the range of any linearisation.
+
+    γ_g = Σ_(i in g) (1 − C_ii/d_i²),   f_g² = Σ (θ_i/δ_i)²/γ_g,   s² = |r|²/(M − Σγ − rank of what has no factor),
+
+d_i = f_g·δ_i being the prior deviation of parameter i and C the posterior covariance.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
-from expdesign.chain.ports.everything import Everything, Linearised, Priors, prior_precision
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 
 _TURNS = 12
 _STEPS = 60
@@ -21,6 +25,62 @@ _COARSE, _FINE = 1e-3, 1e-9
 _SETTLED = 2e-2
 """Change of the logarithm of a factor at which it has settled."""
 _LARGEST_DAMPING = 1e10
+_ALONE = 1.0 + 1e-9
+"""Diagonal of I − H, so that a reading that nothing else predicts leaves it regular."""
+
+Linearised = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Whitened residuals (M,) and derivatives of the prediction (M, p) at parameters (p,)."""
+
+
+@dataclass(frozen=True)
+class Priors:
+    """What is known beforehand.
+
+    Attributes:
+        mean, deviation: of every parameter, shape (p,); infinite where nothing is known.
+        group: of every parameter, shape (p,); −1 where the deviation stays as it is.
+        low, high: bounds, shape (p,).
+    """
+
+    mean: FloatArray
+    deviation: FloatArray
+    group: IntArray
+    low: FloatArray
+    high: FloatArray
+
+
+@dataclass(frozen=True)
+class Sized:
+    """Parameters fitted with the sizes of their groups.
+
+    Attributes:
+        values: shape (p,).
+        covariance: with the noise as it was learnt, shape (p, p).
+        factors: of the groups.
+        determined: γ_g, how many parameters of each group the data determine.
+        noise: standard deviation of the whitened residuals.
+        residuals, slopes: at the values, shapes (M,) and (M, p).
+    """
+
+    values: FloatArray
+    covariance: FloatArray
+    factors: FloatArray
+    determined: FloatArray
+    noise: float
+    residuals: FloatArray
+    slopes: FloatArray
+
+    def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
+        """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
+        gram = self.slopes.T @ self.slopes
+        _, _, root = _inverse(gram, prior_precision(priors, self.factors, self.noise))
+        projected = self.slopes @ root
+        errors = np.empty_like(self.residuals)
+        for block in np.unique(blocks):
+            inside = np.flatnonzero(blocks == block)
+            own = projected[inside]
+            errors[inside] = np.linalg.solve(_ALONE * np.eye(len(inside)) - own @ own.T, self.residuals[inside])
+        return errors
 
 
 @dataclass
@@ -41,7 +101,7 @@ def with_evidence(
     known_noise: bool = True,
     least: float,
     most: float,
-) -> Everything:
+) -> Sized:
     """Parameters, factors of the groups of priors and noise.
 
     Args:
@@ -67,7 +127,7 @@ def with_evidence(
     precision = prior_precision(priors, factors, noise)
     _descend(state, linearised, priors, precision, _FINE)
     covariance = noise**2 * _inverse(state.slopes.T @ state.slopes, precision)[0]
-    return Everything(state.values, covariance, factors, determined, noise, state.residuals, state.slopes)
+    return Sized(state.values, covariance, factors, determined, noise, state.residuals, state.slopes)
 
 
 def _descend(state: _State, linearised: Linearised, priors: Priors, precision: FloatArray, enough: float) -> None:
@@ -110,7 +170,7 @@ def _decided(
     for _ in range(_FIXED):
         before = factors.copy()
         precision = prior_precision(priors, factors, noise)
-        inverse, variances = _inverse(gram, precision)
+        inverse, variances, _ = _inverse(gram, precision)
         step, gamma = inverse @ right, 1.0 - variances * precision
         for group in range(len(factors)):
             own: BoolArray = priors.group == group
@@ -126,11 +186,19 @@ def _decided(
     return factors, determined, noise
 
 
-def _inverse(gram: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(G + P)⁻¹ and its diagonal; what neither readings nor priors determine is left at 0."""
+def prior_precision(priors: Priors, factors: FloatArray, noise: float) -> FloatArray:
+    """Prior precisions in units of the noise, shape (p,)."""
+    # Without any group there are no factors.
+    scale = np.where(priors.group >= 0, np.append(factors, 1.0)[priors.group], 1.0)
+    precision: FloatArray = (noise / (scale * priors.deviation)) ** 2
+    return precision
+
+
+def _inverse(gram: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(G + P)⁻¹, its diagonal and its root; what neither readings nor priors determine is left at 0."""
     matrix = gram + np.diag(precision)
     scale = 1.0 / np.sqrt(np.maximum(matrix.diagonal(), 1e-300))
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
     kept = values > 1e-14 * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept]) * scale[:, None]
-    return root @ root.T, (root**2).sum(axis=1)
+    return root @ root.T, (root**2).sum(axis=1), root

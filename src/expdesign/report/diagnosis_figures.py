@@ -7,7 +7,7 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.base_models import base_model
-from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.report import words
 from expdesign.report.blocks import Block, Figure, SideBySide
 from expdesign.report.diagnosis_texts import in_prose

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding, curve_file
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.report.remark_texts import sentences
 
 _LISTED = 0.001

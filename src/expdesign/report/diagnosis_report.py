@@ -5,8 +5,8 @@ import pandas as pd
 
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.model_error.recorded import HiddenByRecordings
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.acceptance import acceptance_section

@@ -6,8 +6,8 @@ import numpy as np
 
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.decision import sentences as decided
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.diagnosis_record import located

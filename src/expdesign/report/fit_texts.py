@@ -2,7 +2,7 @@
 
 import math
 
-from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.identify import Identification
 from expdesign.report import words
 

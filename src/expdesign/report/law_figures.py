@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from expdesign.chain.ports.words import quantity_name, unit_of
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.law_findings import LawFinding, curve_file, curves
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, table_of

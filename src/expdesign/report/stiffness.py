@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.intervals import Intervals
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, table_of

@@ -18,10 +18,10 @@ from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_record, hidden_sentence
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.chain.recordings.recordings import complete_positions
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
 from expdesign.io.csv_writer import csv_text
 from expdesign.io.output import json_text, output_folder, write_file

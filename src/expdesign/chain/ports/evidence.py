@@ -3,10 +3,13 @@
 The precision projected on what c cannot do, P = V⁻¹ − V⁻¹A(AᵀV⁻¹A)⁻¹AᵀV⁻¹ with V = I + Σ σ_k²·Φ_k·Φ_kᵀ, is I − F·Fᵀ
 with F = H·L⁻ᵀ, H = [A, Φ_1, ...], L·Lᵀ = HᵀH + diag(prior precisions). The restricted log evidence (Patterson and
 Thompson 1971) is −½(yᵀPy + ln det(HᵀH + D) + Σ f_k·ln σ_k²) up to a constant.
+
+Where the noise is not known, e ~ N(0, s²·I) and w_k ~ N(0, s²·σ_k²·I): s² = yᵀPy/(M − p) maximises the evidence, in
+which (M − p)·(1 + ln s²) stands in the place of yᵀPy, p being the directions of c.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,10 +17,12 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dtrtri
 from scipy.optimize import minimize
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 
 _LEAST, _MOST = 1e-3, 1e6
 """Bounds of σ²: mean variance of the readings by a law, in variances of the noise."""
+_ROUNDING = 1e-12
+"""Share of yᵀPy below which what is left of it is rounding."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +34,8 @@ class Present:
         precision: prior precision of those, shape (p,).
         readings: whitened, shape (M,).
         laws: directions of every law, shape (M, f_k).
-        variances: σ_k².
+        variances: σ_k², in variances of the noise.
+        known_noise: whether the noise is as stated, s² = 1.
     """
 
     base: FloatArray
@@ -37,6 +43,7 @@ class Present:
     readings: FloatArray
     laws: tuple[FloatArray, ...] = ()
     variances: tuple[float, ...] = ()
+    known_noise: bool = True
 
     @cached_property
     def _products(self) -> tuple[FloatArray, FloatArray]:
@@ -75,16 +82,52 @@ class Present:
         return self.readings - self.factor @ self.reduced
 
     @cached_property
+    def scatter(self) -> float:
+        """yᵀPy."""
+        return max(float(self.readings @ self.readings - self.reduced @ self.reduced), 1e-300)
+
+    @property
+    def freedom(self) -> int:
+        """M − p: readings beyond what the base takes up, at least 1."""
+        return max(len(self.readings) - self.base.shape[1], 1)
+
+    @property
+    def noise_variance(self) -> float:
+        """s²: 1 where the noise is known."""
+        return 1.0 if self.known_noise else self.scatter / self.freedom
+
+    @cached_property
     def log_evidence(self) -> float:
         """Up to a constant that depends on the base alone."""
         volume = 2.0 * float(np.log(self.lower.diagonal()).sum())
         volume += sum(law.shape[1] * np.log(v) for law, v in zip(self.laws, self.variances, strict=True))
-        return -0.5 * (float(self.readings @ self.readings - self.reduced @ self.reduced) + volume)
+        misfit = self.scatter if self.known_noise else self.freedom * (1.0 + np.log(self.noise_variance))
+        return -0.5 * (misfit + volume)
 
     @cached_property
     def weights(self) -> FloatArray:
         """Posterior mean of c and all weights."""
         return np.asarray(solve_triangular(self.lower, self.reduced, lower=True, trans=1, check_finite=False))
+
+    @property
+    def posterior_variances(self) -> FloatArray:
+        """Of c and all weights, in variances of the noise."""
+        inverse, _ = dtrtri(self.lower, lower=1)
+        found: FloatArray = (inverse**2).sum(axis=0)
+        return found
+
+    def moved(self, index: int) -> FloatArray:
+        """What one law does to the readings, shape (M,)."""
+        found: FloatArray = self.laws[index] @ self.weights[self._part(index)]
+        return found
+
+    def determined(self, index: int) -> float:
+        """How many weights of one law the readings determine, Σ (1 − C_ii/σ²)."""
+        return float((1.0 - self.posterior_variances[self._part(index)] / self.variances[index]).sum())
+
+    def _part(self, index: int) -> slice:
+        first = self.base.shape[1] + sum(law.shape[1] for law in self.laws[:index])
+        return slice(first, first + self.laws[index].shape[1])
 
     def with_variances(self, variances: Sequence[float]) -> "Present":
         """The same laws with other sizes."""
@@ -95,6 +138,11 @@ class Present:
         (gram, right), cross = self._products, self.design.T @ law
         products = np.block([[gram, cross], [cross.T, law.T @ law]]), np.append(right, law.T @ self.readings)
         return self._with((*self.laws, law), (*self.variances, variance), products)
+
+    def of_rows(self, rows: BoolArray) -> "Present":
+        """The same beside some of the readings alone, shape (M,)."""
+        laws = tuple(law[rows] for law in self.laws)
+        return replace(self, base=self.base[rows], readings=self.readings[rows], laws=laws)
 
     def without(self, index: int) -> "Present":
         """With one law less."""
@@ -107,7 +155,7 @@ class Present:
     def _with(
         self, laws: tuple[FloatArray, ...], variances: Sequence[float], products: tuple[FloatArray, FloatArray]
     ) -> "Present":
-        changed = Present(self.base, self.precision, self.readings, laws, tuple(variances))
+        changed = replace(self, laws=laws, variances=tuple(variances))
         changed.__dict__["_products"] = products
         return changed
 
@@ -124,16 +172,12 @@ class Present:
 
         def misfit(logs: FloatArray) -> tuple[float, FloatArray]:
             state = self.with_variances(np.exp(logs).tolist())
-            inverse, _ = dtrtri(state.lower, lower=1)
-            variance = (inverse**2).sum(axis=0)
-            weights = state.weights
+            variance, weights, noise = state.posterior_variances, state.weights, state.noise_variance
             slope = []
             for k, width in enumerate(widths):
                 part = slice(edges[k], edges[k + 1])
-                slope.append(
-                    0.5
-                    * ((float(weights[part] @ weights[part]) + float(variance[part].sum())) / np.exp(logs[k]) - width)
-                )
+                squares = float(weights[part] @ weights[part]) / noise + float(variance[part].sum())
+                slope.append(0.5 * (squares / np.exp(logs[k]) - width))
             return -state.log_evidence, -np.array(slope)
 
         bounds = [(np.log(_LEAST), np.log(_MOST))] * len(widths)
@@ -144,17 +188,48 @@ class Present:
         return self.with_variances(np.exp(found.x).tolist())
 
     def gain(self, law: FloatArray) -> tuple[float, float]:
-        """Largest gain of log evidence by one more law, and its σ² (section 3 of the note on laws).
-
-        With Φᵀ·P·Φ = U·Λ·Uᵀ and w = Uᵀ·Φᵀ·P·y: ½·Σ_i [σ²·w_i²/(1 + σ²·λ_i) − ln(1 + σ²·λ_i)].
+        """Largest gain of log evidence by one more law, and its σ² (`largest_gains`).
 
         Args:
             law: its directions Φ, shape (M, f).
         """
         through = solve_triangular(self.lower, self.design.T @ law, lower=True, check_finite=False)
         slope = law.T @ self.readings - through.T @ self.reduced
-        gains, variances = largest_gains((law.T @ law - through.T @ through)[None], slope[None])
+        gains, variances = self.largest_gains((law.T @ law - through.T @ through)[None], slope[None])
         return float(gains[0]), float(variances[0])
+
+    def largest_gains(self, grams: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Largest gains of log evidence by single laws, and the σ² that reach them, shape (n,) each.
+
+        With Φᵀ·P·Φ = U·Λ·Uᵀ and w = Uᵀ·Φᵀ·P·y, yᵀPy falls by q = Σ_i σ²·w_i²/(1 + σ²·λ_i) and the evidence rises by
+        ½·(q − Σ_i ln(1 + σ²·λ_i)); where the noise is not known, by −(M − p)·ln(1 − q/yᵀPy) in the place of q.
+
+        Args:
+            grams: ΦᵀPΦ of every law, shape (n, f, f).
+            slopes: ΦᵀPy, shape (n, f).
+        """
+        values, vectors = np.linalg.eigh(grams)
+        values = np.maximum(values, 0.0)[:, None]
+        squares = np.matmul(slopes[:, None], vectors) ** 2
+        first = np.arange(len(grams))
+
+        def best_of(logs: FloatArray) -> tuple[IntArray, FloatArray]:
+            variance = np.exp(logs)[..., None]
+            share = 1.0 + variance * values
+            fall = (variance * squares / share).sum(axis=-1)
+            if not self.known_noise:
+                fall = -self.freedom * np.log(np.maximum(1.0 - fall / self.scatter, _ROUNDING))
+            gains = 0.5 * (fall - np.log(share).sum(axis=-1))
+            best = np.argmax(gains, axis=1)
+            return best, gains[first, best]
+
+        grid = np.linspace(np.log(_LEAST), np.log(_MOST), 42)
+        best, coarse = best_of(grid[None])
+        ends = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
+        fine = np.linspace(*ends, 15, axis=1)
+        best, gains = best_of(fine)
+        there = coarse > 0.0
+        return np.where(there, gains, 0.0), np.where(there, np.exp(fine[first, best]), _LEAST)
 
     def left_out(self, blocks: IntArray) -> FloatArray:
         """Errors of readings predicted without the block that they belong to, e_B = (P_BB)⁻¹(P·y)_B, shape (M,).
@@ -170,10 +245,10 @@ class Present:
         return errors
 
     def left_out_variances(self, blocks: IntArray) -> FloatArray:
-        """Variances of `left_out` where the model is right, the noise included: diagonals of (P_BB)⁻¹, shape (M,)."""
+        """Variances of `left_out` where the model is right, noise included: diagonals of s²·(P_BB)⁻¹, shape (M,)."""
         variances = np.empty_like(self.readings)
         for inside, precision in self._precisions(blocks):
-            variances[inside] = np.linalg.inv(precision).diagonal()
+            variances[inside] = self.noise_variance * np.linalg.inv(precision).diagonal()
         return variances
 
     def _precisions(self, blocks: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
@@ -183,31 +258,3 @@ class Present:
             inside = np.flatnonzero(blocks == block)
             own = factor[inside]
             yield inside, (1.0 + 1e-9) * np.eye(len(inside)) - own @ own.T
-
-
-def largest_gains(grams: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Largest gains of log evidence by single laws, and the σ² that reach them, shape (n,) each.
-
-    Args:
-        grams: ΦᵀPΦ of every law, shape (n, f, f).
-        slopes: ΦᵀPy, shape (n, f).
-    """
-    values, vectors = np.linalg.eigh(grams)
-    values = np.maximum(values, 0.0)[:, None]
-    squares = np.matmul(slopes[:, None], vectors) ** 2
-    first = np.arange(len(grams))
-
-    def best_of(logs: FloatArray) -> tuple[IntArray, FloatArray]:
-        variance = np.exp(logs)[..., None]
-        share = 1.0 + variance * values
-        gains = 0.5 * (variance * squares / share - np.log(share)).sum(axis=-1)
-        best = np.argmax(gains, axis=1)
-        return best, gains[first, best]
-
-    grid = np.linspace(np.log(_LEAST), np.log(_MOST), 42)
-    best, coarse = best_of(grid[None])
-    ends = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
-    fine = np.linspace(*ends, 15, axis=1)
-    best, gains = best_of(fine)
-    there = coarse > 0.0
-    return np.where(there, gains, 0.0), np.where(there, np.exp(fine[first, best]), _LEAST)

@@ -20,7 +20,6 @@ class Measured:
         blocks: of rows that are left out together, shape (N,).
         timed: whether times are stated.
         reading: what the instrument reads.
-        known_noise: whether the noise is 1 after whitening, or only about 1.
     """
 
     rows: RowData
@@ -30,4 +29,3 @@ class Measured:
     blocks: IntArray
     timed: bool
     reading: Reading
-    known_noise: bool

@@ -7,7 +7,7 @@ the points of the grid they are. The search is by coordinates, by factors and st
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from expdesign.chain.ports.dictionary import Atom, Dictionary
+from expdesign.chain.ports.dictionary import Atom
 from expdesign.chain.ports.evidence import Present
 from expdesign.chain.ports.port import Channel, Entry
 from expdesign.chain.ports.quantities import Quantity
@@ -19,13 +19,13 @@ _LEAST_DROP = -0.5
 """An input is left out where that costs no more evidence."""
 
 
-def refined(atom: Atom, dictionary: Dictionary, present: Present) -> tuple[Atom, float] | None:
+def refined(atom: Atom, of_entry: Callable[[Entry], Atom | None], present: Present) -> tuple[Atom, float] | None:
     """A better law of the same kind beside what is present, and its size; None where there is none."""
     if atom.entry is None:
         return None
 
     def judged(entry: Entry) -> tuple[float, float, Atom | None]:
-        made = dictionary.made(entry)
+        made = of_entry(entry)
         if made is None:
             return -1.0, 0.0, None
         return (*present.gain(made.directions), made)

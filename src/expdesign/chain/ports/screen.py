@@ -14,7 +14,7 @@ from scipy.linalg.blas import dtrsm
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.ports.columns import Columns
 from expdesign.chain.ports.dictionary import Atom
-from expdesign.chain.ports.evidence import Present, largest_gains
+from expdesign.chain.ports.evidence import Present
 
 _UNSEEN = 1e-4
 """Sum of squares of a combination of weights, at unit variance, below which no law is large enough to show it."""
@@ -118,7 +118,7 @@ class Screen:
                 by_law = through[part].reshape(*shape, -1)
                 grams = batch.grams[chosen] - np.matmul(by_law, by_law.swapaxes(1, 2))
                 numbers = batch.numbers[chosen]
-                gains[numbers], variances[numbers] = largest_gains(grams, slopes[part].reshape(shape))
+                gains[numbers], variances[numbers] = present.largest_gains(grams, slopes[part].reshape(shape))
         return gains[wanted], variances[wanted]
 
     def _product(self, index: int, columns: IntArray, asked: list[tuple[_Batch, IntArray]], every: bool) -> FloatArray:

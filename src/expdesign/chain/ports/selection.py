@@ -8,7 +8,7 @@ search goes on to further ones, laws that lost their worth are left out, and of 
 left-out series best, within 5 % the one with the largest evidence. At last the laws of each component are exchanged.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,14 +16,17 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.component import Component
-from expdesign.chain.ports.dictionary import Atom, Dictionary
+from expdesign.chain.ports.dictionary import Atom
 from expdesign.chain.ports.evidence import Present
+from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.refinement import refined
 from expdesign.chain.ports.screen import Screen
 
+ENTRIES = 1200
+"""Laws of a dictionary for which `ALARM` was set."""
 ALARM = 8.0
 """Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about
-1,200 entries exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
+`ENTRIES` laws exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
 CONTESTED = 10.0
 """Log evidence by which laws have to exceed named physics: what machines are known to do is likelier."""
 MOST_LAWS = 6
@@ -35,13 +38,15 @@ _STARTS, _LIKE = 2, 0.8
 """Components that the search goes on from, and the share of the best one's gain that they need."""
 _ALIKE = 1.05
 """Factor on left-out errors within which evidence decides."""
+_REFUTED = 0.98
+"""Factor on left-out errors that speaks against a law."""
 _SEVERAL = 25.0
 """Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
 _WANDERS = 20.0
 """The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
 _SWAP = 4.0
 """Gain of log evidence for which a law is replaced by one elsewhere."""
-_INEXACT = 0.01
+INEXACT = 0.01
 """Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
 over, the next component would take."""
 
@@ -84,38 +89,50 @@ class LawSearch:
     """The search for laws in one set of readings.
 
     Args:
-        dictionary: the laws that may be there; laws that are refined are added to it.
+        atoms: the laws that may be there; laws that are refined are added to them.
         base: what is there anyway.
         blocks: block of every reading that is left out together, shape (M,).
+        made: the atom of another entry, which refines scales and settings; None where there is none.
     """
 
-    def __init__(self, dictionary: Dictionary, base: Present, blocks: IntArray) -> None:
-        self.dictionary, self.base, self.blocks = dictionary, base, blocks
-        self.atoms = dictionary.atoms
+    def __init__(
+        self,
+        atoms: list[Atom],
+        base: Present,
+        blocks: IntArray,
+        made: Callable[[Entry], Atom | None] = lambda entry: None,
+    ) -> None:
+        self.atoms, self.base, self.blocks, self._made = atoms, base, blocks, made
         self._screen = Screen(base, self.atoms)
         self._dearer = np.array([_dearer(atom) for atom in self.atoms])
         self._listed = len(self.atoms)
+        self._refuted: set[int] = set()
         self._seen: dict[tuple[int, ...], tuple[Proposal, list[Chosen]]] = {}
         self.log: list[str] = []
 
-    def run(self, *, seeds: Sequence[int] = (), alarm: float = ALARM, most: int = MOST_LAWS) -> Chosen:
+    def run(
+        self, *, seeds: Sequence[int] = (), alarm: float = ALARM, most: int = MOST_LAWS, inexact: float = INEXACT
+    ) -> Chosen:
         """The laws that are there; none where no gain exceeds `alarm`.
 
         Args:
             seeds: physics of known form that explains something together, from which the search goes on as well.
             alarm: gain of log evidence below which nothing is believed.
             most: laws.
+            inexact: share of the evidence explained so far that a further component has to gain.
         """
         start = self._chosen((), self.base)
         firsts = self._starts(start, alarm, most)
         if seeds:
             firsts.append(self._seeded(start, seeds))
-        ends = [self._completed(start, first, alarm, most) for first in firsts]
+        ends = [self._completed(start, first, alarm, most, inexact) for first in firsts]
         if not ends:
             return start
         best = self._finer(preferred(ends))
         exchanged = self._swapped(self._exchanged(best, alarm, most))
-        return best if exchanged is best else preferred([best, self._finer(exchanged)])
+        if exchanged is not best:
+            best = preferred([best, self._finer(exchanged)])
+        return self._unrefuted(start, best, alarm, most, inexact)
 
     def _starts(self, start: Chosen, alarm: float, most: int) -> list[Chosen]:
         """The best components with their laws, from which the search goes on: the first one need not be right."""
@@ -130,14 +147,14 @@ class LawSearch:
             current = self._beside(current, index, variance)
         return self._pruned(current)
 
-    def _completed(self, start: Chosen, current: Chosen, alarm: float, most: int) -> Chosen:
+    def _completed(self, start: Chosen, current: Chosen, alarm: float, most: int, inexact: float) -> Chosen:
         """With the laws of further components, as long as they are worth it."""
         while len(current.indices) < most:
             trials = self._trials(current, alarm, most)
             if not trials:
                 break
             grown = max(trials, key=lambda trial: trial.evidence)
-            if grown.evidence - current.evidence < alarm + _INEXACT * (current.evidence - start.evidence):
+            if grown.evidence - current.evidence < alarm + inexact * (current.evidence - start.evidence):
                 break
             current = self._pruned(grown)
         return current
@@ -145,6 +162,7 @@ class LawSearch:
     def propose(self, beside: Chosen, only: Sequence[int] | None = None) -> Proposal:
         """The whole dictionary beside some laws, or `only` some of it."""
         gains, variances = self._screen.gains(beside.state, beside.indices, only)
+        gains[[i for i in range(len(gains)) if (i if only is None else only[i]) in self._refuted]] = 0.0
         return Proposal(gains - (self._dearer if only is None else self._dearer[only]), variances)
 
     def components(self, chosen: Chosen) -> list[Component]:
@@ -235,7 +253,7 @@ class LawSearch:
                 return grown
             index, rest = grown.indices[left[0]], grown.state.without(left[0])
             tried.add(index)
-            better = refined(self.atoms[index], self.dictionary, rest)
+            better = refined(self.atoms[index], self._made, rest)
             if better is None:
                 continue
             self._add(better[0])
@@ -272,11 +290,39 @@ class LawSearch:
                 position += 1
         return current
 
+    def _unrefuted(self, start: Chosen, best: Chosen, alarm: float, most: int, inexact: float) -> Chosen:
+        """Without laws that left-out blocks speak against, and with what stands for these otherwise.
+
+        Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
+        seen.
+        """
+        while True:
+            current = self._predicting(best)
+            refuted = set(best.indices) - set(current.indices) - self._refuted
+            if not refuted:
+                return current
+            self._refuted |= refuted
+            self._seen.clear()
+            best = preferred([current, self._completed(start, current, alarm, most, inexact)])
+
+    def _predicting(self, current: Chosen) -> Chosen:
+        """Without the laws without which left-out blocks are predicted better, the most harmful first."""
+        while len(current.indices) > 1:
+            smaller = [self._less(current, position) for position in range(len(current.indices))]
+            best = min(smaller, key=lambda trial: trial.error)
+            if best.error > _REFUTED * current.error:
+                break
+            current = best
+        return current
+
+    def _less(self, current: Chosen, position: int) -> Chosen:
+        rest = current.indices[:position] + current.indices[position + 1 :]
+        return self._chosen(rest, current.state.without(position).refitted())
+
     def _pruned(self, current: Chosen) -> Chosen:
         """Without laws that are no longer worth their evidence beside the others."""
         for position in range(len(current.indices) - 1):
-            rest = current.indices[:position] + current.indices[position + 1 :]
-            smaller = self._chosen(rest, current.state.without(position).refitted())
+            smaller = self._less(current, position)
             if current.evidence - smaller.evidence < 2.0:
                 return self._pruned(smaller)
         return current

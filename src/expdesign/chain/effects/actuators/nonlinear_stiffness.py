@@ -55,6 +55,7 @@ class LegNonlinearStiffness(Effect):
         usually="preload, rubber and rolling contacts",
         port="actuators",
         inputs=(Input.FORCE,),
+        linear=False,
         sizes=(
             Size("*", 0.1, "assumed: secant and tangent differ by a tenth at the targets' loads", "own deflection"),
         ),

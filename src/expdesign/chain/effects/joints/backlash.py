@@ -39,6 +39,7 @@ class JointBacklash(Backlash):
         usually="worn gears and couplings",
         port="actuators",
         inputs=(Input.FORCE,),
+        linear=False,
         sizes=(
             Size("gap_rad", 3e-4, STRAIN_WAVE),
             Size("gap_m", 1e-5, "assumed: linear axis without preload"),

@@ -27,6 +27,7 @@ class LegBacklash(Backlash):
         usually="worn nuts and spherical joints",
         port="actuators",
         inputs=(Input.FORCE,),
+        linear=False,
         sizes=(
             Size(
                 "gap_m",

@@ -1,0 +1,143 @@
+"""The diagnosis of a machine with many small errors, or of what a body stands on: by groups of effects and laws.
+
+To name causes one at a time is right where few things are wrong. Where ten are a little wrong it stops early, and what
+it has named by then imitates the rest. Which of the two the recordings call for is decided by left-out blocks: if one
+or two groups of effects predict them nearly as well as all together do, causes are named one at a time.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.diagnosis.caveats import caveats
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
+from expdesign.diagnosis.dispersion import dispersion
+from expdesign.diagnosis.findings import set_aside
+from expdesign.diagnosis.frame import Frame
+from expdesign.diagnosis.group_findings import group_findings
+from expdesign.diagnosis.groups import Groups, grouped
+from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.laws import base_alone
+from expdesign.diagnosis.locate import locate
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
+from expdesign.diagnosis.selection import Model
+from expdesign.diagnosis.statement import statement
+
+
+@dataclass(frozen=True)
+class ByGroups:
+    """What groups of effects come to.
+
+    Attributes:
+        frame: what is diagnosed.
+        method: the way of working that the recordings call for.
+        groups: that are predicted with; None where causes are named one at a time.
+        errors: of them, on rows that were not fitted.
+    """
+
+    frame: Frame
+    method: Method
+    groups: Groups | None = None
+    errors: HeldOut | None = None
+
+    @property
+    def alone(self) -> bool:
+        """Whether single causes need not be looked for.
+
+        Of what a body stands on: where what the groups leave is no noise, and not their fault. A named law that changes
+        too fast for laws of limited rank leaves remainders that do not depend on the row before; where rows are alike,
+        something is missing that no law of the load, its history or time can stand for.
+        """
+        if self.groups is None:
+            return False
+        if not self.frame.robot.on_support:
+            return True
+        sample = self.frame.search.sample
+        alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.alike
+        return self.groups.noise > OPTIONS.noteworthy and alike
+
+    def beats(self, named: Model) -> bool:
+        """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
+        if self.groups is None:
+            return False
+        sample = self.frame.search.sample.restricted(~named.outliers)
+        kept = np.repeat(sample.counts, len(sample.recordings.axes))
+        errors = base_alone(named.fit, sample, kept).left_out(readings_of(blocks_of(sample), sample))
+        return self.groups.after < OPTIONS.better * float(np.sqrt((errors**2).mean()))
+
+    def diagnosis(self) -> Diagnosis:
+        """The diagnosis by these groups."""
+        frame, groups, errors = self.frame, self.groups, self.errors
+        assert groups is not None
+        assert errors is not None
+        search, base = frame.search, frame.base
+        model = Model((), groups.aside, groups.fit, float("nan"))
+        sample = search.sample.restricted(~groups.aside)
+        predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
+        verdict = "modelled" if predicted else "unexplained"
+        search.log.add_text("verdict", f"{len(groups.found)} groups of effects; verdict {verdict}")
+        found = group_findings(groups, frame.robot)
+        return Diagnosis(
+            robot=frame.robot,
+            recordings=frame.recordings,
+            noise=frame.noise,
+            base=base,
+            model=model,
+            predictive=model,
+            verdict=verdict,
+            before=statement(base, search.sample, frame.noise),
+            after=statement(groups.fit, sample, frame.noise),
+            location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
+            findings=(*found, *set_aside(search.sample, groups.aside, OPTIONS.most)),
+            errors=errors,
+            search=search,
+            laws=None,
+            method=self.method,
+            caveats=caveats(sample, model, dispersion(groups.fit.residuals, sample), errors),
+            scatter=groups.after,
+            stability=groups.stability,
+        )
+
+
+def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
+    """Groups of effects and laws where the recordings call for them, and why they do or do not."""
+    base, sample, robot = frame.base, frame.search.sample, frame.robot
+    many = frame.kind.several_at_once and len(robot.stiffness) > 0
+    count = int(sample.counts.sum())
+    excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
+
+    def one_at_a_time(why: str) -> ByGroups:
+        return ByGroups(frame, Method(ONE_AT_A_TIME, why))
+
+    if not (many or robot.on_support):
+        return one_at_a_time("deflections are measured, to which only what yields contributes")
+    if excess < OPTIONS.all_excess:
+        return one_at_a_time(f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart")
+    if count < OPTIONS.all_rows:
+        return one_at_a_time(f"{count} rows are too few for groups of effects ({OPTIONS.all_rows} are needed)")
+    found = grouped(robot, sample, base, frame.entries, report)
+    if found is None:
+        return one_at_a_time("no group of effects is worth its evidence")
+    errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
+    if many and found.few:
+        return one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
+    judged = _errors(found, frame)
+    if found.after > OPTIONS.all_gains * found.before or judged.test_after >= judged.test_before:
+        return one_at_a_time(f"groups of effects predict no better ({errors})")
+    why = f"{len(found.found)} groups of effects together predict best ({errors})"
+    return ByGroups(frame, Method(TOGETHER, why), found, judged)
+
+
+def _errors(groups: Groups, frame: Frame) -> HeldOut:
+    """On rows marked `test`, or else on left-out blocks."""
+    base, sample, test = frame.base, frame.search.sample, frame.judged
+    if test.any():
+        return held_out(
+            base, groups.fit, sample, test, groups.aside,
+            known_noise=frame.noise.known, scatter=groups.after, later=False,
+        )  # fmt: skip
+    train = [float(np.sqrt((f.residuals**2).sum() / sample.readings)) for f in (base, groups.fit)]
+    surprise = groups.after / max(groups.noise, 1.0)
+    return HeldOut(train[0], train[1], groups.before, groups.after, surprise, "blocks left out, the groups as they are")

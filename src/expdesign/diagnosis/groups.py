@@ -1,0 +1,354 @@
+"""Many small errors: effects and laws of one kind as one group, weighed by the search that weighs single ones.
+
+Where ten parts of a machine are a little wrong, to name them one at a time ends early, and what is named by then
+imitates the rest. Here everything of one kind (angles of all links, compliances of all joints, laws of one form of what
+a body stands on) is one law with one size, N(0, f²·δ²) with the size δ that its members have beforehand. Evidence says
+which groups there are and sets f and the noise, which is not what the instrument alone would make; left-out blocks
+refute what only describes the rows that were seen. The problem is linearised about the base model, fitted in full, and
+linearised again there.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect
+from expdesign.chain.ports.columns import Dense
+from expdesign.chain.ports.dictionary import Atom
+from expdesign.chain.ports.evidence import Present
+from expdesign.chain.ports.found import law_of
+from expdesign.chain.ports.guard import LeftOut
+from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.selection import ALARM, ENTRIES, Chosen, LawSearch
+from expdesign.chain.ports.sight import Sight
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
+from expdesign.diagnosis.group_library import Group, groups_of
+from expdesign.diagnosis.laws import base_alone
+from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.outliers import single_mistakes
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.settling import Settling, settling
+from expdesign.diagnosis.stability import Stability, shares_of
+from expdesign.estimation.fit import Fit, fit
+from expdesign.mechanics.robots.robot import Robot
+
+_HELD = 1e-8
+"""Factor on the deviations of parameters that no group of the model contains."""
+_REFITS = 2
+"""Times that the model is fitted in full and its groups are sized anew."""
+
+
+@dataclass(frozen=True)
+class FoundGroup:
+    """A group that is there.
+
+    Attributes:
+        group: what it is; the first of several of one form.
+        size: RMS of what it does to the readings, in standard deviations.
+        determined: how many of its parameters the readings determine.
+        p_value: that left-out blocks are predicted no better with it.
+        laws: of the chain, for groups of laws.
+        told_apart: members whose 95 % interval does not include what is known beforehand, with values and intervals.
+    """
+
+    group: Group
+    size: float
+    determined: float
+    p_value: float
+    laws: tuple[Law, ...]
+    told_apart: tuple[str, ...]
+
+    @property
+    def probability(self) -> float:
+        """That it is there: that it predicts what was left out."""
+        return OPTIONS.most * (1.0 - self.p_value)
+
+
+@dataclass(frozen=True)
+class Groups:
+    """A model of groups.
+
+    Attributes:
+        fit: of the chain with all effects that are there.
+        found: by what they do to the readings, most first.
+        before, after: RMS of left-out readings without and with them, in standard deviations as stated.
+        noise: standard deviation of what the groups leave, in the stated ones.
+        aside: rows that were set aside as single mistakes, shape (N,).
+        stability: how often nine tenths of the rows keep them, in their order.
+        few: whether one or two of them alone predict left-out blocks nearly as well.
+        sight: what laws see.
+    """
+
+    fit: Fit
+    found: tuple[FoundGroup, ...]
+    before: float
+    after: float
+    noise: float
+    aside: BoolArray
+    stability: Stability
+    few: bool
+    sight: Sight
+
+
+def grouped(
+    robot: Robot, sample: Sample, base: Fit, library: Sequence[Candidate], report: Callable[[str], None]
+) -> Groups | None:
+    """The groups that these rows show; None where rows are few, the base model nearly fits, or nothing predicts better.
+
+    Args:
+        robot: the robot.
+        sample: the rows that may be fitted.
+        base: fit of the base model.
+        library: named physics.
+        report: is told what is being done.
+    """
+    report("all effects at once")
+    groups, sight = groups_of(robot, sample, base, library)
+    if not groups:
+        return None
+    problem = _Problem(sample, base, groups)
+    chosen = problem.chosen(Settling())
+    aside = problem.mistakes(chosen)
+    if aside.any():
+        sample = sample.restricted(~aside)
+        base = fit(base.chain, sample)
+        problem = problem.restricted(sample, base, aside)
+        chosen = problem.chosen(Settling())
+    settled = problem.settled(chosen)
+    if settled.ratio:
+        moved = problem.chosen(settled)
+        if problem.error(moved, settled) < OPTIONS.better * problem.error(chosen, Settling()):
+            chosen = moved
+        else:
+            settled = Settling()
+    if not chosen.indices:
+        return None
+    return _Model(robot, problem, chosen, settled, sight).groups(aside)
+
+
+class _Problem:
+    """The base model, all groups, and the readings that count, to first order."""
+
+    def __init__(self, sample: Sample, base: Fit, groups: Sequence[Group]) -> None:
+        self.sample, self.base, self.groups = sample, base, groups
+        self.kept = np.repeat(sample.counts, len(sample.recordings.axes))
+        self.blocks = readings_of(blocks_of(sample), sample)
+        self.present = replace(base_alone(base, sample, self.kept), known_noise=False)
+
+    def restricted(self, sample: Sample, base: Fit, aside: BoolArray) -> "_Problem":
+        """Without some rows (N,)."""
+        gone = np.repeat(aside, len(sample.recordings.axes))[self.kept]
+        return _Problem(sample, base, [replace(group, directions=group.directions[~gone]) for group in self.groups])
+
+    def chosen(self, settled: Settling) -> Chosen:
+        """The groups that are there with such noise."""
+        present = replace(
+            self.present, base=settled.whitened(self.present.base), readings=settled.whitened(self.present.readings)
+        )
+        atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
+        # The alarm is that of as many laws as a dictionary has.
+        alarm = max(ALARM - float(np.log(ENTRIES / len(atoms))), 1.0)
+        return LawSearch(atoms, present, self.blocks).run(alarm=alarm, most=len(atoms), inexact=0.0)
+
+    def error(self, chosen: Chosen, settled: Settling) -> float:
+        """RMS of left-out readings."""
+        return _rms(settled.unwhitened(chosen.state.left_out(self.blocks)))
+
+    def settled(self, chosen: Chosen) -> Settling:
+        """What series share as noise, by evidence beside the groups that are there."""
+        found = settling(self.base.chain, self.sample, self.kept, self.present.readings, self.present.base)
+        return found.most_evident(chosen.state)
+
+    def mistakes(self, chosen: Chosen) -> BoolArray:
+        """Rows that all groups together do not explain, shape (N,)."""
+        axes = len(self.sample.recordings.axes)
+        rows = np.repeat(np.arange(len(self.sample.counts)), axes)[self.kept]
+        aside: BoolArray = np.zeros(len(self.sample.counts), dtype=bool)
+        aside[single_mistakes(chosen.state, rows, axes)] = True
+        return aside
+
+
+class _Model:
+    """The chain with the chosen groups, and what is known of its parameters beforehand."""
+
+    def __init__(self, robot: Robot, problem: _Problem, chosen: Chosen, settled: Settling, sight: Sight) -> None:
+        self.problem, self.settled, self.sight = problem, settled, sight
+        self.sample = settled.of_sample(problem.sample)
+        self.chosen = [problem.groups[i] for i in chosen.indices]
+        state = chosen.state
+        self.factors = np.sqrt(np.array(state.variances))
+        self.noise = float(np.sqrt(state.noise_variance))
+        effects: list[Effect] = []
+        self.laws: list[list[Law]] = []
+        starts, first = [], len(problem.base.values)
+        for group, factor in zip(self.chosen, self.factors, strict=True):
+            weights = state.weights[first : first + group.width]
+            first += group.width
+            own: list[Law] = []
+            offset = 0
+            for atom in group.atoms:
+                width, number = atom.width, sum(map(len, self.laws)) + len(own) + 1
+                scaled = weights[offset : offset + width] * group.scales[offset]
+                variance = (self.noise * factor * group.scales[offset]) ** 2
+                law, values = law_of(atom, variance, scaled, sight, robot, number)
+                own.append(law)
+                starts.append(values)
+                offset += width
+            self.laws.append(own)
+        named = list(dict.fromkeys(effect for group in self.chosen for effect, _ in group.members))
+        effects = [*named, *(law for own in self.laws for law in own)]
+        self.chain = Chain(robot, tuple(effects), reading=problem.sample.reading)
+        self.start = np.concatenate([problem.base.values, *(e.neutral() for e in named), *starts])
+        self.columns = self._columns(named)
+        self._start_of_names(state)
+
+    def _columns(self, named: list[Effect]) -> list[IntArray]:
+        """Parameters of the chain that every group has."""
+        slices = {id(effect): part for effect, part in zip(self.chain.effects, self.chain.slices, strict=True)}
+        return [
+            np.concatenate(
+                [
+                    *(np.array([slices[id(effect)].start + index]) for effect, index in group.members),
+                    *(np.arange(slices[id(law)].start, slices[id(law)].stop) for law in own),
+                ]
+            ).astype(int)
+            for group, own in zip(self.chosen, self.laws, strict=True)
+        ]
+
+    def _start_of_names(self, state: Present) -> None:
+        first = len(self.problem.base.values)
+        self.start[:first] += state.weights[:first]
+        for group, columns in zip(self.chosen, self.columns, strict=True):
+            if group.members:
+                self.start[columns] += group.scales * state.weights[first : first + group.width]
+            first += group.width
+        self.start = np.clip(self.start, *self.chain.bounds())
+
+    def prior(self) -> tuple[FloatArray, FloatArray]:
+        """Mean and standard deviation of all parameters, (p,) each."""
+        known = self.chain.knowledge()
+        count = len(self.chain.parameters)
+        mean, deviation = (np.zeros(count), np.full(count, np.inf)) if known is None else known
+        mean, deviation = mean.copy(), deviation.copy()
+        scales = self.chain.scales()
+        named = np.zeros(count, dtype=bool)
+        for effect, part in zip(self.chain.effects, self.chain.slices, strict=True):
+            named[part] = not isinstance(effect, Law)
+        deviation[named] = _HELD * scales[named]
+        for group, columns, factor in zip(self.chosen, self.columns, self.factors, strict=True):
+            if group.members:
+                deviation[columns] = self.noise * factor * group.scales
+        return mean, deviation
+
+    def fitted(self) -> tuple[Fit, Present]:
+        """The model fitted in full, and linearised there with sizes by evidence."""
+        result, values = None, self.start
+        for _ in range(_REFITS):
+            mean, deviation = self.prior()
+            result = fit(self.chain, self.sample, values, (mean, deviation / self.noise), enough=OPTIONS.settled)
+            values = result.values
+            state = self._linearised(result, mean, deviation)
+            self.factors = self.factors * np.sqrt(state.variances)
+            self.noise = float(np.sqrt(state.noise_variance))
+            if self.chain.reading.linear:
+                break
+        assert result is not None
+        known = result.known_as(result.estimable.scaled(self.noise**2))
+        if self.settled.ratio:
+            plain = self.problem.sample
+            residuals, slopes = plain.residuals_with_sensitivities(self.chain, values)
+            known = replace(known, residuals=residuals, sensitivities=slopes)
+        return replace(known, inflation=self.noise**2), state
+
+    def _linearised(self, result: Fit, mean: FloatArray, deviation: FloatArray) -> Present:
+        kept, count = self.problem.kept, self.chain.base
+        slopes = as_matrix(result.sensitivities)[kept]
+        readings = result.residuals.ravel()[kept] + slopes @ (result.values - mean)
+        base = slopes[:, :count]
+        sizes = (base**2).sum(axis=0)
+        precision = np.maximum((self.noise / deviation[:count]) ** 2, 1e-12 * np.where(sizes > 0.0, sizes, 1.0))
+        laws = tuple(slopes[:, columns] * deviation[columns] / self.noise for columns in self.columns)
+        ones = (1.0,) * len(laws)
+        return Present(base, precision, readings, laws, ones, known_noise=False).refitted()
+
+    def groups(self, aside: BoolArray) -> Groups:
+        """The model with what it says of its groups."""
+        problem = self.problem
+        result, state = self.fitted()
+        blocks, count = problem.blocks, len(self.chosen)
+        errors = self.settled.unwhitened(state.left_out(blocks))
+        before = problem.present.left_out(blocks)
+        found = []
+        for kind in dict.fromkeys(group.kind for group in self.chosen):
+            own = [k for k in range(count) if self.chosen[k].kind == kind]
+            rest = state
+            for k in reversed(own):
+                rest = rest.without(k)
+            without = self.settled.unwhitened(rest.left_out(blocks))
+            found.append(
+                FoundGroup(
+                    group=self.chosen[own[0]],
+                    size=_rms(sum((state.moved(k) for k in own), np.zeros(len(blocks)))),
+                    determined=sum(state.determined(k) for k in own),
+                    p_value=LeftOut(without, errors, blocks).p_value,
+                    laws=tuple(law for k in own for law in self.laws[k]),
+                    told_apart=_told_apart(self.chain, self.chosen[own[0]], self.columns[own[0]], result),
+                )
+            )
+        found.sort(key=lambda one: -one.size)
+        kept = [{self.chosen[k].kind for k in tenth} for tenth in _kept_without_tenths(state, problem.sample)]
+        stability = shares_of([one.group.kind for one in found], kept)
+        return Groups(
+            fit=result, found=tuple(found), before=_rms(before), after=_rms(errors),
+            noise=self.noise, aside=aside, stability=stability, few=_few_suffice(state, blocks), sight=self.sight,
+        )  # fmt: skip
+
+
+def _told_apart(chain: Chain, group: Group, columns: IntArray, result: Fit) -> tuple[str, ...]:
+    """Named members that differ significantly from what is known of them beforehand."""
+    low, high = chain.bounds()
+    found = []
+    for (effect, index), column in zip(group.members, columns, strict=False):
+        parameter, value = effect.parameters[index], float(result.values[column])
+        half = 1.96 * float(np.sqrt(max(result.covariance[column, column], 0.0)))
+        if abs(value - parameter.neutral) > half and low[column] < value < high[column]:
+            found.append(f"{parameter.name} of {effect.component} {value:.3g} ± {half:.1g}")
+    return tuple(found)
+
+
+def _few_suffice(state: Present, blocks: IntArray) -> bool:
+    """Whether one or two groups alone predict left-out blocks nearly as well: then to name what is wrong is better."""
+    goal = OPTIONS.few * max(_rms(state.left_out(blocks)), float(np.sqrt(state.noise_variance)))
+    current = replace(state, laws=(), variances=())
+    for _ in range(min(2, len(state.laws))):
+        trials = [current.beside(law, size) for law, size in zip(state.laws, state.variances, strict=True)]
+        errors = [_rms(trial.left_out(blocks)) for trial in trials]
+        best = int(np.argmin(errors))
+        if errors[best] <= goal:
+            return True
+        current = trials[best]
+    return False
+
+
+def _kept_without_tenths(state: Present, sample: Sample) -> list[frozenset[int]]:
+    """Groups that are worth their evidence on the other nine tenths of the rows, for every tenth."""
+    tenths = readings_of(blocks_of(sample, OPTIONS.refits), sample)
+    found = []
+    for tenth in np.unique(tenths):
+        rest = state.of_rows(tenths != tenth).refitted()
+        gains = [rest.log_evidence - rest.without(k).log_evidence for k in range(len(rest.laws))]
+        found.append(frozenset(k for k, gain in enumerate(gains) if gain > 0.0))
+    return found
+
+
+def _atom(component: Component, directions: FloatArray) -> Atom:
+    return Atom(component, Dense(directions), directions.T @ directions)
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt((errors**2).mean()))

@@ -1,0 +1,102 @@
+"""What a diagnosis found."""
+
+from dataclasses import dataclass
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.remark import Remark
+from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.laws import Laws
+from expdesign.diagnosis.locate import Location
+from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.stability import Stability
+from expdesign.diagnosis.statement import Widening, widened, widening
+from expdesign.estimation.coverage import reading_deviations
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.goodness import StatementOfFit
+from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.mechanics.robots.robot import Robot
+
+ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
+"""Ways of working, as `method` says them."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """The way of working that the recordings call for, and why."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What was found.
+
+    Attributes:
+        robot, recordings: what was diagnosed.
+        noise: standard deviations of the readings.
+        base: fit of the base model.
+        model: the chosen model, which is the base model where nothing was found.
+        predictive: what predictions are made with: the chosen model, or the base model where the chosen one explains
+            too little of what was not fitted.
+        verdict: `consistent`, `explained`, `modelled` (by laws at ports) or `unexplained`.
+        before, after: whether the base model accounts for the fitted rows, and the chosen one.
+        location: of the mismatch.
+        findings: effects that are present together.
+        errors: of the predictive model, on fitted and held-out rows.
+        search: everything that was considered.
+        laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
+        method: the way of working that the data call for, and why.
+        caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
+        scatter: RMS of readings in blocks that were left out, of a model of groups; 0 for others.
+        stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
+        ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
+    """
+
+    robot: Robot
+    recordings: Recordings
+    noise: NoiseLevel
+    base: Fit
+    model: Model
+    predictive: Model
+    verdict: str
+    before: StatementOfFit
+    after: StatementOfFit
+    location: Location
+    findings: tuple[Finding, ...]
+    errors: HeldOut
+    search: Search
+    laws: Laws | None
+    method: Method
+    caveats: tuple[Remark, ...] = ()
+    scatter: float = 0.0
+    stability: Stability | None = None
+    ended: str = ""
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the model that predicts is refuted by the recordings, or no explanation of them."""
+        return self.verdict == "unexplained" or self.after.refuted
+
+    @property
+    def widening(self) -> Widening:
+        """By what the recordings widen what the predictive model predicts."""
+        sample = self.search.sample.restricted(~self.predictive.outliers)
+        return widening(self.predictive.fit, sample, known_noise=self.noise.known, scatter=self.scatter)
+
+    @property
+    def known(self) -> Fit:
+        """The predictive model with the covariance that its predictions have."""
+        return widened(self.predictive.fit, self.widening)
+
+    @property
+    def reading_deviations(self) -> FloatArray:
+        """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
+        return reading_deviations(self.noise.deviations[self.search.sample.counts], self.widening.readings)
+
+    @property
+    def rival(self) -> Model | None:
+        """A model with other physics that explains the recordings as well, where there is one."""
+        return next((finding.rival for finding in self.findings if finding.rival is not None), None)
