@@ -31,6 +31,7 @@ from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 
+ODDS = 1.0
 _LARGEST = 500.0
 """Logarithm of a Bayes factor beyond which numbers end."""
 _NOTHING = 1e-12
@@ -104,7 +105,7 @@ def _terms(search: Search, model: Model) -> list[_Term]:
             odds, mean, covariance = _posterior(gram, slope, one_sided=bool(candidate.one_sided.all()))
             terms.append(
                 _Term(
-                    candidate, start, odds / (kinds * candidate.places), deviations * mean,
+                    candidate, start, ODDS * odds / (kinds * candidate.places), deviations * mean,
                     covariance * np.outer(deviations, deviations), -to_parameters @ own,
                 )
             )  # fmt: skip

@@ -251,13 +251,6 @@ class Search:
         best = self._best_of_each(ranked)
         return [item[2:] for index, item in enumerate(best) if index < OPTIONS.always or item[0] >= wanted]
 
-    def ranked(self) -> list[Candidate]:
-        """The library, what explains most beside the base model first."""
-        basis = orthonormal_basis(as_matrix(self.base.fit.sensitivities))
-        residuals = self.base.fit.residuals.ravel()
-        scores = [score(residuals, basis, c.directions, c.one_sided).statistic for c in self.library]
-        return [self.library[i] for i in np.argsort(-np.array(scores), kind="stable")]
-
     def forbid(self, keys: Collection[str]) -> None:
         """Offer these effects no longer."""
         self.library = [candidate for candidate in self.library if candidate.effect.key not in keys]
@@ -350,6 +343,10 @@ class Search:
     def _price(self, parameters: int) -> float:
         """Of parameters that the recordings determine."""
         return float(parameters * np.log(max(self.sample.readings, 2)))
+
+    def price(self, candidate: Candidate, readings: int) -> float:
+        """Of an effect of which the recordings determine all parameters."""
+        return float(len(candidate.effect.parameters) * np.log(max(readings, 2))) + self.prior_of(candidate)
 
     def prior_of(self, candidate: Candidate) -> float:
         """−2·log of the share of the prior probability that one place of one kind of physics has."""

@@ -44,8 +44,10 @@ _SEVERAL = 25.0
 """Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
 _WANDERS = 20.0
 """The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
-_SWAP = 4.0
-"""Gain of log evidence for which a law is replaced by one elsewhere."""
+_SWAP, _WORTH = 4.0, 2.0
+"""Gain of log evidence for which a law is replaced by one elsewhere, and below which it is left out."""
+_SLACK = 10.0
+"""Log evidence that new sizes of the other laws may bring; what falls short by more is not fitted."""
 INEXACT = 0.01
 """Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
 over, the next component would take."""
@@ -283,11 +285,12 @@ class LawSearch:
             beside = self._chosen(rest, current.state.without(position))
             proposal = self.propose(beside)
             best = int(np.argmax(proposal.gains))
-            changed = self._beside(beside, best, float(proposal.variances[best]))
-            if best not in current.indices and changed.evidence > current.evidence + _SWAP:
-                current, position = self._pruned(changed), 0
-            else:
-                position += 1
+            promised = beside.evidence + float(proposal.gains[best]) + _SLACK
+            position += 1
+            if best not in current.indices and promised > current.evidence + _SWAP:
+                changed = self._beside(beside, best, float(proposal.variances[best]))
+                if changed.evidence > current.evidence + _SWAP:
+                    current, position = self._pruned(changed), 0
         return current
 
     def _unrefuted(self, start: Chosen, best: Chosen, alarm: float, most: int, inexact: float) -> Chosen:
@@ -309,22 +312,31 @@ class LawSearch:
         """Without the laws without which left-out blocks are predicted better, the most harmful first."""
         while len(current.indices) > 1:
             smaller = [self._less(current, position) for position in range(len(current.indices))]
-            best = min(smaller, key=lambda trial: trial.error)
-            if best.error > _REFUTED * current.error:
+            least = min(smaller, key=lambda trial: trial.error)
+            if least.error > current.error:
                 break
-            current = best
+            refitted = self._refitted(least)
+            if refitted.error > _REFUTED * current.error:
+                break
+            current = refitted
         return current
 
     def _less(self, current: Chosen, position: int) -> Chosen:
+        """Without one law, the sizes of the others as they are."""
         rest = current.indices[:position] + current.indices[position + 1 :]
-        return self._chosen(rest, current.state.without(position).refitted())
+        return self._chosen(rest, current.state.without(position))
+
+    def _refitted(self, current: Chosen) -> Chosen:
+        return self._chosen(current.indices, current.state.refitted())
 
     def _pruned(self, current: Chosen) -> Chosen:
         """Without laws that are no longer worth their evidence beside the others."""
         for position in range(len(current.indices) - 1):
             smaller = self._less(current, position)
-            if current.evidence - smaller.evidence < 2.0:
-                return self._pruned(smaller)
+            if current.evidence - smaller.evidence < _WORTH + _SLACK:
+                smaller = self._refitted(smaller)
+                if current.evidence - smaller.evidence < _WORTH:
+                    return self._pruned(smaller)
         return current
 
 
