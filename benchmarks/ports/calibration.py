@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.ports.location import SHARE, TEMPERATURE
+from expdesign.diagnosis.evidence.places import SHARE, TEMPERATURE
 
 _BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0001)
 
 
 def probabilities(evidence: FloatArray, temperature: float, share: float) -> FloatArray:
-    """As `expdesign.chain.ports.location.places` makes them."""
+    """As `expdesign.diagnosis.evidence.places.places` makes them."""
     weights = np.exp((evidence - evidence.max()) / max(temperature, share * float(evidence.max())))
     result: FloatArray = weights / weights.sum()
     return result

@@ -1,7 +1,7 @@
 """The largest gain of log evidence by any law in noise alone: `python -m benchmarks.ports.false_alarms`.
 
 Per experiment the dictionary is made once, and every repetition is another draw of the noise: with Φᵀ·P·Φ = U·Λ·Uᵀ
-of an entry, only w = Uᵀ·Φᵀ·P·y changes (`expdesign.chain.ports.evidence`).
+of an entry, only w = Uᵀ·Φᵀ·P·y changes (`expdesign.diagnosis.evidence.state`).
 """
 
 import argparse
@@ -10,10 +10,10 @@ import numpy as np
 from benchmarks.ports.experiments import experiments
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.ports.dictionary import Dictionary
-from expdesign.chain.ports.evidence import Present
-from expdesign.chain.ports.selection import ALARM
 from expdesign.diagnosis.diagnose import diagnose
+from expdesign.diagnosis.evidence.dictionary import Dictionary
+from expdesign.diagnosis.evidence.search import ALARM
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
 
 _LOGS = np.linspace(np.log(1e-3), np.log(1e6), 64)

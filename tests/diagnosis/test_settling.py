@@ -9,10 +9,10 @@ from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.ports.evidence import Present
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.settling import Settling, settling
 from expdesign.estimation.fit import Data, Fit, fit

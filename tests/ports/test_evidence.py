@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.ports.evidence import Present
+from expdesign.diagnosis.evidence.state import Present
 
 GENERATOR = np.random.default_rng(3)
 BASE = GENERATOR.standard_normal((40, 3))

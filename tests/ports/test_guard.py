@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.ports.guard import LEVEL, LeftOut
+from expdesign.diagnosis.cross_validation import LEVEL, LeftOut
 
 BLOCKS: IntArray = np.repeat(np.arange(20), 12)
 

@@ -9,14 +9,13 @@ from tests.ports.machines import recordings_of
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.ports.dictionary import Dictionary, port_map
-from expdesign.chain.ports.evidence import Present
 from expdesign.chain.ports.law import ports_of
-from expdesign.chain.ports.measured import Measured
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.readings.deflection import DEFLECTION
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, port_map
+from expdesign.diagnosis.evidence.state import Present
 
 NAME = "irregular"
 

@@ -8,13 +8,13 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, INSTRUMENT, PLATFORM, Component
-from expdesign.chain.ports.columns import Dense
-from expdesign.chain.ports.dictionary import Atom
-from expdesign.chain.ports.evidence import Present
-from expdesign.chain.ports.location import places
 from expdesign.chain.ports.port import Channel, Entry
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.ports.selection import Chosen, LawSearch
+from expdesign.diagnosis.evidence.columns import Dense
+from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.places import places
+from expdesign.diagnosis.evidence.search import Chosen, LawSearch
+from expdesign.diagnosis.evidence.state import Present
 
 ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.ports.guard import LEVEL, LeftOut
-from expdesign.diagnosis.cross_validation import blocks_of
+from expdesign.diagnosis.cross_validation import LEVEL, LeftOut, blocks_of
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample

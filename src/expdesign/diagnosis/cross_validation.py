@@ -1,7 +1,20 @@
-"""Which rows are left out together, whatever is judged by rows that were not fitted."""
+"""Which rows are left out together, whatever is judged by rows that were not fitted, and what they speak against.
+
+Whether laws may be predicted with: blocks of rows that were left out have to be predicted better, and nearly all.
+
+A law that takes much away in a few series and adds a little in all others lowers the left-out sum of squares, and is
+still worse than the base model wherever the few do not come again. So the gain is judged block by block: blocks must be
+better more often than not, and the mean fall of the logarithm of a block's mean square error must stand out of its
+scatter over the blocks (a one-sided paired t test). Logarithms, because squares of a few blocks with large loads would
+make any gain look uncertain, however sure it is.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import brentq
+from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.options import OPTIONS
@@ -9,6 +22,20 @@ from expdesign.diagnosis.sample import Sample
 
 STATION = "station"
 """Column of recordings that numbers groups of rows which were measured together (file-formats.md, Recordings)."""
+REMAINS = 0.5
+"""Share of the excess of left-out squares over the noise that laws may leave before predictions are those of the base
+model: functions that change faster than the rows sample them are located, not modelled."""
+LEVEL = 0.05
+"""Of the paired t test over blocks."""
+MOSTLY, NEARLY_ALL = 0.6, 0.75
+"""Shares of the blocks with a visible change that laws have to predict better: where they leave `LITTLE`, and where
+they leave more, as imitations of something else do."""
+LITTLE = 0.25
+_VISIBLE = 0.02
+"""Change of a block's mean square error, in variances of the noise, that counts as one."""
+_NOTHING = 1e-9
+_MOST_INFLATED = 25.0
+"""A law whose errors are more than five times as large as it says is wrong, not unsure."""
 
 
 def blocks_of(sample: Sample, most: int | None = None) -> IntArray:
@@ -57,3 +84,82 @@ def _stations(sample: Sample) -> FloatArray | None:
         return None
     numbers = pd.to_numeric(extra[STATION], errors="coerce").to_numpy(dtype=float)
     return numbers if np.isfinite(numbers).all() else None
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Errors of readings predicted without the block that they belong to, in standard deviations of the noise.
+
+    Attributes:
+        before, after: without and with laws, shape (M,).
+        blocks: of every reading, shape (M,).
+    """
+
+    before: FloatArray
+    after: FloatArray
+    blocks: IntArray
+
+    def inflation(self, variances: FloatArray) -> float:
+        """Factor k ≥ 1 on the variance by unknown parameters with which left-out errors are as large as stated.
+
+        Kernels and length scales are never those of the machine, so that the posterior is too sure. With v the stated
+        variance of a left-out error, 1 of which is noise: Σ e²/(1 + k·(v − 1)) = M, up to `_MOST_INFLATED`.
+
+        Args:
+            variances: v of `after`, shape (M,).
+        """
+        own = np.maximum(variances - 1.0, 0.0)
+
+        def excess(k: float) -> float:
+            return float((self.after**2 / (1.0 + k * own)).mean()) - 1.0
+
+        if excess(1.0) <= 0.0:
+            return 1.0
+        return _MOST_INFLATED if excess(_MOST_INFLATED) >= 0.0 else float(brentq(excess, 1.0, _MOST_INFLATED))
+
+    @property
+    def rms_before(self) -> float:
+        """RMS without laws."""
+        return float(np.sqrt((self.before**2).mean()))
+
+    @property
+    def rms_after(self) -> float:
+        """RMS with laws."""
+        return float(np.sqrt((self.after**2).mean()))
+
+    @property
+    def p_value(self) -> float:
+        """That the mean fall of the logarithm is none (paired t test, one-sided)."""
+        before, after = self._squares(self.before), self._squares(self.after)
+        gains = np.log(np.maximum(before, _NOTHING) / np.maximum(after, _NOTHING))
+        scatter = float(gains.std(ddof=1)) / np.sqrt(len(gains)) if len(gains) > 1 else float("inf")
+        if scatter == 0.0:
+            return 0.0 if gains.mean() > 0.0 else 1.0
+        return float(t_distribution.sf(float(gains.mean()) / scatter, max(len(gains) - 1, 1)))
+
+    @property
+    def better(self) -> float:
+        """Share of the blocks with a visible change that are predicted better; 0 where there is none."""
+        visible = self._gains[np.abs(self._gains) > _VISIBLE]
+        return float((visible > 0.0).mean()) if visible.size else 0.0
+
+    @property
+    def doubt(self) -> str:
+        """Why the base model predicts instead; empty where laws may."""
+        left = max(self.rms_after**2 - 1.0, 0.0) / max(self.rms_before**2 - 1.0, 1e-9)
+        if left > REMAINS:
+            return f"they leave {100.0 * left:.0f} % of the excess of left-out rows"
+        if self.better < (MOSTLY if left <= LITTLE else NEARLY_ALL):
+            return f"only {100.0 * self.better:.0f} % of the blocks that were left out are predicted better"
+        if self.p_value > LEVEL:
+            return f"the gain does not stand out of its scatter over blocks that were left out (p = {self.p_value:.2g})"
+        return ""
+
+    @property
+    def _gains(self) -> FloatArray:
+        """Falls of the mean square error by block."""
+        return self._squares(self.before) - self._squares(self.after)
+
+    def _squares(self, errors: FloatArray) -> FloatArray:
+        """Mean square error by block."""
+        return np.array([(errors[self.blocks == block] ** 2).mean() for block in np.unique(self.blocks)])

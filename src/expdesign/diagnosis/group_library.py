@@ -9,9 +9,9 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import ALL_JOINTS, BASE, GEOMETRY, Component, Part
 from expdesign.chain.declaration import Beyond
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.ports.dictionary import Atom, Dictionary
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.sight import Sight
+from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS

@@ -17,15 +17,13 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
-from expdesign.chain.ports.columns import Dense
-from expdesign.chain.ports.dictionary import Atom
-from expdesign.chain.ports.evidence import Present
-from expdesign.chain.ports.found import law_of
-from expdesign.chain.ports.guard import LeftOut
 from expdesign.chain.ports.law import Law
-from expdesign.chain.ports.selection import ALARM, ENTRIES, Chosen, LawSearch
 from expdesign.chain.ports.sight import Sight
-from expdesign.diagnosis.cross_validation import blocks_of, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.evidence.columns import Dense
+from expdesign.diagnosis.evidence.dictionary import Atom, law_of
+from expdesign.diagnosis.evidence.search import ALARM, ENTRIES, Chosen, LawSearch
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.group_library import Group, groups_of
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.library import Candidate

@@ -6,8 +6,8 @@ import numpy as np
 
 from expdesign.chain.ports.curve import Curve
 from expdesign.chain.ports.law import Law
-from expdesign.chain.ports.location import OPEN
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
+from expdesign.diagnosis.evidence.places import OPEN
 from expdesign.diagnosis.findings import Finding, reported
 from expdesign.diagnosis.laws import Laws, Part
 from expdesign.diagnosis.options import OPTIONS

@@ -12,18 +12,15 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.ports.columns import Dense
 from expdesign.chain.ports.curve import Curve, curve_of
-from expdesign.chain.ports.dictionary import Dictionary, known_form
-from expdesign.chain.ports.evidence import Present
-from expdesign.chain.ports.found import law_of
-from expdesign.chain.ports.guard import LeftOut
 from expdesign.chain.ports.law import Law
-from expdesign.chain.ports.location import Place, places
-from expdesign.chain.ports.measured import Measured
-from expdesign.chain.ports.selection import Chosen, LawSearch
 from expdesign.chain.ports.sight import Sight
-from expdesign.diagnosis.cross_validation import blocks_of, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.evidence.columns import Dense
+from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, known_form, law_of
+from expdesign.diagnosis.evidence.places import Place, places
+from expdesign.diagnosis.evidence.search import Chosen, LawSearch
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample

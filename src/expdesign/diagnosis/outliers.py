@@ -5,7 +5,7 @@ from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
-from expdesign.chain.ports.evidence import Present
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.score import orthonormal_basis

@@ -16,7 +16,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.ports.evidence import Present
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 

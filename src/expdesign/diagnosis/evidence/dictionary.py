@@ -1,26 +1,53 @@
 """All laws that recordings could show, as whitened directions of the readings with unit mean prior variance."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
-from expdesign.chain.ports.columns import Columns, Dense, Mapped, Term
 from expdesign.chain.ports.families import look_back
 from expdesign.chain.ports.features import Basis, basis_of
-from expdesign.chain.ports.law import Injection, ports_of
-from expdesign.chain.ports.measured import Measured
+from expdesign.chain.ports.law import Form, Injection, Law, ports_of
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
+from expdesign.chain.readings.reading import Reading
+from expdesign.chain.row import RowData
+from expdesign.diagnosis.evidence.columns import Columns, Dense, Mapped, Term
 from expdesign.mechanics.robots.robot import Robot
 
 MOST_FEATURES = 90
+_TELLING = 0.02
+"""Features that change the readings by less, in variances of the noise summed over all rows, are left out: the readings
+say nothing of them, and they do nothing to the readings."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Rows that laws are sought in.
+
+    Attributes:
+        rows: numbers of the chain.
+        axes: measured components.
+        counts: rows that may be fitted, shape (N,); all others have zero residuals and directions.
+        whiten: readings (N, k, ...) in standard deviations of the noise, zero for rows that do not count.
+        blocks: of rows that are left out together, shape (N,).
+        timed: whether times are stated.
+        reading: what the instrument reads.
+    """
+
+    rows: RowData
+    axes: tuple[int, ...]
+    counts: BoolArray
+    whiten: Callable[[FloatArray], FloatArray]
+    blocks: IntArray
+    timed: bool
+    reading: Reading
 
 
 @dataclass(frozen=True)
@@ -209,3 +236,36 @@ def _commensurable(channels: tuple[Channel, ...], maps: FloatArray, sight: Sight
         else:
             found.append(channel)
     return tuple(found)
+
+
+def law_of(
+    atom: Atom, variance: float, weights: FloatArray, sight: Sight, robot: Robot, number: int
+) -> tuple[Law, FloatArray]:
+    """The link of a law and its parameters, from its weights in the dictionary's features (f,)."""
+    entry, basis = atom.entry, atom.basis
+    assert entry is not None
+    assert basis is not None
+    blocks, rank = entry.blocks, basis.rank
+    gram = np.zeros((rank, rank))
+    for block in range(blocks):
+        own = slice(block * rank, (block + 1) * rank)
+        gram += atom.gram[own, own]
+    values, vectors = np.linalg.eigh(gram)
+    kept = np.flatnonzero(variance * values > _TELLING)[::-1]
+    turned = vectors[:, kept if kept.size else [-1]]
+    smaller = Basis(basis.kernel, basis.scales, basis.centres, basis.weights @ turned)
+    counts = sight.counts
+    low, high = [], []
+    for channel in entry.channels:
+        # Channels of one block are one law, such as that of a load less that of its reference, with one range.
+        alike = {other.inputs for other in entry.channels if other.block == channel.block}
+        seen = np.concatenate([np.column_stack([sight.values(q)[counts] for q in inputs]) for inputs in alike])
+        low.append(seen.min(axis=0))
+        high.append(seen.max(axis=0))
+    form = Form(
+        entry.port, entry.component, entry.form, entry.channels, smaller, np.array(low), np.array(high),
+        float(np.sqrt(variance)),
+    )  # fmt: skip
+    law = Law(robot, form, number)
+    start = np.concatenate([turned.T @ weights[b * rank : (b + 1) * rank] for b in range(blocks)])
+    return law, np.concatenate([start, np.zeros(len(law.parameters) - len(start))])

@@ -7,10 +7,10 @@ the points of the grid they are. The search is by coordinates, by factors and st
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from expdesign.chain.ports.dictionary import Atom
-from expdesign.chain.ports.evidence import Present
 from expdesign.chain.ports.port import Channel, Entry
 from expdesign.chain.ports.quantities import Quantity
+from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.state import Present
 
 _SWEEPS = 4
 _WORTH = 0.5

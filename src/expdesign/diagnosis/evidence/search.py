@@ -16,11 +16,11 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.component import Component
-from expdesign.chain.ports.dictionary import Atom
-from expdesign.chain.ports.evidence import Present
 from expdesign.chain.ports.port import Entry
-from expdesign.chain.ports.refinement import refined
-from expdesign.chain.ports.screen import Screen
+from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.refinement import refined
+from expdesign.diagnosis.evidence.screen import Screen
+from expdesign.diagnosis.evidence.state import Present
 
 ENTRIES = 1200
 """Laws of a dictionary for which `ALARM` was set."""

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.linalg.blas import dtrsm
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.ports.columns import Columns
-from expdesign.chain.ports.dictionary import Atom
-from expdesign.chain.ports.evidence import Present
+from expdesign.diagnosis.evidence.columns import Columns
+from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.state import Present
 
 _UNSEEN = 1e-4
 """Sum of squares of a combination of weights, at unit variance, below which no law is large enough to show it."""

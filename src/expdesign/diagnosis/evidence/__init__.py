@@ -1,0 +1,1 @@
+"""What is there, by evidence: laws and effects as columns, weighed together."""
