@@ -34,7 +34,7 @@ def _bench(*ports: str, unloaded: bool = False) -> tuple[Dictionary, Measured, F
     rows = row_data(recordings, here)
     everything = np.ones(len(rows), dtype=bool)
     axes = tuple(range(here.coordinates.n))
-    measured = Measured(rows, axes, everything, whiten, rows.series, False, DEFLECTION, True)
+    measured = Measured(rows, axes, everything, whiten, rows.series, False, DEFLECTION)
     values = np.ones(Chain(here).compliances)
     return Dictionary(here, measured, values, only=ports), measured, values
 

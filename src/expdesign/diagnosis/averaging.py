@@ -9,9 +9,9 @@ D_k being what its parameters do to the readings and σ_k their declared sizes, 
 
     B_k = exp(½·Σ_i [v_i²/(1 + λ_i) − ln(1 + λ_i)]),   Φ_kᵀPΦ_k = U·diag(λ)·Uᵀ,   v = Uᵀ·Φ_kᵀ·P·r,
 
-P projecting on what M_0 cannot do. With prior odds of one to one that something is there, shared evenly among the kinds
-of physics and within a kind among its places, the posterior weights ω_k average parameters and add what the models
-differ by to their covariance (Hoeting et al., Statistical Science 14 (1999) 382):
+P projecting on what M_0 cannot do. With prior odds (`averaged_odds`) that something is there beside it, shared evenly
+among the kinds of physics and within a kind among its places, the posterior weights ω_k average parameters and add what
+the models differ by to their covariance (Hoeting et al., Statistical Science 14 (1999) 382):
 
     θ̄ = Σ ω_k·θ_k,   C̄ = Σ ω_k·(C_k + (θ_k − θ̄)(θ_k − θ̄)ᵀ).
 """
@@ -31,7 +31,6 @@ from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 
-ODDS = 1.0
 _LARGEST = 500.0
 """Logarithm of a Bayes factor beyond which numbers end."""
 _NOTHING = 1e-12
@@ -59,20 +58,24 @@ class _Term:
 
 
 def averaged(search: Search, model: Model) -> Model:
-    """The model with its parameters averaged over every single effect of the library beside it.
+    """The model with its parameters averaged over every single effect of the library beside it, where rows are few.
 
-    It is as it is where it does not determine its own parameters, or where nothing beside it has any weight.
+    It is as it is where rows are enough to tell, where they do not determine its own parameters, and where nothing
+    beside it has any weight.
 
     Args:
         search: with the library and the rows.
         model: the likeliest one.
     """
-    if not model.fit.determined.all() or search.sample.readings <= model.fit.rank:
+    few = int(search.sample.counts.sum()) < OPTIONS.fewest_rows
+    if not (few and model.fit.determined.all() and search.sample.readings > model.fit.rank):
         return model
     terms = _terms(search, model)
     kept = _kept(model, terms)
     if not kept:
         return model
+    shares = ", ".join(f"`{term.candidate.effect.key}` {term.weight:.2g}" for term in kept)
+    search.log.add_text("averaging", f"what may be there beside the likeliest model: {shares}")
     return replace(model, fit=_average(search, model, kept))
 
 
@@ -105,7 +108,7 @@ def _terms(search: Search, model: Model) -> list[_Term]:
             odds, mean, covariance = _posterior(gram, slope, one_sided=bool(candidate.one_sided.all()))
             terms.append(
                 _Term(
-                    candidate, start, ODDS * odds / (kinds * candidate.places), deviations * mean,
+                    candidate, start, OPTIONS.averaged_odds * odds / (kinds * candidate.places), deviations * mean,
                     covariance * np.outer(deviations, deviations), -to_parameters @ own,
                 )
             )  # fmt: skip

@@ -7,6 +7,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
@@ -22,6 +23,7 @@ from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
+from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.selection import Model, Search
@@ -96,7 +98,23 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     contested = result.verdict == "explained" and frame.kind.contested and frame.noise.known
     if result.verdict == "unexplained" or contested:
         result = _with_laws(result, frame.judged, report)
-    return _with_names(frame, result) if result.model is named.model else result
+    if result.model is named.model:
+        result = _with_names(frame, result)
+    return _averaged(frame, result)
+
+
+def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
+    """With predictions that are averaged over what may be there, where too little was measured to tell."""
+    if not frame.kind.contested:
+        return result
+    model = averaged(frame.search, result.predictive)
+    if model is result.predictive:
+        return result
+    beside = [
+        str(effect.key) for effect in model.fit.chain.effects if effect not in result.predictive.fit.chain.effects
+    ]
+    caveat = Averaged(int(frame.search.sample.counts.sum()), tuple(beside))
+    return replace(result, predictive=model, caveats=(*result.caveats, caveat))
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ class DiagnosisOptions:
         listed: share of the excess of χ² below which an effect or a law is no finding: it only predicts.
         explodes: ratio of held-out and fitted error above which held-out rows ask for what was not determined.
         unknown: share of its standard deviation beforehand above which a parameter counts as not determined.
-        fewest_rows: below which no law is sought.
+        fewest_rows: below which no law is sought, and predictions are averaged over what may be there.
         single_mistakes: share of the rows that may be single mistakes beside laws.
         usual_mistakes: share of mistakes among recordings beyond which they are no longer single ones.
         all_rows: below which all effects at once cannot be learnt.
@@ -34,6 +34,8 @@ class DiagnosisOptions:
             not as large as it would have to be to show.
         averaged: effects beside the likeliest model over which predictions are averaged, at most.
         averaged_share: posterior weight that each of them has at least.
+        averaged_odds: prior odds of something beside the likeliest model: of 0.1, 0.3 and 1 the first gives machines
+            that hide nothing as small an error as the base model does (results/model-error).
         acceptance: fall of the penalised misfit for an effect to be accepted: odds of e³, about 20 to 1.
         kinds: of physics among which the prior probability of an effect is shared.
         fits_per_step: places that are fitted in full in each step, best scores first.
@@ -80,6 +82,7 @@ class DiagnosisOptions:
     unlike: float = 10.0
     averaged: int = 12
     averaged_share: float = 0.005
+    averaged_odds: float = 0.1
     acceptance: float = 6.0
     kinds: float = 20.0
     fits_per_step: int = 10

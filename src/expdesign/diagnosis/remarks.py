@@ -97,3 +97,16 @@ class NotSought(Remark):
     """A kind of law that these recordings cannot show."""
 
     law: Sought
+
+
+@dataclass(frozen=True)
+class Averaged(Remark):
+    """Too little was measured to tell what is there, so that predictions are averages.
+
+    Attributes:
+        rows: that were fitted.
+        effects: over which predictions are averaged, the likeliest first.
+    """
+
+    rows: int
+    effects: tuple[str, ...]

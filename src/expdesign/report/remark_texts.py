@@ -7,6 +7,7 @@ from expdesign.chain.readings.position import HeldMarker
 from expdesign.chain.recordings.remark import Remark
 from expdesign.diagnosis.remarks import (
     AliasedParameters,
+    Averaged,
     ConfoundedTime,
     Extrapolation,
     NotSought,
@@ -183,3 +184,14 @@ def _too_few(remark: TooFewForLaws) -> str:
 @sentence.register
 def _not_sought(remark: NotSought) -> str:
     return _NOT_SOUGHT[remark.law]
+
+
+@sentence.register
+def _averaged(remark: Averaged) -> str:
+    named = ", ".join(f"`{effect}`" for effect in remark.effects[:_MOST_NAMES])
+    more = len(remark.effects) - _MOST_NAMES
+    return (
+        f"{remark.rows} rows cannot tell what else may be there: the model predicts the average over it by its "
+        f"evidence, with {named}{f' and {more} others' if more > 0 else ''} at a share of their size. Record more poses "
+        "to decide."
+    )
