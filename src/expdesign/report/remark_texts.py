@@ -192,6 +192,6 @@ def _averaged(remark: Averaged) -> str:
     more = len(remark.effects) - _MOST_NAMES
     return (
         f"{remark.rows} rows cannot tell what else may be there: the model predicts the average over it by its "
-        f"evidence, with {named}{f' and {more} others' if more > 0 else ''} at a share of their size. Record more poses "
-        "to decide."
+        f"evidence, with {named}{f' and {more} others' if more > 0 else ''} at a share of their size. Record more "
+        "poses to decide."
     )
