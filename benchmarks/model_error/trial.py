@@ -13,8 +13,8 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.diagnosis.diagnose import Diagnosis
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import ExpdesignError
 from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.identify import identify

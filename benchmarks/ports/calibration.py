@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.diagnosis.evidence.places import SHARE, TEMPERATURE
+from expdesign.diagnosis.evidence.options import EVIDENCE
 
 _BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0001)
 
@@ -37,12 +37,12 @@ def main() -> None:
             evidence = np.array([log_evidence for _, log_evidence, _ in answer["evidence"]])
             seen.append((evidence, np.array([name in answer["accepted"] for name, _, _ in answer["evidence"]])))
     print(f"{len(answers)} cases, {len(seen)} with laws; first component right in {sum(bool(r[0]) for _, r in seen)}")
-    for share in (0.0, 0.0025, SHARE, 0.01, 0.02, 0.04):
-        for temperature in (4.0, 8.0, TEMPERATURE, 32.0, 64.0):
+    for share in (0.0, 0.0025, EVIDENCE.share, 0.01, 0.02, 0.04):
+        for temperature in (4.0, 8.0, EVIDENCE.temperature, 32.0, 64.0):
             each = [float(probabilities(e, temperature, share)[r].sum()) for e, r in seen]
             likelihood = float(np.log(np.maximum(each, 1e-6)).mean())
             print(f"share {share:g}, temperature {temperature:g}: mean log probability {likelihood:.3f}")
-    first_ones = [(float(probabilities(e, TEMPERATURE, SHARE)[0]), bool(r[0])) for e, r in seen]
+    first_ones = [(float(probabilities(e, EVIDENCE.temperature, EVIDENCE.share)[0]), bool(r[0])) for e, r in seen]
     for low, high in pairwise(_BINS):
         inside = [right for probability, right in first_ones if low <= probability < high]
         if inside:

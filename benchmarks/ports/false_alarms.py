@@ -12,7 +12,7 @@ from benchmarks.ports.experiments import experiments
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
-from expdesign.diagnosis.evidence.search import ALARM
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
 
@@ -48,7 +48,7 @@ def main() -> None:
         found = diagnose(robot, recordings)
         sample = found.search.sample
         base = base_alone(found.base, sample, np.repeat(sample.counts, len(recordings.axes)))
-        dictionary = Dictionary(robot, measured_of(sample, known_noise=True), found.base.values)
+        dictionary = Dictionary(robot, measured_of(sample), found.base.values)
         noise = generator.standard_normal((len(base.readings), chosen.repetitions))
         gains = largest_gains(dictionary, base, noise)
         every.append(gains)
@@ -57,7 +57,7 @@ def main() -> None:
     gains = np.concatenate(every)
     listed = ", ".join(f"{100 * q:g} %: {np.quantile(gains, q):.2f}" for q in (0.5, 0.95, 0.98, 0.99))
     print(f"{len(gains)} repetitions, seed {chosen.seed}: quantiles {listed}; largest {gains.max():.2f}")
-    for limit in (6.0, ALARM, 10.0):
+    for limit in (6.0, EVIDENCE.alarm, 10.0):
         print(f"above {limit:g}: {100.0 * (gains >= limit).mean():.2f} %")
 
 

@@ -27,8 +27,9 @@ from expdesign.app.api.identify import recordings_of
 from expdesign.app.api.inputs import robot_of, table_of
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.library import OUTLIER, library
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.report.diagnosis_record import diagnosis_record
 from virtual_laboratory.recordings import deflection_columns, std_columns
 

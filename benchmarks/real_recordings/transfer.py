@@ -11,7 +11,7 @@ from expdesign.chain.readings.reading import Reading
 from expdesign.chain.recordings.reader import read_recordings
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.diagnose import Diagnosis
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening

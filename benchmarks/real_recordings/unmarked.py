@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from benchmarks.real_recordings.transfer import everything
 
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.diagnosis.diagnose import Diagnosis, diagnose
+from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.sample import rms
 from expdesign.mechanics.robots.robot import Robot
 

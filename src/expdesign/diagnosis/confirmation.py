@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.diagnosis.cross_validation import LEVEL, LeftOut, blocks_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
@@ -58,7 +59,7 @@ def confirmed(search: Search, model: Model, test: BoolArray) -> Model:
         order = sorted(range(len(found)), key=lambda i: -found[i].p_value)
         dropped = False
         for index in order:
-            if found[index].p_value < LEVEL:
+            if found[index].p_value < EVIDENCE.level:
                 break
             smaller = search.without(model, index)
             if hierarchical(smaller.effects):

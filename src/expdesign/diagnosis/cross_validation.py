@@ -17,25 +17,13 @@ from scipy.optimize import brentq
 from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 
 STATION = "station"
 """Column of recordings that numbers groups of rows which were measured together (file-formats.md, Recordings)."""
-REMAINS = 0.5
-"""Share of the excess of left-out squares over the noise that laws may leave before predictions are those of the base
-model: functions that change faster than the rows sample them are located, not modelled."""
-LEVEL = 0.05
-"""Of the paired t test over blocks."""
-MOSTLY, NEARLY_ALL = 0.6, 0.75
-"""Shares of the blocks with a visible change that laws have to predict better: where they leave `LITTLE`, and where
-they leave more, as imitations of something else do."""
-LITTLE = 0.25
-_VISIBLE = 0.02
-"""Change of a block's mean square error, in variances of the noise, that counts as one."""
 _NOTHING = 1e-9
-_MOST_INFLATED = 25.0
-"""A law whose errors are more than five times as large as it says is wrong, not unsure."""
 
 
 def blocks_of(sample: Sample, most: int | None = None) -> IntArray:
@@ -103,7 +91,7 @@ class LeftOut:
         """Factor k ≥ 1 on the variance by unknown parameters with which left-out errors are as large as stated.
 
         Kernels and length scales are never those of the machine, so that the posterior is too sure. With v the stated
-        variance of a left-out error, 1 of which is noise: Σ e²/(1 + k·(v − 1)) = M, up to `_MOST_INFLATED`.
+        variance of a left-out error, 1 of which is noise: Σ e²/(1 + k·(v − 1)) = M, up to `most_inflated`.
 
         Args:
             variances: v of `after`, shape (M,).
@@ -115,7 +103,11 @@ class LeftOut:
 
         if excess(1.0) <= 0.0:
             return 1.0
-        return _MOST_INFLATED if excess(_MOST_INFLATED) >= 0.0 else float(brentq(excess, 1.0, _MOST_INFLATED))
+        return (
+            EVIDENCE.most_inflated
+            if excess(EVIDENCE.most_inflated) >= 0.0
+            else float(brentq(excess, 1.0, EVIDENCE.most_inflated))
+        )
 
     @property
     def rms_before(self) -> float:
@@ -140,18 +132,18 @@ class LeftOut:
     @property
     def better(self) -> float:
         """Share of the blocks with a visible change that are predicted better; 0 where there is none."""
-        visible = self._gains[np.abs(self._gains) > _VISIBLE]
+        visible = self._gains[np.abs(self._gains) > EVIDENCE.visible]
         return float((visible > 0.0).mean()) if visible.size else 0.0
 
     @property
     def doubt(self) -> str:
         """Why the base model predicts instead; empty where laws may."""
         left = max(self.rms_after**2 - 1.0, 0.0) / max(self.rms_before**2 - 1.0, 1e-9)
-        if left > REMAINS:
+        if left > EVIDENCE.remains:
             return f"they leave {100.0 * left:.0f} % of the excess of left-out rows"
-        if self.better < (MOSTLY if left <= LITTLE else NEARLY_ALL):
+        if self.better < (EVIDENCE.mostly if left <= EVIDENCE.little else EVIDENCE.nearly_all):
             return f"only {100.0 * self.better:.0f} % of the blocks that were left out are predicted better"
-        if self.p_value > LEVEL:
+        if self.p_value > EVIDENCE.level:
             return f"the gain does not stand out of its scatter over blocks that were left out (p = {self.p_value:.2g})"
         return ""
 

@@ -22,7 +22,8 @@ from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
-from expdesign.diagnosis.evidence.search import ALARM, ENTRIES, Chosen, LawSearch
+from expdesign.diagnosis.evidence.options import EVIDENCE
+from expdesign.diagnosis.evidence.search import Chosen, LawSearch
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.group_library import Group, groups_of
 from expdesign.diagnosis.laws import base_alone
@@ -150,8 +151,9 @@ class _Problem:
         )
         atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
         # The alarm is that of as many laws as a dictionary has.
-        alarm = max(ALARM - float(np.log(ENTRIES / len(atoms))), 1.0)
-        return LawSearch(atoms, present, self.blocks).run(alarm=alarm, most=len(atoms), inexact=0.0)
+        alarm = max(EVIDENCE.alarm - float(np.log(EVIDENCE.entries / len(atoms))), 1.0)
+        options = replace(EVIDENCE, alarm=alarm, most_laws=len(atoms), inexact=0.0)
+        return LawSearch(atoms, present, self.blocks, options=options).run()
 
     def error(self, chosen: Chosen, settled: Settling) -> float:
         """RMS of left-out readings."""

@@ -7,7 +7,7 @@ import numpy as np
 from expdesign.chain.ports.curve import Curve
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
-from expdesign.diagnosis.evidence.places import OPEN
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.findings import Finding, reported
 from expdesign.diagnosis.laws import Laws, Part
 from expdesign.diagnosis.options import OPTIONS
@@ -38,7 +38,7 @@ def law_findings(laws: Laws, robot: Robot, scale: float) -> tuple[Finding, ...]:
 def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
     part = laws.parts[index]
     where = laws.fit.chain.effects.index(part.effect)
-    others = tuple(str(place.component) for place in part.places[1:] if place.probability >= OPEN)
+    others = tuple(str(place.component) for place in part.places[1:] if place.probability >= EVIDENCE.open)
     probability = next((p.probability for p in part.places if p.component == part.effect.component), 0.0)
     effect = part.effect
     if not isinstance(effect, Law):

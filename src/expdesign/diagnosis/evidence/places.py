@@ -11,13 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.chain.component import Component
-
-TEMPERATURE = 16.0
-"""Divides differences of log evidence: the most likely of 1 to 16 on 16 cases (results/ports)."""
-SHARE = 0.015
-"""Differences of log evidence count at most in this proportion to the evidence itself: no model is exact."""
-OPEN = 0.05
-"""Probability from which a component belongs to the set that cannot be told apart."""
+from expdesign.diagnosis.evidence.options import EVIDENCE
 
 
 @dataclass(frozen=True)
@@ -39,7 +33,7 @@ def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
     """Components by probability, from the gain of log evidence by the laws of each."""
     names = sorted(gains, key=lambda name: -gains[name])
     evidence = np.array([gains[name] for name in names])
-    temperature = max(TEMPERATURE, SHARE * float(evidence.max()))
+    temperature = max(EVIDENCE.temperature, EVIDENCE.share * float(evidence.max()))
     weights = np.exp((evidence - evidence.max()) / temperature)
     weights /= weights.sum()
     return tuple(Place(name, float(e), float(w)) for name, e, w in zip(names, evidence, weights, strict=True))

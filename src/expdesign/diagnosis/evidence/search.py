@@ -18,39 +18,10 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.component import Component
 from expdesign.chain.ports.port import Entry
 from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.options import EVIDENCE, EvidenceOptions
 from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
-
-ENTRIES = 1200
-"""Laws of a dictionary for which `ALARM` was set."""
-ALARM = 8.0
-"""Gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any of about
-`ENTRIES` laws exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`, results/ports)."""
-CONTESTED = 10.0
-"""Log evidence by which laws have to exceed named physics: what machines are known to do is likelier."""
-MOST_LAWS = 6
-_AT_ONE = 3
-"""Laws of one component that are added together."""
-_NEAR, _COMPONENTS = 0.4, 6
-"""Share of the largest gain from which a component is given its chance, and how many are."""
-_STARTS, _LIKE = 2, 0.8
-"""Components that the search goes on from, and the share of the best one's gain that they need."""
-_ALIKE = 1.05
-"""Factor on left-out errors within which evidence decides."""
-_REFUTED = 0.98
-"""Factor on left-out errors that speaks against a law."""
-_SEVERAL = 25.0
-"""Log evidence that a law of its own for every actuator has to exceed that of a single one by."""
-_WANDERS = 20.0
-"""The same of a mount that moves with time alone over a drift of the reading, which is far commoner."""
-_SWAP, _WORTH = 4.0, 2.0
-"""Gain of log evidence for which a law is replaced by one elsewhere, and below which it is left out."""
-_SLACK = 10.0
-"""Log evidence that new sizes of the other laws may bring; what falls short by more is not fitted."""
-INEXACT = 0.01
-"""Share of the evidence explained so far that a further component has to gain: no kernel is exact, and what one leaves
-over, the next component would take."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +66,7 @@ class LawSearch:
         base: what is there anyway.
         blocks: block of every reading that is left out together, shape (M,).
         made: the atom of another entry, which refines scales and settings; None where there is none.
+        options: thresholds.
     """
 
     def __init__(
@@ -103,8 +75,9 @@ class LawSearch:
         base: Present,
         blocks: IntArray,
         made: Callable[[Entry], Atom | None] = lambda entry: None,
+        options: EvidenceOptions = EVIDENCE,
     ) -> None:
-        self.atoms, self.base, self.blocks, self._made = atoms, base, blocks, made
+        self.atoms, self.base, self.blocks, self._made, self.options = atoms, base, blocks, made, options
         self._screen = Screen(base, self.atoms)
         self._dearer = np.array([_dearer(atom) for atom in self.atoms])
         self._listed = len(self.atoms)
@@ -112,35 +85,31 @@ class LawSearch:
         self._seen: dict[tuple[int, ...], tuple[Proposal, list[Chosen]]] = {}
         self.log: list[str] = []
 
-    def run(
-        self, *, seeds: Sequence[int] = (), alarm: float = ALARM, most: int = MOST_LAWS, inexact: float = INEXACT
-    ) -> Chosen:
-        """The laws that are there; none where no gain exceeds `alarm`.
+    def run(self, seeds: Sequence[int] = ()) -> Chosen:
+        """The laws that are there; none where no gain is an alarm.
 
         Args:
             seeds: physics of known form that explains something together, from which the search goes on as well.
-            alarm: gain of log evidence below which nothing is believed.
-            most: laws.
-            inexact: share of the evidence explained so far that a further component has to gain.
         """
         start = self._chosen((), self.base)
-        firsts = self._starts(start, alarm, most)
+        firsts = self._starts(start)
         if seeds:
             firsts.append(self._seeded(start, seeds))
-        ends = [self._completed(start, first, alarm, most, inexact) for first in firsts]
+        ends = [self._completed(start, first) for first in firsts]
         if not ends:
             return start
         best = self._finer(preferred(ends))
-        exchanged = self._swapped(self._exchanged(best, alarm, most))
+        exchanged = self._swapped(self._exchanged(best))
         if exchanged is not best:
             best = preferred([best, self._finer(exchanged)])
-        return self._unrefuted(start, best, alarm, most, inexact)
+        return self._unrefuted(start, best)
 
-    def _starts(self, start: Chosen, alarm: float, most: int) -> list[Chosen]:
+    def _starts(self, start: Chosen) -> list[Chosen]:
         """The best components with their laws, from which the search goes on: the first one need not be right."""
-        trials = sorted(self._trials(start, alarm, most), key=lambda trial: -trial.evidence)
+        trials = sorted(self._trials(start), key=lambda trial: -trial.evidence)
         gains = [trial.evidence - start.evidence for trial in trials]
-        return [t for t, gain in zip(trials, gains, strict=True) if gain >= max(alarm, _LIKE * gains[0])][:_STARTS]
+        least = max(self.options.alarm, self.options.like * max(gains, default=0.0))
+        return [t for t, gain in zip(trials, gains, strict=True) if gain >= least][: self.options.starts]
 
     def _seeded(self, current: Chosen, seeds: Sequence[int]) -> Chosen:
         """With physics of known form, less what is not worth its evidence."""
@@ -149,14 +118,16 @@ class LawSearch:
             current = self._beside(current, index, variance)
         return self._pruned(current)
 
-    def _completed(self, start: Chosen, current: Chosen, alarm: float, most: int, inexact: float) -> Chosen:
+    def _completed(self, start: Chosen, current: Chosen) -> Chosen:
         """With the laws of further components, as long as they are worth it."""
-        while len(current.indices) < most:
-            trials = self._trials(current, alarm, most)
+        while len(current.indices) < self.options.most_laws:
+            trials = self._trials(current)
             if not trials:
                 break
             grown = max(trials, key=lambda trial: trial.evidence)
-            if grown.evidence - current.evidence < alarm + inexact * (current.evidence - start.evidence):
+            if grown.evidence - current.evidence < self.options.alarm + self.options.inexact * (
+                current.evidence - start.evidence
+            ):
                 break
             current = self._pruned(grown)
         return current
@@ -187,7 +158,7 @@ class LawSearch:
         more chances, which the logarithm of their number takes back.
         """
         rest = self.without(chosen, component)
-        proposal, trials = self._proposed(rest, ALARM, MOST_LAWS)
+        proposal, trials = self._proposed(rest)
         single: dict[Component, float] = {}
         number: dict[Component, int] = {}
         for atom, gain in zip(self.atoms, proposal.gains, strict=False):
@@ -210,33 +181,33 @@ class LawSearch:
         nameless = any(atom.entry is not None for atom in chosen)
         return Chosen(indices, state, evidence, self.blocks, len({atom.component for atom in chosen}), nameless)
 
-    def _trials(self, current: Chosen, alarm: float, most: int) -> list[Chosen]:
+    def _trials(self, current: Chosen) -> list[Chosen]:
         """Components that come near, each with its laws beside the present ones; none where nothing is worth it."""
-        return self._proposed(current, alarm, most)[1]
+        return self._proposed(current)[1]
 
-    def _proposed(self, current: Chosen, alarm: float, most: int) -> tuple[Proposal, list[Chosen]]:
+    def _proposed(self, current: Chosen) -> tuple[Proposal, list[Chosen]]:
         """Gains of all entries beside the present laws, and the trials; remembered, since ends are weighed again."""
         if current.indices not in self._seen:
             proposal = self.propose(current)
-            near = self._near(proposal) if proposal.gains.max(initial=0.0) >= alarm else []
-            trials = [self._at(current, component, proposal, alarm, most) for component in near]
+            near = self._near(proposal) if proposal.gains.max(initial=0.0) >= self.options.alarm else []
+            trials = [self._at(current, component, proposal) for component in near]
             self._seen[current.indices] = proposal, trials
         return self._seen[current.indices]
 
     def _near(self, proposal: Proposal) -> list[Component]:
         """Components that are given their chance, the one with the best entry first."""
         order = np.argsort(-proposal.gains, kind="stable")
-        near = [i for i in order if proposal.gains[i] >= _NEAR * proposal.gains[order[0]]]
-        return list(dict.fromkeys(self.atoms[i].component for i in near))[:_COMPONENTS]
+        near = [i for i in order if proposal.gains[i] >= self.options.near * proposal.gains[order[0]]]
+        return list(dict.fromkeys(self.atoms[i].component for i in near))[: self.options.components]
 
-    def _at(self, current: Chosen, component: Component, proposal: Proposal, alarm: float, most: int) -> Chosen:
+    def _at(self, current: Chosen, component: Component, proposal: Proposal) -> Chosen:
         """With the laws of one component, until no further one is worth its evidence."""
         own = [i for i, atom in enumerate(self.atoms) if atom.component == component]
         best = own[int(np.argmax(proposal.gains[own]))]
         grown = self._beside(current, best, float(proposal.variances[best]))
-        for _ in range(min(_AT_ONE, most - len(current.indices)) - 1):
+        for _ in range(min(self.options.at_one, self.options.most_laws - len(current.indices)) - 1):
             further = self.propose(grown, own)
-            if further.gains.max() < alarm:
+            if further.gains.max() < self.options.alarm:
                 break
             best = int(np.argmax(further.gains))
             grown = self._beside(grown, own[best], float(further.variances[best]))
@@ -261,15 +232,15 @@ class LawSearch:
             self._add(better[0])
             indices = (*grown.indices[: left[0]], *grown.indices[left[0] + 1 :], len(self.atoms) - 1)
             trial = self._chosen(indices, rest.beside(self._screen.directions(indices[-1]), better[1]).refitted())
-            if trial.evidence > grown.evidence and trial.error <= _ALIKE * grown.error:
+            if trial.evidence > grown.evidence and trial.error <= self.options.alike * grown.error:
                 grown = trial
 
-    def _exchanged(self, current: Chosen, alarm: float, most: int) -> Chosen:
+    def _exchanged(self, current: Chosen) -> Chosen:
         """The laws of one component at a time replaced where another explains and predicts better beside the others."""
         components = self.components(current)
         for component in components if len(components) > 1 else ():
             rest = self.without(current, component)
-            others = self._trials(rest, alarm, most)
+            others = self._trials(rest)
             current = preferred([current, *others])
         return current
 
@@ -285,15 +256,15 @@ class LawSearch:
             beside = self._chosen(rest, current.state.without(position))
             proposal = self.propose(beside)
             best = int(np.argmax(proposal.gains))
-            promised = beside.evidence + float(proposal.gains[best]) + _SLACK
+            promised = beside.evidence + float(proposal.gains[best]) + self.options.slack
             position += 1
-            if best not in current.indices and promised > current.evidence + _SWAP:
+            if best not in current.indices and promised > current.evidence + self.options.swap:
                 changed = self._beside(beside, best, float(proposal.variances[best]))
-                if changed.evidence > current.evidence + _SWAP:
+                if changed.evidence > current.evidence + self.options.swap:
                     current, position = self._pruned(changed), 0
         return current
 
-    def _unrefuted(self, start: Chosen, best: Chosen, alarm: float, most: int, inexact: float) -> Chosen:
+    def _unrefuted(self, start: Chosen, best: Chosen) -> Chosen:
         """Without laws that left-out blocks speak against, and with what stands for these otherwise.
 
         Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
@@ -306,7 +277,7 @@ class LawSearch:
                 return current
             self._refuted |= refuted
             self._seen.clear()
-            best = preferred([current, self._completed(start, current, alarm, most, inexact)])
+            best = preferred([current, self._completed(start, current)])
 
     def _predicting(self, current: Chosen) -> Chosen:
         """Without the laws without which left-out blocks are predicted better, the most harmful first."""
@@ -316,7 +287,7 @@ class LawSearch:
             if least.error > current.error:
                 break
             refitted = self._refitted(least)
-            if refitted.error > _REFUTED * current.error:
+            if refitted.error > self.options.refuted * current.error:
                 break
             current = refitted
         return current
@@ -333,9 +304,9 @@ class LawSearch:
         """Without laws that are no longer worth their evidence beside the others."""
         for position in range(len(current.indices) - 1):
             smaller = self._less(current, position)
-            if current.evidence - smaller.evidence < _WORTH + _SLACK:
+            if current.evidence - smaller.evidence < self.options.worth + self.options.slack:
                 smaller = self._refitted(smaller)
-                if current.evidence - smaller.evidence < _WORTH:
+                if current.evidence - smaller.evidence < self.options.worth:
                     return self._pruned(smaller)
         return current
 
@@ -343,13 +314,13 @@ class LawSearch:
 def preferred(trials: list[Chosen]) -> Chosen:
     """Of several: the least left-out error, and within 5 % of it the largest evidence."""
     least = min(trial.error for trial in trials)
-    alike = (trial for trial in trials if trial.error <= _ALIKE * least)
-    return max(alike, key=lambda t: t.evidence - ALARM * t.components - CONTESTED * t.nameless)
+    alike = (trial for trial in trials if trial.error <= EVIDENCE.alike * least)
+    return max(alike, key=lambda t: t.evidence - EVIDENCE.alarm * t.components - EVIDENCE.contested * t.nameless)
 
 
 def _dearer(atom: Atom) -> float:
     """Log evidence that an entry has to bring beyond others."""
-    return _SEVERAL * _of_each(atom) + _WANDERS * _wanders(atom)
+    return EVIDENCE.several * _of_each(atom) + EVIDENCE.wanders * _wanders(atom)
 
 
 def _of_each(atom: Atom) -> bool:
