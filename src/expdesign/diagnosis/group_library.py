@@ -1,7 +1,7 @@
 """Which groups of effects and laws recordings could show, with the sizes that their members have beforehand."""
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,8 +10,10 @@ from expdesign.chain.component import ALL_JOINTS, BASE, GEOMETRY, Component, Par
 from expdesign.chain.declaration import Beyond
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.ports.port import Entry
+from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
+from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
@@ -20,7 +22,7 @@ from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Group:
     """Effects or laws of one kind, with one size.
 
@@ -46,6 +48,11 @@ class Group:
     atoms: tuple[Atom, ...] = ()
 
     @property
+    def end(self) -> Quantity | None:
+        """What laws of guides are multiplied by."""
+        return _entry(self.atoms[0]).channels[0].amplitude if self.form.startswith("guide") else None
+
+    @property
     def kind(self) -> tuple[Component, str]:
         """What people would call it; laws of guides that end elsewhere are of one kind."""
         return self.component, self.form or self.name
@@ -67,9 +74,11 @@ def groups_of(robot: Robot, sample: Sample, base: Fit, library: Sequence[Candida
     """
     ports = ("supports",) if robot.on_support else ("joints",)
     dictionary = Dictionary(robot, measured_of(sample), base.values, only=ports)
-    if robot.on_support:
-        return _laws_of_supports(dictionary), dictionary.sight
-    return [*_named(sample, base, library), *_laws_of_joints(dictionary)], dictionary.sight
+    kept = np.repeat(sample.counts, len(sample.recordings.axes))
+    present = replace(base_alone(base, sample, kept), known_noise=False)
+    laws = _laws_of_supports(dictionary) if robot.on_support else _laws_of_joints(dictionary)
+    names = [] if robot.on_support else _named(sample, base, library)
+    return [*names, *_few_ends(laws, present)], dictionary.sight
 
 
 def _laws_of_supports(dictionary: Dictionary) -> list[Group]:
@@ -110,6 +119,25 @@ def _laws_of_joints(dictionary: Dictionary) -> list[Group]:
             what = seen or f"{entry.form} of its {'place' if entry.inputs[0].kind == 'length' else 'moments'}"
             found.append(_of_laws(f"{where}, {what}", where, [atom]))
     return found
+
+
+def _few_ends(groups: list[Group], present: Present) -> list[Group]:
+    """Of the ends that guides may have those that explain most beside a law of the load, and one length of the latter.
+
+    What matters is how a tilt grows with what is drawn out, which no other law can make up for.
+    """
+    loads = [group for group in groups if group.form == "force law" and group.component == BASE]
+    gains = [present.gain(group.directions) for group in loads]
+    if loads:
+        best = int(np.argmax([gain for gain, _ in gains]))
+        present = present.beside(loads[best].directions, gains[best][1])
+        groups = [group for group in groups if group not in loads or group is loads[best]]
+    wanted: set[Hashable] = set()
+    for where in dict.fromkeys(group.component for group in groups):
+        guides = [group for group in groups if group.form == "guide" and group.component == where]
+        order = sorted(guides, key=lambda group: -present.gain(group.directions)[0])
+        wanted |= {(where, group.end) for group in order[: OPTIONS.ends]}
+    return [group for group in groups if group.end is None or (group.component, group.end) in wanted]
 
 
 def _smooth(atom: Atom) -> bool:

@@ -29,6 +29,7 @@ class DiagnosisOptions:
         all_excess: RMS of what the base model leaves, in standard deviations, from which many effects can be told.
         all_gains: factor on left-out errors that all effects at once have to reach.
         few: factor on left-out errors within which one or two groups predict as well as all together.
+        ends: of guides that are weighed.
         most_typical: typical sizes of a parameter that its deviation within a group is at most.
         unlike: medians of its group that it is at most: parts of one kind are alike, so that one which hardly shows is
             not as large as it would have to be to show.
@@ -78,6 +79,7 @@ class DiagnosisOptions:
     all_excess: float = 2.0
     all_gains: float = 0.9
     few: float = 1.15
+    ends: int = 3
     most_typical: float = 1e3
     unlike: float = 10.0
     averaged: int = 12
