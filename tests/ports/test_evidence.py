@@ -122,3 +122,15 @@ def test_what_laws_do_and_how_many_weights_are_determined() -> None:
     assert state.determined(1) < 0.3
     parts = state.base @ state.weights[:3] + state.moved(0) + state.moved(1)
     np.testing.assert_allclose(parts, READINGS - state.projected, atol=1e-6)
+
+
+@pytest.mark.parametrize("length", [5, 20])
+def test_left_out_errors_and_variances_of_blocks_shorter_and_longer_than_the_parameters(length: int) -> None:
+    """Thirteen parameters: both forms of the inverse against the dense one."""
+    state, blocks = present((LAW, 2.0), (OTHER, 0.7)), np.arange(40) // length
+    dense = np.eye(40) - state.factor @ state.factor.T
+    for block in np.unique(blocks):
+        inside = blocks == block
+        inverse = np.linalg.inv(dense[np.ix_(inside, inside)])
+        np.testing.assert_allclose(state.left_out(blocks)[inside], inverse @ state.projected[inside], rtol=1e-6)
+        np.testing.assert_allclose(state.left_out_variances(blocks)[inside], inverse.diagonal(), rtol=1e-6)

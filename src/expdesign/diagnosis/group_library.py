@@ -124,19 +124,27 @@ def _laws_of_joints(dictionary: Dictionary) -> list[Group]:
 def _few_ends(groups: list[Group], present: Present) -> list[Group]:
     """Of the ends that guides may have those that explain most beside a law of the load, and one length of the latter.
 
-    What matters is how a tilt grows with what is drawn out, which no other law can make up for.
+    They are judged by the evidence of laws of a size that the misfit allows, with noise of a share of it: what matters
+    is how a tilt grows with what is drawn out, which no other law can make up for.
     """
+    level = OPTIONS.quiet * float(np.sqrt((present.readings**2).mean())) or 1.0
+    quiet = replace(present, base=present.base / level, readings=present.readings / level, known_noise=True)
+    size = OPTIONS.quiet**-2
+
+    def with_loads(state: Present) -> tuple[float, Group | None]:
+        trials = [(state.beside(group.directions, size).log_evidence, group) for group in loads]
+        return max(trials, key=lambda trial: trial[0], default=(state.log_evidence, None))
+
     loads = [group for group in groups if group.form == "force law" and group.component == BASE]
-    gains = [present.gain(group.directions) for group in loads]
-    if loads:
-        best = int(np.argmax([gain for gain, _ in gains]))
-        present = present.beside(loads[best].directions, gains[best][1])
-        groups = [group for group in groups if group not in loads or group is loads[best]]
     wanted: set[Hashable] = set()
+    best: tuple[float, Group | None] = with_loads(quiet)
     for where in dict.fromkeys(group.component for group in groups):
         guides = [group for group in groups if group.form == "guide" and group.component == where]
-        order = sorted(guides, key=lambda group: -present.gain(group.directions)[0])
-        wanted |= {(where, group.end) for group in order[: OPTIONS.ends]}
+        judged = [(*with_loads(quiet.beside(group.directions, size)), group) for group in guides]
+        judged.sort(key=lambda trial: -trial[0])
+        best = max([best, *(trial[:2] for trial in judged[:1])], key=lambda trial: trial[0])
+        wanted |= {(where, group.end) for _, _, group in judged[: OPTIONS.ends]}
+    groups = [group for group in groups if group not in loads or group is best[1]]
     return [group for group in groups if group.end is None or (group.component, group.end) in wanted]
 
 

@@ -30,6 +30,7 @@ class DiagnosisOptions:
         all_gains: factor on left-out errors that all effects at once have to reach.
         few: factor on left-out errors within which one or two groups predict as well as all together.
         ends: of guides that are weighed.
+        quiet: noise at which ends of guides are compared, in misfits of the base model.
         most_typical: typical sizes of a parameter that its deviation within a group is at most.
         unlike: medians of its group that it is at most: parts of one kind are alike, so that one which hardly shows is
             not as large as it would have to be to show.
@@ -80,6 +81,7 @@ class DiagnosisOptions:
     all_gains: float = 0.9
     few: float = 1.15
     ends: int = 3
+    quiet: float = 0.03
     most_typical: float = 1e3
     unlike: float = 10.0
     averaged: int = 12

@@ -21,6 +21,8 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 
 _LEAST, _MOST = 1e-3, 1e6
 """Bounds of σ²: mean variance of the readings by a law, in variances of the noise."""
+_ALONE = 1.0 + 1e-9
+"""Diagonal of I − F·Fᵀ, so that a reading that nothing else predicts leaves it regular."""
 _ROUNDING = 1e-12
 """Share of yᵀPy below which what is left of it is rounding."""
 
@@ -240,21 +242,30 @@ class Present:
             blocks: block of every reading, shape (M,).
         """
         errors = np.empty_like(self.readings)
-        for inside, precision in self._precisions(blocks):
-            errors[inside] = np.linalg.solve(precision, self.projected[inside])
+        for inside, own, inverse in self._left_out(blocks):
+            readings = self.projected[inside]
+            errors[inside] = (readings + own @ (inverse @ (own.T @ readings))) / _ALONE
         return errors
 
     def left_out_variances(self, blocks: IntArray) -> FloatArray:
         """Variances of `left_out` where the model is right, noise included: diagonals of s²·(P_BB)⁻¹, shape (M,)."""
         variances = np.empty_like(self.readings)
-        for inside, precision in self._precisions(blocks):
-            variances[inside] = self.noise_variance * np.linalg.inv(precision).diagonal()
+        for inside, own, inverse in self._left_out(blocks):
+            variances[inside] = self.noise_variance * (1.0 + ((own @ inverse) * own).sum(axis=1)) / _ALONE
         return variances
 
-    def _precisions(self, blocks: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
-        """Readings of every block and their P_BB = I − F_B·F_Bᵀ, regular however little the other blocks determine."""
+    def _left_out(self, blocks: IntArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+        """Readings of every block, R and K with (P_BB)⁻¹ = I + R·K·Rᵀ.
+
+        P_BB = I − F_B·F_Bᵀ is regular however little the other blocks determine. With more readings than parameters
+        R = F_B and K = (I − F_Bᵀ·F_B)⁻¹ (Woodbury), else R = I.
+        """
         factor = self.factor
         for block in np.unique(blocks):
             inside = np.flatnonzero(blocks == block)
             own = factor[inside]
-            yield inside, (1.0 + 1e-9) * np.eye(len(inside)) - own @ own.T
+            if len(inside) > own.shape[1]:
+                yield inside, own, np.linalg.inv(_ALONE * np.eye(own.shape[1]) - own.T @ own)
+            else:
+                one = np.eye(len(inside))
+                yield inside, one, _ALONE * np.linalg.inv(_ALONE * one - own @ own.T) - one
