@@ -169,7 +169,6 @@ def _variant(document: YamlDocument, settings: Settings, calibration: str, frame
 def _montecarlo(problem: DesignProblem, poses: FloatArray, settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Standard deviation of the attained pose at the first target, and how far it is from linear."""
     robot = problem.loaded.robot.inverse_kinematics
-    assert robot is not None
     kinematics, joints = forward_kinematics(robot), len(robot.geometry)
     count = joints + len(robot.stiffness)
     truth = settings.geometry_error_m * np.random.default_rng(settings.plan_seed).standard_normal(count)

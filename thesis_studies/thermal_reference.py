@@ -55,10 +55,11 @@ class ThermalReference(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        robot = read_robot(document.folder / settings.robot).inverse_kinematics
-        if robot is None:
+        given = read_robot(document.folder / settings.robot)
+        if not given.on_legs:
             where = document.where(("robot",))
             raise InputError("the study needs a robot on legs", where=where, remedy="Name a hexapod.")
+        robot = given.inverse_kinematics
         commands = _commands(settings)
         growths = _growths(settings)
         frames, series = [], []

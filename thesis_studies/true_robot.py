@@ -30,7 +30,7 @@ def with_stiffness(problem: DesignProblem, stiffness: FloatArray) -> DesignProbl
         raise InputError(what, where=problem.source, remedy="Give one for each actuator.")
     robot = copy(loaded.robot)
     robot.stiffness = np.asarray(stiffness, dtype=float)
-    changed = LoadedRobot(robot, loaded.load, loaded.sources, loaded.geometric_stiffness, loaded.regressor)
+    changed = LoadedRobot(robot, loaded.load, loaded.sources, loaded.regressor)
     return replace(problem, loaded=changed)
 
 

@@ -19,8 +19,7 @@ from expdesign.assurance.validation.repeated import repeat
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.instrument.drawn_errors import drawn_load_errors
-from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
-from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
+from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness, geometric_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.payload import Payload
 from expdesign.mechanics.loads.wrench import Wrench

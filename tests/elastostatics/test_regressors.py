@@ -9,7 +9,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.errors import InputError
-from expdesign.mechanics.elastostatics.regressors.stacked import regressor_for
+from expdesign.mechanics.elastostatics.calibration import regressor_for
 from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment

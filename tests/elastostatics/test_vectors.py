@@ -4,11 +4,11 @@ import numpy as np
 from tests.cases import robot
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
-from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
 from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
     cartesian_stiffness,
+    geometric_stiffness,
     observation_matrix,
 )
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot

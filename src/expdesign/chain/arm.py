@@ -18,9 +18,7 @@ LIGHTEST = 0.1
 
 
 def links_of(robot: Robot) -> Links:
-    """The links of a robot that has some; raises `ValueError` for others."""
-    if robot.links is None:
-        raise ValueError(f"a {robot.kind} has no links")
+    """The links of a robot that has some."""
     return robot.links
 
 
@@ -37,7 +35,7 @@ def with_links_beyond(robot: Robot, wrench: ca.SX, row: Row, joint: int, *, own:
     """
     if row.marker.shape[0] == 0:
         return wrench
-    tree = links_of(robot).tree
+    tree = robot.links.tree
     weight = tree.weight(row.pose, None, ca.SX(tree.beyond(joint, own=own)))
     lever = weight[1:] - weight[0] * row.position
     return wrench + ca.vertcat(weight[0] * row.gravity, ca.cross(lever, row.gravity))
@@ -48,13 +46,13 @@ def at_tip(robot: Robot, joint: int, velocity: ca.SX, turn: ca.SX, row: Row, poi
     a point; 0 for a tip that the joint does not carry.
     """
     twist = ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
-    return links_of(robot).tree.reaches(row.pose, joint) * twist
+    return robot.links.tree.reaches(row.pose, joint) * twist
 
 
 @lru_cache(maxsize=16)
 def long_links(robot: Robot) -> tuple[Component, ...]:
     """Every link that has a length; nothing of robots without links."""
-    if robot.links is None:
+    if not robot.jointed:
         return ()
     q = ca.SX.sym("q", len(robot.configuration))
     spans = [link_span(robot, q, link.index) for link in each_link(robot)]
@@ -67,7 +65,7 @@ def long_links(robot: Robot) -> tuple[Component, ...]:
 @lru_cache(maxsize=16)
 def heavy_links(robot: Robot) -> tuple[Component, ...]:
     """Every link with a mass that could be noticeably wrong; nothing of robots without links."""
-    if robot.links is None:
+    if not robot.jointed:
         return ()
     masses = robot.links.tree.masses()
     return tuple(link for link, mass in zip(each_link(robot), masses, strict=True) if mass > LIGHTEST)
@@ -75,6 +73,6 @@ def heavy_links(robot: Robot) -> tuple[Component, ...]:
 
 def link_span(robot: Robot, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
     """Where a link (index from 0) begins and ends, (3,) each."""
-    tree = links_of(robot).tree
+    tree = robot.links.tree
     pose = tree.forward(q)[tree.joints[link].child]
     return pose[:3, 3], tree.far_end(q, link)

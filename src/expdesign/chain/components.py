@@ -10,7 +10,7 @@ from expdesign.mechanics.robots.robot import Robot
 
 def each_leg(robot: Robot) -> list[Component]:
     """Every actuator of a robot that is commanded by a pose: legs, or other limbs with one actuator each."""
-    count = len(robot.stiffness) if robot.inverse_kinematics is not None else 0
+    count = len(robot.stiffness) if robot.on_legs else 0
     return [Component(Part.LEG, number) for number in range(1, count + 1)]
 
 
@@ -22,7 +22,7 @@ def legs_and_all(robot: Robot) -> list[Component]:
 
 def each_joint(robot: Robot) -> list[Component]:
     """Every joint of a robot that is commanded in its joints."""
-    count = len(robot.stiffness) if robot.links is not None else 0
+    count = len(robot.stiffness) if robot.jointed else 0
     return [Component(Part.JOINT, number) for number in range(1, count + 1)]
 
 

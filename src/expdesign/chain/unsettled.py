@@ -35,7 +35,7 @@ class Unsettled(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return [ALL_JOINTS] if robot.links is not None else []
+        return [ALL_JOINTS] if robot.jointed else []
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

@@ -34,9 +34,9 @@ from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.estimation.redundancy import MinimalSet, Redundant, redundancies
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.robots.robot import Robot
 
 _ROUNDING = 1e-15

@@ -19,13 +19,13 @@ from expdesign.chain.row import row_data
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.geometric import (
-    Calibration,
     geometry_remarks,
     require_determined,
     usable_rows,
 )
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_residuals
 from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.robots.robot import Robot
 
 

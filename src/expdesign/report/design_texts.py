@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
@@ -53,7 +52,7 @@ def next_steps(problem: DesignProblem, front: Front) -> Section:
             "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
         ),
     )
-    if not isinstance(problem.loaded.regressor, Elastostatic):
+    if not problem.loaded.regressor.referenced:
         further = (
             "Measure the poses of plan.csv against the commanded ones, and identify the "
             f"{problem.loaded.regressor.noun} "

@@ -115,7 +115,7 @@ def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str) -> Fi
 
 def _leg_figure(result: Diagnosis) -> Figure:
     """Residuals as motions of the actuators."""
-    arm = result.robot.links is not None
+    arm = result.robot.jointed
     motion, part = ("motions of the joints", "joint") if arm else ("length changes of the legs", "leg")
     before, after = (_in_legs(result, residuals) for residuals in (result.base.residuals, result.model.fit.residuals))
     caption = (

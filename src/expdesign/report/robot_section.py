@@ -18,15 +18,14 @@ _DIRECTIONS = "Directions are seen from above: counter-clockwise from the x axis
 
 def actuator_frame(robot: Robot) -> pd.DataFrame:
     """Places, lengths and limits of the actuators (m, rad, degrees); empty for a robot without any."""
-    if robot.straight_legs is not None:
+    if robot.on_straight_legs:
         return _legs(robot)
-    return _joints(robot) if robot.links is not None else pd.DataFrame()
+    return _joints(robot) if robot.jointed else pd.DataFrame()
 
 
 def _legs(robot: Robot) -> pd.DataFrame:
     drawing, legs = robot.drawing(np.zeros(len(robot.configuration))), robot.straight_legs
     assert drawing is not None
-    assert legs is not None
     base = np.array([drawing.points[drawing.components[name][0]] for name in robot.actuators])
     places = [("base", base)] if base.shape[1] == 2 else [("base", base), ("platform", legs.platform_joints)]
     frame = pd.DataFrame({"actuator": robot.actuators})
@@ -42,7 +41,6 @@ def _legs(robot: Robot) -> pd.DataFrame:
 def _joints(robot: Robot) -> pd.DataFrame:
     drawing, links = robot.drawing(robot.reference_configuration()), robot.links
     assert drawing is not None
-    assert links is not None
     units = robot.configuration[: len(robot.actuators)]
     names = [coordinate.joint for coordinate in links.tree.coordinates]
     frame = pd.DataFrame({"actuator": robot.actuators, "name": names, "column": units})
@@ -58,7 +56,7 @@ def _joints(robot: Robot) -> pd.DataFrame:
 def actuator_sentences(robot: Robot) -> list[str]:
     """A line for every leg or joint, and what the directions mean."""
     frame = actuator_frame(robot)
-    if robot.straight_legs is not None:
+    if robot.on_straight_legs:
         lines = [_leg_sentence(row) for _, row in frame.iterrows()]
         spatial = "base_direction_deg" in frame
         return [*lines, f"{_DIRECTIONS} Base joints in O, platform joints in P (mm)."] if spatial else lines

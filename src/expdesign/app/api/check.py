@@ -286,11 +286,11 @@ def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool 
         return CheckedRecordings(check_structure(table))
     machine = robot_of(robot).robot
     table = with_targets(with_joint_columns(table, machine), machine)
-    structure = check_structure(table, commanded=len(machine.stiffness) > 0)
+    structure = check_structure(table, commanded=machine.actuated)
     recordings = referenced(recordings_from_table(table, machine), shared_reference)
     require_measured(recordings, machine)
     say(recordings_findings(recordings, machine), str(file))
-    if len(machine.stiffness) == 0:
+    if not machine.actuated:
         return CheckedRecordings(structure, recordings)
     found = identify_recordings(machine, recordings)
     return CheckedRecordings(structure, recordings, found)

@@ -119,7 +119,7 @@ def compensate(
     require_history(identified, table)
     if frame not in get_args(Frame):
         raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
-    commanded = _of_platform if robot.links is None else _of_arm
+    commanded = _of_platform if not robot.jointed else _of_arm
     text, found, corrections, points = commanded(identified, table, frame, problem)
     return CompensationResult(
         text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
@@ -188,7 +188,7 @@ def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections:
     columns = {"correction_m": corrections.translation}
     if robot.coordinates.rotations:
         columns["correction_rad"] = corrections.rotation
-    names = SPATIAL.pose if robot.links is not None else robot.coordinates.pose
+    names = SPATIAL.pose if robot.jointed else robot.coordinates.pose
     columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
     for name, values in columns.items():
         (frame[name],) = in_file_order(points, values)

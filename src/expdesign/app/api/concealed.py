@@ -23,7 +23,6 @@ from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 
@@ -72,7 +71,7 @@ def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect,
     if not at:
         remedy = "Write e.g. `leg_backlash at leg 4, 5 um`; `expdesign physics ROBOT` lists what can be there."
         raise InputError(f"`{head}` names no place", where=WHERE, remedy=remedy)
-    readings = DEFLECTIONS if isinstance(problem.loaded.regressor, Elastostatic) else POSES
+    readings = DEFLECTIONS if problem.loaded.regressor.referenced else POSES
     effects = _at(physics, place, robot)
     if not any(readings in type(effect).measurands for effect in effects):
         what = f"`{physics}` at `{place}` does not show in {readings.name}, which this configuration measures"

@@ -26,12 +26,12 @@ from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.arm_options import ArmOptions, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
 from expdesign.estimation.whitening import Whitening
 from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.robots.same_robot import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.identification_record import identification_record, stiffness_unit

@@ -202,4 +202,5 @@ def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:
     real = copy(robot)
     real.stiffness = 1.0 / model.compliance
     loaded = problem.loaded
-    return LoadedRobot(real, loaded.load, loaded.sources, loaded.geometric_stiffness, loaded.regressor)
+    physics = None if problem.found is None else problem.found.of(real).physics
+    return LoadedRobot(real, loaded.load, loaded.sources, loaded.regressor, physics)

@@ -148,7 +148,7 @@ def _poses(frame: pd.DataFrame) -> BoolArray:
 def _with_target(table: Table, model: Model) -> Table:
     """The table with the name of the target in rows of the kind `pose` that name none."""
     rows = _poses(table.frame)
-    if model.chain.robot.links is None or not rows.any() or TARGET not in model.chain.reading.names:
+    if not model.chain.robot.jointed or not rows.any() or TARGET not in model.chain.reading.names:
         return table
     names = table.frame["marker"].astype(str).str.strip() if table.has("marker") else pd.Series([""] * len(table))
     marker = np.where(rows & (names.to_numpy() == ""), TARGET, names)

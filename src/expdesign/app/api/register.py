@@ -192,7 +192,7 @@ def _read(points: PathLike | Sequence[PathLike], unit: str | None) -> list[Point
 def _frames(robot: Robot, configurations: FloatArray) -> list[Frame]:
     jacobians = robot.jacobians(configurations)
     count = robot.coordinates.n
-    if count != 6 or not len(robot.stiffness):
+    if count != 6 or not robot.actuated:
         what = f"deflections are registered for platforms and arms, not for a {robot.kind}"
         raise InputError(
             what, remedy="Take positions of markers instead (--positions), where the robot moves in space."

@@ -17,7 +17,6 @@ from expdesign.io.csv_writer import csv_text
 from expdesign.io.excel import workbook
 from expdesign.io.output import output_folder, write_bytes, write_file
 from expdesign.io.tables_in_units import in_units
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -112,7 +111,7 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
     table = table_of(plan, "plan")
     shared = problem.noise.shared_reference
     planned = read_plan(table, problem.loaded, shared_reference=shared)
-    referenced = isinstance(problem.loaded.regressor, Elastostatic)
+    referenced = problem.loaded.regressor.referenced
     stated = problem.config["experiment"].get("costs")
     costs = Costs(**stated) if stated else Costs()
     try:

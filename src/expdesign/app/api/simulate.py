@@ -29,7 +29,6 @@ from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
 from expdesign.io.yaml_document import YamlDocument
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.robots.same_robot import require_same_robot
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -113,7 +112,7 @@ def simulate(
             problem,
         )
         require_history(identified, complete)
-    if not isinstance(problem.loaded.regressor, Elastostatic):
+    if not problem.loaded.regressor.referenced:
         drawn = simulated_poses(problem, given, points, identified, seed, noise=noise, errors=load_errors)
         return SimulationResult(_measured(complete.frame, drawn, problem, given), purpose=purpose)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
@@ -134,10 +133,7 @@ def _base(problem: DesignProblem) -> Model:
     """What deflects where no model is given: the robot of the configuration."""
     if problem.found is not None:
         return problem.found.model
-    loaded = problem.loaded
-    base = model_of_robot(loaded.robot, YamlDocument(problem.source, Path(), {}))
-    mapping = ["geometric_stiffness at geometry, mapping, 1"] if loaded.geometric_stiffness else []
-    return with_concealed(base, mapping, problem)
+    return model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
 
 
 def _measured(frame: pd.DataFrame, poses: FloatArray, problem: DesignProblem, plan: Plan) -> pd.DataFrame:

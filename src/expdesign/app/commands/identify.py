@@ -13,9 +13,9 @@ from expdesign.app.commands.console import note, note_unknown_columns
 from expdesign.app.commands.writing import Force, require_folder
 from expdesign.assurance.acceptance.decision import sentences
 from expdesign.estimation.arm_options import Loss
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import Implausible
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.arm_section import accuracy_lines, geometry_line
 from expdesign.report.fit_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit

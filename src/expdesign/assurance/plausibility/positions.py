@@ -47,7 +47,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     some = np.flatnonzero(~recordings.test)
     some = some[:: -(-len(some) // _ROWS) or 1]
     train = recordings.rows(some)
-    if robot.links is None:
+    if not robot.jointed:
         return []
     payloads = _payloads(recordings, robot)
     if payloads or len(train) < _FEWEST:
@@ -68,7 +68,6 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
 
 def _payloads(recordings: Recordings, robot: Robot) -> list[Finding]:
     """Payloads of the tip and of other links whose centres of mass are farther away than the robot could hold them."""
-    assert robot.links is not None
     tree, size = robot.links.tree, extent(robot) or 0.0
     centres = {"com_x_m": recordings.payload[:, 1:]} if recordings.payload is not None else {}
     for carrier in tree.carriers:

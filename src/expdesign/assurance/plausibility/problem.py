@@ -5,7 +5,6 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Finding, extent, largest
 from expdesign.assurance.plausibility.robot import robot_findings
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 
@@ -33,7 +32,7 @@ _SAMPLES = 200
 def problem_findings(problem: DesignProblem) -> list[Finding]:
     """What speaks against a run configuration."""
     found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
-    if isinstance(problem.loaded.regressor, Elastostatic):
+    if problem.loaded.regressor.referenced:
         found += [*_centres(problem), *_masses(problem), *_deflections(problem), *_load_errors(problem)]
     return found
 

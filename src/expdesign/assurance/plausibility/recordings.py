@@ -31,7 +31,7 @@ def recordings_findings(recordings: Recordings, robot: Robot, options: MistakeOp
     """What speaks against units, signs, frames and single numbers of recordings of deflections or positions."""
     if recordings.measurand is POSITIONS:
         return positions_findings(recordings, robot)
-    if recordings.measurand.absolute or not len(robot.stiffness):
+    if recordings.measurand.absolute or not robot.actuated:
         return []
     evidence = evidence_of(recordings, robot, options)
     enough = evidence.stated.readings.size >= len(robot.stiffness) + _SPARE and len(evidence.stated.readings) >= 2

@@ -11,7 +11,6 @@ from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.chain.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.errors import ArgumentError
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
@@ -142,7 +141,7 @@ def simulated(
 ) -> Batch:
     """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
     assessment = _assessed(problem, plan)
-    if not isinstance(problem.loaded.regressor, Elastostatic):
+    if not problem.loaded.regressor.referenced:
         _require_nominal(plant, truth)
         return _of_geometry(problem, plan, batches, (seed, noise, load_errors), assessment, distribution)
     robot = plant(truth or problem.loaded, plan)

@@ -87,11 +87,9 @@ class MeasuredPose(Reading):
         """The pose (n,) that is read of a platform at `row.pose` that deflects."""
         if self.frames_known:
             return row.pose + deflection
-        closed_form = robot.inverse_kinematics
-        assert closed_form is not None
         assert robot.orientation is not None
         position, rotation = robot.frame(row.pose, deflection)
         instrument, target = (rotation_matrix(theta[6 * i + 3 : 6 * i + 6], "fixed-xyz") for i in range(2))
         seen = instrument.T @ (position + rotation @ theta[6:9] - theta[:3])
         angles = angles_of(instrument.T @ rotation @ target, robot.orientation)
-        return ca.vertcat(seen - ca.SX(closed_form.home), angles)
+        return ca.vertcat(seen - ca.SX(robot.inverse_kinematics.home), angles)

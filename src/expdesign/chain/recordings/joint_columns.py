@@ -27,7 +27,7 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
     Raises:
         InputError: a joint has two columns, or a column is of a joint that the robot does not have.
     """
-    if robot.links is None:
+    if not robot.jointed:
         return table
     tree = robot.links.tree
     numbered = {
@@ -53,7 +53,7 @@ def require_its_own(table: Table, robot: Robot) -> None:
     first = robot.configuration[0]
     if table.has(first):
         return
-    if robot.links is None:
+    if not robot.jointed:
         given, others = "joints", [name for name in table.columns if _NUMBERED.fullmatch(name)]
     else:
         given, others = "poses", [name for name in robot.coordinates.pose if table.has(name)]
@@ -99,7 +99,6 @@ def _require_masses(table: Table, tree: KinematicTree) -> None:
 
 
 def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
-    assert robot.links is not None
     tree = robot.links.tree
     coordinates = (*tree.coordinates, *tree.branch_coordinates)
     known = f"The robot's columns are {', '.join(robot.configuration)}."

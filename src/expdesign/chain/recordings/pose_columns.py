@@ -20,7 +20,7 @@ _KINDS = ("reference", "pose")
 
 def measures_poses(table: Table, robot: Robot) -> bool:
     """Whether a table is one of measured poses: by its columns `measured_x_m` ..., or by `kind` where those are due."""
-    if robot.inverse_kinematics is None:
+    if not robot.on_legs:
         return False
     if any(table.has(name) for name in measured_names(robot.coordinates)):
         return True

@@ -81,7 +81,7 @@ def require_measured(recordings: Recordings, robot: Robot) -> None:
     """Raise an `InputError` where nothing deflects under load, as in a plan whose columns were filled with zeros."""
     if recordings.poses:
         return
-    if len(robot.stiffness) and np.any(recordings.wrenches) and not np.any(recordings.deflections):
+    if robot.actuated and np.any(recordings.wrenches) and not np.any(recordings.deflections):
         what = "every deflection is 0, although there are loads"
         raise InputError(what, where=recordings.source, remedy="Fill in what was measured.")
 
@@ -93,7 +93,7 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     if notes:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
     points = _points(table, robot, measured=True)
-    if len(robot.stiffness):
+    if robot.actuated:
         require_one_command_per_reference(points)
     order = order_in_time(table)
     axes, deflections, deviations = READERS[points.measurand](table, points, robot.coordinates, order)
@@ -118,7 +118,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     time = read_time(table, order)
     marker, markers = read_markers(table, order)
     poses = measures_poses(table, robot)
-    if measured and len(robot.stiffness) and not markers and not poses:
+    if measured and robot.actuated and not markers and not poses:
         # A body has no actuators: its pose says where it is, and is not a command that a series shares.
         require_one_command(table, robot.configuration, configurations, series, order)
     gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
@@ -128,7 +128,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     payload = _payload(table, robot, order)
     unloaded = payload is None and not any(table.has(name) for name in coordinates.wrench)
     # Deflections need a load; absolute readings show the weight of what is there.
-    unloaded &= poses or bool(markers) or (robot.links is not None and not measured)
+    unloaded &= poses or bool(markers) or (robot.jointed and not measured)
     load = (table, robot, configurations, payload, gravity, order)
     wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
     absolute = wrenches.copy()
@@ -172,8 +172,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
 
 def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
     """Raise where an angle must be in degrees or a position in mm."""
-    closed_form = robot.inverse_kinematics
-    if closed_form is None:
+    if not robot.on_legs:
         return
     split = robot.coordinates.translations
     large = np.abs(configurations[:, split:]) > LARGEST_ANGLE
@@ -184,6 +183,7 @@ def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, orde
         raise InputError(what, where=where, remedy="Check the unit.")
     farthest = np.abs(configurations[:, :split])
     row, column = divmod(int(np.argmax(farthest)), split)
+    closed_form = robot.inverse_kinematics
     reference = closed_form.lengths(robot.reference_configuration()).max()
     stretch = float(closed_form.lengths(configurations[row]).max() / reference)
     if stretch > LARGEST_STRETCH:

@@ -32,7 +32,7 @@ def with_targets(table: Table, robot: Robot) -> Table:
     Raises:
         InputError: a row has both, or is of an unknown kind.
     """
-    if robot.links is None or not any(table.has(name) for name in _PLACES):
+    if not robot.jointed or not any(table.has(name) for name in _PLACES):
         return table
     if table.has("kind"):
         kinds = table.frame["kind"].astype(str).str.strip()

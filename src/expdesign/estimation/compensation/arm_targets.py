@@ -112,7 +112,6 @@ def _nominal(robot: Robot, position: FloatArray, rotation: FloatArray, posture: 
     if first is not None:
         return first
     random, joints = np.random.default_rng(_SEED), len(robot.stiffness)
-    assert robot.links is not None
     low = np.where(np.isfinite(robot.links.low), robot.links.low, -np.pi)[:joints]
     high = np.where(np.isfinite(robot.links.high), robot.links.high, np.pi)[:joints]
     found: list[FloatArray] = []
@@ -143,7 +142,6 @@ def _descend(robot: Robot, position: FloatArray, rotation: FloatArray, start: Fl
         q[:joints] += step * min(1.0, _LARGEST / max(float(np.abs(step).max()), 1e-12))
     else:
         return None
-    assert robot.links is not None
     # Turns by whole revolutions are the same posture.
     for index in range(joints):
         if robot.units[index] == "rad":

@@ -59,7 +59,6 @@ def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
         SingularConfigurationError: an arm of six or more joints cannot move its tip as the correction demands.
     """
     robot, points = model.chain.robot, targets.points
-    assert robot.links is not None
     joints = len(robot.stiffness)
     scale = np.where(np.isfinite(robot.links.high - robot.links.low), robot.links.high - robot.links.low, 2.0 * np.pi)
     chain, aimed = tip_chain(model, "base"), at_targets(model, targets, "base")

@@ -1,8 +1,9 @@
 """What a robot may offer beside its Jacobians; effects, readings and fits ask for these and never for its kind.
 
-A robot returns the object that has a capability from the property of that name, most often itself, and None where it
-does not have it. A new family of robots offers what it can, and gets the effects that need no more than that. The
-closed form of inverse kinematics, on which most rests, is the abstract class `ParallelRobot` itself.
+A robot says which capabilities it has (`Robot.on_legs`, `on_straight_legs`, `jointed`), and returns the object that has
+one from the property of its name, most often itself. A new family of robots offers what it can, and gets the effects
+that need no more than that. The closed form of inverse kinematics, on which most rests, is the abstract class
+`ParallelRobot` itself.
 """
 
 from typing import Protocol

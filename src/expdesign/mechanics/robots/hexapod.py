@@ -65,12 +65,6 @@ class HexapodSection(RobotSection):
     limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
 
     @model_validator(mode="after")
-    def _gravity(self) -> Self:
-        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
-            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
-        return self
-
-    @model_validator(mode="after")
     def _joints_once(self) -> Self:
         for name, ring in (("base", self.base), ("platform", self.platform)):
             if (ring is None) == (getattr(self, f"{name}_joints") is None):
@@ -91,6 +85,7 @@ class Hexapod(ParallelRobot):
     """Six-leg parallel robot; pose `[x, y, z, rx, ry, rz]` relative to `home`."""
 
     kind = "hexapod"
+    on_straight_legs = True
     coordinates = SPATIAL
     configuration = SPATIAL.pose
 

@@ -29,6 +29,7 @@ class ParallelRobot(Robot):
         leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
     """
 
+    on_legs = True
     home: FloatArray
     geometry: FloatArray
     geometry_names: tuple[str, ...]

@@ -27,11 +27,11 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
-from expdesign.io.schema import Number, Positive, Section
+from expdesign.io.schema import Number, Positive, Section, invalid
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import inverse_with_adjoint
 from expdesign.mechanics.robots.capabilities import Links, StraightLegs
@@ -88,8 +88,13 @@ class Jacobians:
 
 
 class RobotSection(Section):
-    """Keys that the files of all kinds of robots share."""
+    """Keys that the files of all kinds of robots share.
 
+    Attributes:
+        axes: of the base frame O.
+    """
+
+    axes: ClassVar[str] = "xyz"
     name: str = Field(description="Name of the robot, for reports.")
     schema_version: Literal[1] = Field(default=1, description="Version of this format.")
     gravity_m_s2: list[Number] | None = Field(
@@ -113,6 +118,14 @@ class RobotSection(Section):
         "(m): prior of a geometric calibration. Default: nothing is known beforehand.",
     )
 
+    @model_validator(mode="after")
+    def _gravity_has_every_axis(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != len(self.axes):
+            number = {2: "two", 3: "three"}[len(self.axes)]
+            components = ", ".join(f"g{axis}" for axis in self.axes)
+            raise invalid(f"{number} components are needed here", "gravity_m_s2", f"Write `[{components}]` in m/s².")
+        return self
+
 
 class Robot(ABC):
     """One robot: its kinematics, the approximate stiffness of its actuators, and gravity where it stands.
@@ -120,6 +133,9 @@ class Robot(ABC):
     Attributes:
         kind: the word in robot files.
         may_idle: whether an actuator may carry nothing however the robot is loaded, as a joint about the vertical does.
+        on_legs: whether commands are poses, of which the actuators' coordinates are a closed form.
+        on_straight_legs: whether its actuators are straight legs.
+        jointed: whether commands are coordinates of joints between links.
         on_support: whether it rests on something whose yielding is physics to be found, having no actuators that yield.
         coordinates: of the workspace (n pose coordinates, d translations).
         configuration: names of the columns of a command (n_q,).
@@ -134,6 +150,9 @@ class Robot(ABC):
 
     kind: ClassVar[str]
     may_idle: ClassVar[bool] = False
+    on_legs: ClassVar[bool] = False
+    on_straight_legs: ClassVar[bool] = False
+    jointed: ClassVar[bool] = False
     on_support: ClassVar[bool] = False
     coordinates: ClassVar[Coordinates]
     configuration: tuple[str, ...]
@@ -226,19 +245,22 @@ class Robot(ABC):
         return np.broadcast_to(np.eye(n), (*configurations.shape[:-1], n, n))
 
     @property
-    def inverse_kinematics(self) -> "ParallelRobot | None":
-        """The closed form of the actuator coordinates of a pose, where commands are poses and there is one."""
-        return None
+    def inverse_kinematics(self) -> "ParallelRobot":
+        """The closed form of the actuator coordinates of a pose, of a robot `on_legs`."""
+        raise self._lacks("closed form of the actuators' coordinates")
 
     @property
-    def straight_legs(self) -> StraightLegs | None:
-        """The directions of the legs, where the actuators are straight legs."""
-        return None
+    def straight_legs(self) -> StraightLegs:
+        """The directions of the legs, of a robot `on_straight_legs`."""
+        raise self._lacks("straight legs")
 
     @property
-    def links(self) -> Links | None:
-        """The chain of links with their masses, where commands are joint coordinates."""
-        return None
+    def links(self) -> Links:
+        """The chain of links with their masses, of a robot that is `jointed`."""
+        raise self._lacks("links")
+
+    def _lacks(self, what: str) -> NotImplementedError:
+        return NotImplementedError(f"a {self.kind} has no {what}")
 
     def drawing(self, configurations: FloatArray) -> Drawing | None:
         """The robot at configurations of shape (..., n_q) as points and lines; None for a kind that is not drawn."""
@@ -264,6 +286,11 @@ class Robot(ABC):
     def units(self) -> tuple[str, ...]:
         """Unit of each actuator's coordinate: `m` (its force in N) or `rad` (N·m), shape (n_p,)."""
         return ("m",) * len(self.stiffness)
+
+    @property
+    def actuated(self) -> bool:
+        """Whether it has actuators, whose stiffness can be identified."""
+        return len(self.stiffness) > 0
 
     @property
     def actuators(self) -> tuple[str, ...]:

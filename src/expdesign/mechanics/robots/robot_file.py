@@ -60,7 +60,7 @@ def _read_instrument(robot: Robot, content: dict[str, Any], document: YamlDocume
             raise InputError("six numbers are needed here", where=where, remedy=remedy)
         robot.instrument = np.array(content["instrument"], dtype=float)
     if content.get("geometry_std_m") is not None:
-        if robot.inverse_kinematics is None:
+        if not robot.on_legs:
             what = f"a {robot.kind} has no legs whose geometry is identified"
             raise InputError(what, where=document.where(("geometry_std_m",)), remedy="Take the key out.")
         robot.geometry_std = float(content["geometry_std_m"])

@@ -79,8 +79,10 @@ def _places(robot: Robot, commands: FloatArray) -> FloatArray:
 
 def _farthest_joint(robot: Robot, other: Robot) -> str | None:
     """The joint of a robot on legs whose place differs most, in words; None without one."""
+    if not (robot.on_legs and other.on_legs):
+        return None
     closed, same = robot.inverse_kinematics, other.inverse_kinematics
-    if closed is None or same is None or closed.geometry_names != same.geometry_names:
+    if closed.geometry_names != same.geometry_names:
         return None
     dimension = len(closed.home)
     differences = {"home": closed.home - same.home}

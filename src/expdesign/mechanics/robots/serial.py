@@ -17,13 +17,13 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.schema import Number, Positive, invalid, validate
+from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import plain
 from expdesign.mechanics.robots.drawing import Drawing, Part
@@ -75,12 +75,6 @@ class SerialSection(RobotSection):
         "In the place of the URDF's `<mimic>`.",
     )
 
-    @model_validator(mode="after")
-    def _gravity(self) -> Self:
-        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
-            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
-        return self
-
 
 class SerialRobot(Robot):
     """A chain of revolute and prismatic joints; configuration `q1_rad` (or `q1_m`), `q2_rad`, ...
@@ -91,6 +85,7 @@ class SerialRobot(Robot):
     """
 
     kind = "serial"
+    jointed = True
     may_idle = True
     coordinates = SPATIAL
 

@@ -33,7 +33,6 @@ class Limits:
     @cached_property
     def _lengths(self) -> BatchFunction:
         closed_form = self._robot.inverse_kinematics
-        assert closed_form is not None
         pose = ca.SX.sym("X", closed_form.coordinates.n)
         lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
         return BatchFunction("leg_lengths", [pose], [lengths, ca.jacobian(lengths, pose)])

@@ -94,12 +94,12 @@ class InstrumentMisalignment(Effect):
             c, s = ca.cos(theta[0]), ca.sin(theta[0])
             return ca.vertcat(c * reading[0] + s * reading[1], -s * reading[0] + c * reading[1], reading[2:])
         turn = rotation_matrix(theta, "fixed-xyz")
-        closed_form, orientation = self.robot.inverse_kinematics, self.robot.orientation
-        if self.variant is Axes.DIFFERENCES or closed_form is None or orientation is None:
+        orientation = self.robot.orientation
+        if self.variant is Axes.DIFFERENCES or not self.robot.on_legs or orientation is None:
             return ca.vertcat(turn.T @ reading[:3], turn.T @ reading[3:])
         angles = angles_of(turn.T @ row.rotation @ turn, orientation)
         pose = ca.SX.sym("read", 6)
-        rates = ca.substitute(closed_form.pose_rate_map(pose), pose, ca.vertcat(row.pose[:3], angles))
+        rates = ca.substitute(self.robot.inverse_kinematics.pose_rate_map(pose), pose, ca.vertcat(row.pose[:3], angles))
         twist = ca.solve(row.rates, reading)
         return rates @ ca.vertcat(turn.T @ twist[:3], turn.T @ twist[3:])
 

@@ -12,7 +12,6 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.arm import links_of
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.components import each_joint
 from expdesign.chain.effects.joints.geometric_error import GeometricError
@@ -47,7 +46,7 @@ class CalibratedGeometryError(GeometricError):
 
     @property
     def _indices(self) -> list[int]:
-        tree, count = links_of(self.robot).tree, len(self.robot.stiffness)
+        tree, count = self.robot.links.tree, len(self.robot.stiffness)
         indices = list(range(count))
         for number, end in enumerate(tree.ends):
             start = count + len(FRAME_AXES) * number
@@ -65,7 +64,7 @@ class CalibratedGeometryError(GeometricError):
         return tuple(self._indices)
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
-        robot = links_of(self.robot)
+        robot = self.robot.links
         geometry = self.geometry(ca.SX.zeros(robot.tree.size), theta)
         nominal = robot.own_weight_expression(row.pose, row.gravity)
         return robot.own_weight_expression(row.pose, row.gravity, geometry) - nominal

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
+from expdesign.chain.arm import at_tip, moment_at, with_links_beyond
 from expdesign.chain.component import Component
 from expdesign.chain.components import sliding_joints
 from expdesign.chain.declaration import Declaration, Input, Size
@@ -57,7 +57,7 @@ class ExtensionCompliance(Effect):
         )
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        point, _ = links_of(self.robot).tree.joint_frame(row.pose, self.component.index)
+        point, _ = self.robot.links.tree.joint_frame(row.pose, self.component.index)
         load = with_links_beyond(self.robot, wrench, row, self.component.number)
         turn = (theta[0] + theta[1] * row.lengths[self.component.index]) * moment_at(load, row, point)
         return deflection + at_tip(self.robot, self.component.index, ca.SX.zeros(3), turn, row, point)

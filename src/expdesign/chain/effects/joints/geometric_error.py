@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.arm import links_of
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
 from expdesign.chain.components import each_joint, each_link
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size
@@ -49,7 +48,7 @@ class GeometricError(Effect):
     @property
     def _indices(self) -> list[int]:
         """Geometric errors that the component has."""
-        robot = links_of(self.robot)
+        robot = self.robot.links
         count = len(self.robot.stiffness)
         if self.component == ALL_JOINTS:
             return list(range(count))
@@ -65,7 +64,7 @@ class GeometricError(Effect):
         return tuple(self._parameter(index) for index in self._indices)
 
     def _parameter(self, index: int) -> Parameter:
-        robot = links_of(self.robot)
+        robot = self.robot.links
         count = len(self.robot.stiffness)
         angle = self.robot.units[index] == "rad" if index < count else (index - count) % len(FRAME_AXES) >= 3
         name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"

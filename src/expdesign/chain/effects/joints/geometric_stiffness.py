@@ -7,7 +7,6 @@ its lever turns with the tip. Two passes from δ = 0 give it to second order.
 
 import casadi as ca
 
-from expdesign.chain.arm import links_of
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.geometric_stiffness import GeometricStiffness
@@ -28,7 +27,7 @@ class ArmGeometricStiffness(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return [GEOMETRY] if robot.links is not None else []
+        return [GEOMETRY] if robot.jointed else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
@@ -43,7 +42,7 @@ class ArmGeometricStiffness(Effect):
 
     def _equilibrium(self, wrench: ca.SX, payload: ca.SX, compliance: ca.SX, row: Row) -> tuple[ca.SX, ca.SX]:
         """Position and orientation of the tip in equilibrium under a wrench given at the commanded pose."""
-        robot = links_of(self.robot)
+        robot = self.robot.links
         q = ca.SX.sym("q", len(self.robot.configuration))
         forward, _, rotation = robot.jacobian_expressions(q)
         arm = rotation @ row.rotation.T @ row.lever - row.lever

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
+from expdesign.chain.arm import at_tip, moment_at, with_links_beyond
 from expdesign.chain.component import ALL_JOINTS, Component
 from expdesign.chain.components import each_joint, turning
 from expdesign.chain.declaration import Declaration, Input, Size
@@ -85,7 +85,7 @@ class JointCompliance(Effect):
 
     def _tilt(self, wrench: ca.SX, row: Row, joint: int, one: ca.SX, other: ca.SX) -> ca.SX:
         """Twist (6,) of the tip as the bearing of a joint (index from 0) tilts, with compliances in two directions."""
-        robot = links_of(self.robot)
+        robot = self.robot.links
         point, frame = robot.tree.joint_frame(row.pose, joint)
         load = with_links_beyond(self.robot, wrench, row, joint + 1)
         first, second = across(robot.tree.joints[joint].axis)

@@ -7,7 +7,6 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.arm import links_of
 from expdesign.chain.component import Component, Part
 from expdesign.chain.components import each_joint, each_link, turning
 from expdesign.chain.declaration import LOOSELY
@@ -50,7 +49,7 @@ class ArmGeometry(Effect):
             units = [
                 ("m", 0.1, LOOSELY * LENGTH) if len(axis) == 1 else ("rad", 0.5, LOOSELY * ANGLE) for axis in FRAME_AXES
             ]
-            tree, link = links_of(self.robot).tree, self.component.number
+            tree, link = self.robot.links.tree, self.component.number
             further = [f"{end.name}_" for end in tree.ends if end.link == link][1:]
             return tuple(
                 Parameter(f"frame_{end}{axis}_{unit}", 1e-3, low=-high, high=high, spread=spread)
@@ -62,7 +61,7 @@ class ArmGeometry(Effect):
         return (Parameter("offset_m", 1e-3, low=-0.5, high=0.5),)
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        tree = links_of(self.robot).tree
+        tree = self.robot.links.tree
         first = tree.link_frames(self.component.number)[0] if self.component.part is Part.LINK else self.component.index
         moved = ca.SX(geometry)
         for index in range(theta.shape[0]):

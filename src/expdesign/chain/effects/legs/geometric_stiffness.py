@@ -14,7 +14,7 @@ from expdesign.chain.components import turned_lever
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness_expression
+from expdesign.mechanics.elastostatics.maps import geometric_stiffness_expression
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import Robot
 
@@ -46,7 +46,7 @@ class GeometricStiffness(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return [GEOMETRY] if robot.inverse_kinematics is not None else []
+        return [GEOMETRY] if robot.on_legs else []
 
     def describe(self) -> tuple[Parameter, ...]:
         return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)

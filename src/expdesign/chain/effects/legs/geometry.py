@@ -38,9 +38,7 @@ class LegGeometry(Effect):
 
     @property
     def _closed_form(self) -> ParallelRobot:
-        closed_form = self.robot.inverse_kinematics
-        assert closed_form is not None
-        return closed_form
+        return self.robot.inverse_kinematics
 
     def describe(self) -> tuple[Parameter, ...]:
         known = self.robot.geometry_std

@@ -42,19 +42,18 @@ class JointPositionError(Effect):
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
-        closed_form = robot.inverse_kinematics
-        return [] if closed_form is None else [end for end in End if f"{end} 1 x" in closed_form.geometry_names]
+        names = robot.inverse_kinematics.geometry_names if robot.on_legs else ()
+        return [end for end in End if f"{end} 1 x" in names]
 
     def describe(self) -> tuple[Parameter, ...]:
         axes = self.robot.coordinates.axes
         return tuple(Parameter(f"joint_d{axis}_m", 1e-3, low=-0.1, high=0.1) for axis in axes)
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        closed_form = self.robot.inverse_kinematics
-        assert closed_form is not None
+        names = self.robot.inverse_kinematics.geometry_names
         moved = ca.SX(geometry)
         for axis, parameter in zip("xyz", range(theta.shape[0]), strict=False):
-            index = closed_form.geometry_names.index(f"{self.variant} {self.component.number} {axis}")
+            index = names.index(f"{self.variant} {self.component.number} {axis}")
             moved[index] = moved[index] + theta[parameter]
         return moved
 

@@ -39,7 +39,7 @@ class PassiveJointCompliance(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot) if robot.straight_legs is not None else []
+        return each_leg(robot) if robot.on_straight_legs else []
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:

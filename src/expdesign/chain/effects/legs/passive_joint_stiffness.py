@@ -58,7 +58,7 @@ class PassiveJointStiffness(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return legs_and_all(robot) if robot.straight_legs is not None else []
+        return legs_and_all(robot) if robot.on_straight_legs else []
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
@@ -134,14 +134,11 @@ class PassiveJointStiffness(Effect):
     @property
     def _straight(self) -> StraightLegs:
         legs = self.robot.straight_legs
-        assert legs is not None
         return legs
 
     @property
     def _closed_form(self) -> ParallelRobot:
-        closed_form = self.robot.inverse_kinematics
-        assert closed_form is not None
-        return closed_form
+        return self.robot.inverse_kinematics
 
     def _energy(self, pose: ca.SX) -> ca.SX:
         """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²)."""

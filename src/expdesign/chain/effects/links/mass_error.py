@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from expdesign.chain.arm import heavy_links, links_of
+from expdesign.chain.arm import heavy_links
 from expdesign.chain.component import Component
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
@@ -41,7 +41,7 @@ class LinkMassError(Effect):
         return (Parameter("relative_mass_error", 0.1, low=-0.9, high=3.0, spread=_SPREAD),)
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
-        robot = links_of(self.robot)
+        robot = self.robot.links
         q = ca.SX.sym("q", len(self.robot.configuration))
         only = ca.SX([float(k == self.component.index) for k in range(len(self.robot.stiffness))])
         torque = robot.own_weight_expression(q, row.gravity, factors=only)
