@@ -11,8 +11,7 @@ from tests.oracle import Array
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
-from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.measured_poses import MeasuredPoses, measured_poses
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.thermal_correction import correct_poses, deflections, repeatability

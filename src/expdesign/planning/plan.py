@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
 from expdesign.chain.recordings.columns import read_test_rows
 from expdesign.errors import InputError
 from expdesign.io.table import Table
@@ -42,7 +42,7 @@ def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFr
     return pd.DataFrame(columns)
 
 
-def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> Plan:
+def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan:
     """The plan in a table in recordings form; measured columns, where there are some, are ignored.
 
     Raises:
@@ -65,7 +65,7 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
         what = "geometric calibration measures poses without load"
         raise InputError(what, where=where, remedy="Take the load out, or use `experiment.calibration: both`.")
     series = table.integers("series") if table.has("series") else series_by_pose(configurations)
-    if shared_reference and table.has("series"):
+    if noise.shared_reference and table.has("series"):
         _same_pose_within_series(table, configurations, series)
     return Plan(configurations, loads, series)
 

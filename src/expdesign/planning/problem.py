@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -79,8 +79,8 @@ class DesignProblem:
         """
         measurements = self.loaded.measure(configurations, loads)
         shared = tuple(source.shared for source in self.loaded.sources)
-        if self.noise.shared_reference and series is None:
-            series = series_by_pose(configurations)
+        if series is None:
+            series = self.noise.series(configurations)
         return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
 
     def assessed(self, decisions: FloatArray) -> Assessment:

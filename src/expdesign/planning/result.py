@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.references import REFERENCE, reference_names
 from expdesign.planning.front import Front
 from expdesign.planning.measuring_time import plan_minutes

@@ -233,7 +233,7 @@ def _given(problem: DesignProblem, plans: Mapping[str, TableInput]) -> list[Cont
     found = []
     for name, plan in plans.items():
         table = table_of(plan, name)
-        read = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+        read = read_plan(table, problem.loaded, problem.noise)
         found.append(Contender(name, "given", without_validation(read, table)))
     return found
 

@@ -100,7 +100,7 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     problem = problem_of(config)
     table = table_of(plan, "plan")
     require_whole_load(table, problem.loaded)
-    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    given = read_plan(table, problem.loaded, problem.noise)
     # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
     points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
     _require_reachable(problem, given, table)

@@ -16,13 +16,12 @@ from expdesign.app.sweeps.problem_work import by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
 from expdesign.assurance.validation.simulation import Batch, simulated
-from expdesign.chain.instrument.drawn_errors import Distribution
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import json_text, output_folder, write_file
 from expdesign.io.yaml_reader import parse_yaml
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page

@@ -123,7 +123,7 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
     """Parameters of the load of every recording, which errors of the load depend on."""
     if not problem.loaded.sources:
         return None
-    plan = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    plan = read_plan(table, problem.loaded, problem.noise)
     loads: FloatArray = plan.loads[np.searchsorted(table.lines, measured.lines)]
     return loads
 

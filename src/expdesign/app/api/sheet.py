@@ -10,7 +10,7 @@ import pandas as pd
 
 from expdesign.app.api.inputs import Config, PathLike, TableInput, numeric, problem_of, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
 from expdesign.errors import InputError
 from expdesign.io.csv_writer import csv_text
@@ -110,7 +110,7 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
         raise InputError(what, where=f"{problem.source}, experiment.reference_pose", remedy=remedy)
     table = table_of(plan, "plan")
     shared = problem.noise.shared_reference
-    planned = read_plan(table, problem.loaded, shared_reference=shared)
+    planned = read_plan(table, problem.loaded, problem.noise)
     referenced = problem.loaded.regressor.referenced
     stated = problem.config["experiment"].get("costs")
     costs = Costs(**stated) if stated else Costs()

@@ -97,7 +97,7 @@ def simulate(
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
     table = table_of(plan, "plan")
-    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    given = read_plan(table, problem.loaded, problem.noise)
     complete = completed(table, given, problem.loaded)
     points = points_from_table(complete, problem.loaded.robot, measured=True)
     require_regular_points(problem.loaded.robot, points)

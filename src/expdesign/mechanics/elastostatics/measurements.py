@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Literal
 
 import casadi as ca
 import numpy as np
+from scipy.linalg import block_diag
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.elastostatics.calibration import Elastostatic, PoseMaps, Regressor
@@ -16,6 +18,9 @@ from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load
 from expdesign.mechanics.robots.robot import Jacobians, Robot
 from expdesign.mechanics.symbolic import BatchFunction
+
+Distribution = Literal["normal", "uniform"]
+"""Of errors that are drawn; `uniform` has the same standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -165,3 +170,37 @@ class LoadedRobot:
         nominal = measured.observation @ self.robot.compliance
         deflections: FloatArray = nominal + (measured.compliance @ added[..., None])[..., 0]
         return deflections
+
+    def drawn_errors(
+        self,
+        configurations: FloatArray,
+        loads: FloatArray,
+        count: int,
+        generator: np.random.Generator,
+        distribution: Distribution = "normal",
+    ) -> FloatArray:
+        """Actual minus assumed wrench ε_F = Σ L·δ (N, N·m) of `count` repetitions (theory.md 5.2), shape (count, m, n).
+
+        A shared source has one δ for all m measurements of a repetition; an unloaded measurement has no error.
+
+        Args:
+            configurations: shape (m, n_q).
+            loads: assumed loads, shape (m, k).
+            count: of repetitions.
+            generator: of random numbers.
+            distribution: of δ; `uniform` has the same standard deviations.
+        """
+        wrenches, scaled = self.wrenches(self.robot.jacobians(configurations).rotation, loads)
+        rows = wrenches.size
+        total = np.zeros((count, rows))
+        for source, sensitivity in zip(self.sources, scaled, strict=True):
+            width = sensitivity.shape[-1]
+            spread = sensitivity.reshape(rows, width) if source.shared else block_diag(*sensitivity)
+            if distribution == "normal":
+                delta = generator.standard_normal((count, spread.shape[1]))
+            else:
+                delta = generator.uniform(-np.sqrt(3.0), np.sqrt(3.0), (count, spread.shape[1]))
+            total += delta @ spread.T
+        errors = total.reshape(count, *wrenches.shape)
+        errors[:, (wrenches == 0.0).all(axis=1)] = 0.0
+        return errors
