@@ -7,7 +7,7 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
-from expdesign.chain.recordings.columns import read_test_rows
+from expdesign.chain.recordings.columns import read_test_rows, require_mass
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -57,9 +57,8 @@ def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan
     for i, name in enumerate(load.columns):
         given = table.has(name) or np.isnan(defaults[i])
         loads[:, i] = table.numbers((name,))[:, 0] if given else defaults[i]
-    if load.has_mass and np.any(loads[:, 0] < 0.0):
-        where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
-        raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    if load.has_mass and table.has(load.columns[0]):
+        require_mass(table, load.columns[0])
     if not loaded.regressor.needs_load and np.any(loads):
         where = table.where(int(np.flatnonzero(loads.any(axis=1))[0]))
         what = "geometric calibration measures poses without load"

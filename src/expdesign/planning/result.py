@@ -7,7 +7,8 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
-from expdesign.chain.recordings.references import REFERENCE, reference_names
+from expdesign.chain.recordings.columns import REFERENCE
+from expdesign.chain.recordings.references import reference_names
 from expdesign.planning.front import Front
 from expdesign.planning.measuring_time import plan_minutes
 from expdesign.planning.plan import Plan, plan_frame

@@ -13,9 +13,10 @@ from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, p
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.references import REFERENCE, reference_names
+from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.estimation.goodness import StatementOfFit

@@ -13,10 +13,10 @@ from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, 
 from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
 from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.chain.recordings.point_lists import PointSet, read_point_sets
-from expdesign.chain.recordings.references import REFERENCE
 from expdesign.chain.recordings.registered_deflections import (
     Frame,
     RegisteredDeflection,

@@ -22,9 +22,10 @@ from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_of_robot
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.measurand import measured_names
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.chain.recordings.references import REFERENCE, reference_names
+from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points

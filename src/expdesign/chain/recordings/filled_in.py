@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, TextArray
-from expdesign.chain.recordings.columns import order_in_time
+from expdesign.chain.recordings.columns import REFERENCE, order_in_time
 from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
-from expdesign.chain.recordings.references import REFERENCE, first_disagreement, read_references
+from expdesign.chain.recordings.references import first_disagreement, read_references
 from expdesign.coordinates import Coordinates
 from expdesign.counted import counted
 from expdesign.errors import InputError

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from expdesign.chain.recordings.columns import require_mass
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
@@ -92,10 +93,7 @@ def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
 def _require_masses(table: Table, tree: KinematicTree) -> None:
     """Raise where a link carries a negative mass."""
     for column in (f"{carrier}_{PAYLOAD_COLUMNS[0]}" for carrier in tree.carriers):
-        wrong = np.flatnonzero(table.numbers((column,))[:, 0] < 0.0)
-        if wrong.size:
-            where = table.where(int(wrong[0]), column)
-            raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+        require_mass(table, column)
 
 
 def _require_no_joint(column: str, table: Table, robot: Robot) -> None:

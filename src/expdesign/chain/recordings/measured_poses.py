@@ -13,14 +13,12 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import order_in_time, read_deviations, require_one_command
+from expdesign.chain.recordings.pose_columns import FARTHEST, KINDS
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.parallel import ParallelRobot
-
-FARTHEST = 0.1
-"""m or rad; a measured pose farther from its command is in another unit or frame."""
 
 
 @dataclass(frozen=True)
@@ -51,28 +49,16 @@ def measured_poses(table: Table, robot: ParallelRobot) -> MeasuredPoses:
     table.require(("sequence", "series", "kind", *names))
     points = points_from_table(table, robot)
     order = order_in_time(table)
-    kinds = table.frame["kind"].str.strip().to_numpy()[order]
-    wrong = np.flatnonzero(~np.isin(kinds, ["reference", "pose"]))
-    if wrong.size:
-        what = f"`{kinds[wrong[0]]}` is neither `reference` nor `pose`"
-        raise InputError(what, where=points.where(int(wrong[0]), "kind"), remedy="Correct it.")
-    reference: BoolArray = kinds == "reference"
+    reference: BoolArray = table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`", order) == "reference"
     poses = table.numbers(names)[order]
-    _require_near(points, poses, names)
+    what = f"{{:g}} is more than {FARTHEST:g} away from the commanded pose"
+    remedy = "Check the unit (m, rad) and the frame: measured and commanded poses are in the same coordinates."
+    table.refuse(np.abs(poses - points.configurations) > FARTHEST, names, what, remedy, order, poses)
     _require_references(points, reference)
     rows = np.flatnonzero(~reference)
     require_one_command(table, robot.configuration, points.configurations[rows], points.series[rows], order[rows])
     axes = np.arange(robot.coordinates.n)
     return MeasuredPoses(points, reference, poses, read_deviations(table, robot.coordinates, axes, order))
-
-
-def _require_near(points: LoadedPoints, poses: FloatArray, names: tuple[str, ...]) -> None:
-    far = np.abs(poses - points.configurations) > FARTHEST
-    if far.any():
-        row, column = (int(index) for index in np.argwhere(far)[0])
-        what = f"{poses[row, column]:g} is more than {FARTHEST:g} away from the commanded pose"
-        remedy = "Check the unit (m, rad) and the frame: measured and commanded poses are in the same coordinates."
-        raise InputError(what, where=points.where(row, names[column]), remedy=remedy)
 
 
 def _require_references(points: LoadedPoints, reference: BoolArray) -> None:

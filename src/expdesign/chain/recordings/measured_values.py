@@ -5,10 +5,14 @@ from collections.abc import Callable
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.recordings.columns import read_deflections, read_deviations
+from expdesign.chain.recordings.columns import (
+    read_deflections,
+    read_deviations,
+    read_position_deviations,
+    read_positions,
+)
 from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 from expdesign.chain.recordings.pose_columns import read_measured
-from expdesign.chain.recordings.positions import read_position_deviations, read_positions
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.target_readings import read_turn_deviations, turned
 from expdesign.coordinates import Coordinates

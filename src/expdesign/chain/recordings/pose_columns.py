@@ -15,7 +15,7 @@ FARTHEST = 0.1
 COMMON = 0.01
 """m or rad; a larger difference from the command that all rows share, to within a tenth of it, is one of frames."""
 _UNITS = {"m": (("mm", 1e3), ("µm", 1e6)), "rad": (("degrees", np.degrees(1.0)), ("mrad", 1e3))}
-_KINDS = ("reference", "pose")
+KINDS = ("reference", "pose")
 
 
 def measures_poses(table: Table, robot: Robot) -> bool:
@@ -24,7 +24,7 @@ def measures_poses(table: Table, robot: Robot) -> bool:
         return False
     if any(table.has(name) for name in measured_names(robot.coordinates)):
         return True
-    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(_KINDS).all())
+    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(KINDS).all())
 
 
 def read_measured(
@@ -46,11 +46,7 @@ def read_measured(
             what = f"there is `{name}` beside the measured poses {names[axes[0]]} ..."
             raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
     if table.has("kind"):
-        kinds = table.frame["kind"].astype(str).str.strip().to_numpy()
-        wrong = np.flatnonzero(~np.isin(kinds, _KINDS))
-        if wrong.size:
-            what = f"`{kinds[wrong[0]]}` is neither `reference` nor `pose`"
-            raise InputError(what, where=table.where(int(wrong[0]), "kind"), remedy="Correct it.")
+        table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`")
     poses = table.numbers(tuple(names[i] for i in axes))[order]
     require_commanded_coordinates(points, poses, axes, coordinates)
     return axes, poses

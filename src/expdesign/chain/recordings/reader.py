@@ -7,21 +7,24 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.columns import (
+    known_columns,
+    leg_temperatures,
     order_in_time,
+    read_markers,
+    read_payload,
     read_sequence,
     read_test_rows,
     read_time,
     require_one_command,
+    whole_load,
 )
 from expdesign.chain.recordings.filled_in import filled_in
 from expdesign.chain.recordings.join import join
 from expdesign.chain.recordings.joint_columns import require_its_own, with_joint_columns
-from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.chain.recordings.measured_values import READERS
 from expdesign.chain.recordings.pose_columns import measures_poses
-from expdesign.chain.recordings.positions import read_markers
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
-from expdesign.chain.recordings.references import REFERENCE, read_references, require_one_command_per_reference
+from expdesign.chain.recordings.references import read_references, require_one_command_per_reference
 from expdesign.chain.recordings.target_readings import read_aims, with_targets
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
@@ -125,24 +128,19 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     for i, name in enumerate(coordinates.gravity):
         if table.has(name):
             gravity[:, i] = table.numbers((name,))[order, 0]
-    payload = _payload(table, robot, order)
+    payload = read_payload(table, coordinates)[order] if table.has("mass_kg") else None
     unloaded = payload is None and not any(table.has(name) for name in coordinates.wrench)
     # Deflections need a load; absolute readings show the weight of what is there.
     unloaded &= poses or bool(markers) or (robot.jointed and not measured)
     load = (table, robot, configurations, payload, gravity, order)
     wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
     absolute = wrenches.copy()
-    absolute_names = tuple(f"abs_{name}" for name in coordinates.wrench)
+    absolute_names = whole_load(coordinates)
     if any(table.has(name) for name in absolute_names):
         for i, name in enumerate(absolute_names):
             absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
-    legs = tuple(f"leg{i + 1}_degC" for i in range(len(robot.stiffness)))
-    known = {
-        "sequence", "series", "time_s", "mass_kg", "split", "temperature_degC", *legs, *absolute_names,
-        *robot.configuration, REFERENCE, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
-        *coordinates.gravity, *coordinates.centre_of_mass, "marker", *POSITION, *POSITION_DEVIATION,
-        *measured_names(coordinates), *(("kind",) if poses or markers else ()),
-    }  # fmt: skip
+    legs = leg_temperatures(robot)
+    known = known_columns(robot) | ({"kind"} if poses or markers else set())
     # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
     readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
     if measured and not poses and not markers:
@@ -175,12 +173,9 @@ def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, orde
     if not robot.on_legs:
         return
     split = robot.coordinates.translations
-    large = np.abs(configurations[:, split:]) > LARGEST_ANGLE
-    if large.any():
-        row, column = (int(i) for i in np.argwhere(large)[0])
-        where = table.where(int(order[row]), robot.configuration[split + column])
-        what = f"{configurations[row, split + column]:g} cannot be an angle of the platform in rad"
-        raise InputError(what, where=where, remedy="Check the unit.")
+    angles, what = configurations[:, split:], "{:g} cannot be an angle of the platform in rad"
+    large = np.abs(angles) > LARGEST_ANGLE
+    table.refuse(large, robot.configuration[split:], what, "Check the unit.", order, angles)
     farthest = np.abs(configurations[:, :split])
     row, column = divmod(int(np.argmax(farthest)), split)
     closed_form = robot.inverse_kinematics
@@ -190,18 +185,6 @@ def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, orde
         where = table.where(int(order[row]), robot.configuration[column])
         what = f"at {configurations[row, column]:g} m a leg would be {stretch:.3g} times as long as it is"
         raise InputError(what, where=where, remedy="Check the unit (m).")
-
-
-def _payload(table: Table, robot: Robot, order: IntArray) -> FloatArray | None:
-    columns = ("mass_kg", *robot.coordinates.centre_of_mass)
-    if not table.has("mass_kg"):
-        return None
-    payload = table.numbers(columns)[order]
-    wrong = np.flatnonzero(payload[:, 0] < 0.0)
-    if wrong.size:
-        where = table.where(int(order[wrong[0]]), "mass_kg")
-        raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
-    return payload
 
 
 def _wrenches(

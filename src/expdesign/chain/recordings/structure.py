@@ -8,6 +8,9 @@ from expdesign.chain.recordings.columns import (
     order_in_time,
     read_deflections,
     read_deviations,
+    read_markers,
+    read_payload,
+    read_positions,
     read_sequence,
     read_test_rows,
     read_time,
@@ -15,7 +18,6 @@ from expdesign.chain.recordings.columns import (
 )
 from expdesign.chain.recordings.filled_in import filled_in, reading_names
 from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
-from expdesign.chain.recordings.positions import read_markers, read_positions
 from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
 from expdesign.counted import counted
 from expdesign.errors import InputError
@@ -101,10 +103,7 @@ def _check_loads(table: Table, coordinates: Coordinates) -> None:
         remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
         raise InputError("there is no load", where=table.where(), remedy=remedy)
     if payload:
-        masses = table.numbers(("mass_kg", *coordinates.centre_of_mass))[:, 0]
-        if np.any(masses < 0.0):
-            where = table.where(int(np.argmax(masses < 0.0)), "mass_kg")
-            raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+        read_payload(table, coordinates)
     if wrench:
         table.numbers(coordinates.wrench)
 

@@ -35,11 +35,7 @@ def with_targets(table: Table, robot: Robot) -> Table:
     if not robot.jointed or not any(table.has(name) for name in _PLACES):
         return table
     if table.has("kind"):
-        kinds = table.frame["kind"].astype(str).str.strip()
-        wrong = np.flatnonzero(~kinds.isin(_KINDS))
-        if wrong.size:
-            what = f"`{kinds.iloc[wrong[0]]}` is neither `pose` nor `position`"
-            raise InputError(what, where=table.where(int(wrong[0]), "kind"), remedy="Correct it.")
+        table.words("kind", _KINDS, "`{}` is neither `pose` nor `position`")
     columns = {name: _cells(table, name) for name in (*POSITION, *POSITION_DEVIATION, "marker")}
     posed = np.any([_cells(table, name) != "" for name in _PLACES], axis=0)
     positions = np.any([columns[name] != "" for name in POSITION], axis=0)
@@ -74,10 +70,7 @@ def read_aims(table: Table, order: IntArray) -> FloatArray | None:
         what = "an orientation has three angles"
         raise InputError(what, where=table.where(row, _TURNS[int(np.argmin(seen[row]))]), remedy="Fill it in.")
     large = np.abs(np.nan_to_num(angles)) > _LARGEST
-    if large.any():
-        row, column = (int(i) for i in np.argwhere(large)[0])
-        what = f"{angles[row, column]:g} cannot be an angle in rad"
-        raise InputError(what, where=table.where(row, _TURNS[column]), remedy="Check the unit.")
+    table.refuse(large, _TURNS, "{:g} cannot be an angle in rad", "Check the unit.", values=angles)
     return rotations_of(np.nan_to_num(angles))[order] if seen.any() else None
 
 
@@ -95,11 +88,8 @@ def read_turn_deviations(
         return None
     deviations = table.numbers_where_filled(names)[order]
     wrong = np.isfinite(rotations) & ~((deviations > 0.0) & (deviations < 1.0))
-    if wrong.any():
-        row, column = (int(i) for i in np.argwhere(wrong)[0])
-        where = table.where(int(order[row]), names[column])
-        what = "a standard deviation of an orientation is positive and below 1 rad"
-        raise InputError(what, where=where, remedy="Fill it in, or check the unit.")
+    what = "a standard deviation of an orientation is positive and below 1 rad"
+    table.refuse(wrong, names, what, "Fill it in, or check the unit.", order)
     return np.where(np.isfinite(rotations), deviations, np.nan)
 
 
