@@ -22,7 +22,8 @@ from expdesign.planning.problem import DesignProblem
 API = [
     file.stem
     for file in (ROOT / "src/expdesign/app/api").glob("*.py")
-    if file.stem not in ("__init__", "concealed", "inputs", "objects", "outputs", "referenced", "result", "targets")
+    if file.stem
+    not in ("__init__", "callbacks", "concealed", "inputs", "objects", "outputs", "referenced", "result", "targets")
 ]
 
 

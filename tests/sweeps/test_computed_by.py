@@ -101,7 +101,7 @@ def test_runs_of_other_code_are_done_again(tmp_path: Path, monkeypatch: pytest.M
     for folder in first["folder"]:
         assert json.loads((out / folder / "computed_by.json").read_text(encoding="utf-8")) == computed_by()
     counts: list[int] = []
-    xd.sweep(file, out, report=lambda title, done, total, note: counts.append(done))
+    xd.sweep(file, out, callback=lambda title, done, total, note: counts.append(done))
     assert counts == [2]  # both were done before
     monkeypatch.setattr("expdesign.app.api.sweep.computed_by_text", lambda: "other code")
     again = xd.sweep(file, out).table

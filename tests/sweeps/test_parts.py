@@ -51,7 +51,7 @@ def test_a_comparison_by_an_engine(tmp_path: Path) -> None:
         config,
         **COMPARED,  # type: ignore[arg-type]
         engine=Backwards(),
-        report=lambda title, done, total, note: steps.append((done, total)),
+        callback=lambda title, done, total, note: steps.append((done, total)),
     )
     here.save(tmp_path / "here")
     there.save(tmp_path / "there")
@@ -79,7 +79,7 @@ def test_repeated_experiments_by_an_engine(tmp_path: Path, truth: str | None, mo
         plan,
         **options,
         engine=Backwards(),
-        report=lambda title, done, total, note: steps.append((done, total)),
+        callback=lambda title, done, total, note: steps.append((done, total)),
     )
     assert there.record == here.record
     assert page_text(there.page()) == page_text(here.page())

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import pandas as pd
 
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.app.api.run import Report, silent
 from expdesign.app.sweeps.engine import Engine
 from expdesign.app.sweeps.problem_work import by_engine
 from expdesign.assurance.comparison.comparable import require_comparable
@@ -128,6 +128,7 @@ class ComparisonResult(Result):
         return Path(folder) / PAGE
 
 
+@shows_progress("comparing")
 def compare(
     *configs: Config,
     plans: Mapping[str, TableInput] | None = None,
@@ -137,7 +138,8 @@ def compare(
     generations: int | None = None,
     seed: int = 1,
     engine: Engine | None = None,
-    report: Report = silent,
+    callback: Callback = silent,
+    progress: bool = False,
 ) -> ComparisonResult:
     """Compare the designs that are best by each criterion alone, random ones, and given plans.
 
@@ -151,7 +153,8 @@ def compare(
         seed: of everything.
         engine: that does searches, refinements and repetitions; one after another in this process if left out. The
             results are the same.
-        report: called with the progress.
+        callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
+        progress: whether progress is shown on standard error.
 
     Raises:
         InputError: a file is wrong, or the configurations are not comparable.
@@ -171,7 +174,7 @@ def compare(
     def step(text: str) -> None:
         nonlocal done
         done += 1
-        report("comparing", done, total, text)
+        callback("comparing", done, total, text)
 
     judgements, bounds = [], []
     for problem, name, own in zip(problems, names, given, strict=True):

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 
 import pandas as pd
 
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.evaluate import evaluate
 from expdesign.app.api.inputs import Config, PathLike, TableInput, TruthInput, purpose_of, truth_of
 from expdesign.app.api.result import Result
-from expdesign.app.api.run import Report, silent
 from expdesign.app.sweeps.engine import Engine
 from expdesign.app.sweeps.problem_work import by_engine
 from expdesign.assurance.validation.plants import PLANTS
@@ -93,6 +93,7 @@ class MonteCarloResult(Result):
         return Path(folder) / PAGE
 
 
+@shows_progress("repeating")
 def montecarlo(
     config: Config,
     plan: TableInput,
@@ -103,7 +104,8 @@ def montecarlo(
     distribution: str = "normal",
     truth: TruthInput | None = None,
     engine: Engine | None = None,
-    report: Report = silent,
+    callback: Callback = silent,
+    progress: bool = False,
 ) -> MonteCarloResult:
     """Repeat a plan's experiment, identification and exact compensation, and compare with the criteria.
 
@@ -118,7 +120,8 @@ def montecarlo(
             robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
         engine: that does batches of repetitions; one after another in this process if left out. The results are the
             same.
-        report: called with the number of finished batches, where there is an engine.
+        callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
+        progress: whether progress is shown on standard error.
 
     Raises:
         InputError: a file or an argument is wrong.
@@ -142,7 +145,7 @@ def montecarlo(
     model = None if truth is None else truth_of(truth)
     real = None if model is None else _truth(judged.problem, model, plant)
     common = (judged.plan, seed, plant, chosen)
-    elsewhere = None if engine is None else _by_engine(judged.problem, engine, common, model, report)
+    elsewhere = None if engine is None else _by_engine(judged.problem, engine, common, model, callback)
     result = repeat(
         judged.problem,
         judged.plan,
@@ -157,19 +160,19 @@ def montecarlo(
 
 
 def _by_engine(
-    problem: DesignProblem, engine: Engine, common: Common, truth: Model | None, report: Report
+    problem: DesignProblem, engine: Engine, common: Common, truth: Model | None, callback: Callback
 ) -> Elsewhere:
     """Batches by an engine; a truth travels as its model file."""
     text = None if truth is None else model_text(truth, _ROOT)
 
     def elsewhere(batches: list[Drawn]) -> list[Batch]:
         count, done = len(batches), 0
-        report("repeating", 0, count, "")
+        callback("repeating", 0, count, "")
 
         def finished(index: int) -> None:
             nonlocal done
             done += 1
-            report("repeating", done, count, "")
+            callback("repeating", done, count, "")
 
         return by_engine(problem, engine)(_batch, [(drawn, common, text) for drawn in batches], finished)
 

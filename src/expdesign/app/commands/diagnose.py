@@ -6,10 +6,9 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.app.api.diagnose import STAGES
 from expdesign.app.api.identify import recordings_of
 from expdesign.app.api.inputs import purpose_of, robot_of
-from expdesign.app.commands.console import note, note_unknown_columns, progress
+from expdesign.app.commands.console import note, note_unknown_columns
 from expdesign.app.commands.writing import Force, require_folder
 
 GROUP = ("way", 6)
@@ -49,22 +48,16 @@ def command(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    with progress("diagnosing") as bar:
-
-        def report(text: str) -> None:
-            stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
-            bar.update(stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
-
-        result = xd.diagnose(
-            machine,
-            measured,
-            series=series,
-            shared_reference=shared_reference,
-            targets=targets,
-            other_robot=other_robot,
-            interruptible=True,
-            report=report,
-        )
+    result = xd.diagnose(
+        machine,
+        measured,
+        series=series,
+        shared_reference=shared_reference,
+        targets=targets,
+        other_robot=other_robot,
+        interruptible=True,
+        progress=True,
+    )
     page = result.save(out, force=force)
     if result.result.ended:
         note("interrupted: the best model so far is written")

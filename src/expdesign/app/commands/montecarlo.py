@@ -7,7 +7,7 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.commands.console import note, stages
+from expdesign.app.commands.console import note
 from expdesign.app.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
 from expdesign.app.commands.writing import Force, require_folder
 
@@ -37,7 +37,7 @@ def command(
     Example: expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
     require_folder(out, xd.MonteCarloResult, purpose_of("montecarlo", config, plan), force=force)
-    with engine_of(workers, cluster, default=1) as engine, stages() as report:
+    with engine_of(workers, cluster, default=1) as engine:
         done = xd.montecarlo(
             config,
             plan,
@@ -47,7 +47,7 @@ def command(
             distribution=distribution,
             truth=truth,
             engine=elsewhere(engine),
-            report=report,
+            progress=True,
         )
     for remark in done.remarks:
         note(f"expdesign: {remark}")

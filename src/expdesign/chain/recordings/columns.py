@@ -278,7 +278,7 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
             what = f"there are marker positions beside the deflections {name} ..."
             raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
     positions = table.numbers_where_filled(POSITION)[order]
-    empty: BoolArray = ~np.isfinite(positions).any(axis=1)
+    empty = np.logical_not(np.isfinite(positions).any(axis=1, keepdims=True))
     table.refuse(empty, POSITION, "no coordinate was measured", "Fill one in, or remove the row.", order)
     far = np.abs(np.nan_to_num(positions)) > FARTHEST
     table.refuse(far, POSITION, "{:g} cannot be a position in m", "Check the unit.", order, positions)
