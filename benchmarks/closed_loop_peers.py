@@ -37,7 +37,7 @@ from benchmarks.optimality.selection import choose_measurements
 from scipy.stats import qmc
 
 from expdesign.arrays import FloatArray
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.planning.optimality.information import MeasurementInformation

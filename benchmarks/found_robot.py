@@ -25,8 +25,7 @@ from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.chain.models.model_file import model_text
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_folder, write_file
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document

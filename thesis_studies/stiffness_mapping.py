@@ -21,8 +21,7 @@ from expdesign.mechanics.elastostatics.maps import (
     observation_matrix,
 )
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels

@@ -9,13 +9,16 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.validation.comparison import mean
-from expdesign.chain.recordings.measured_poses import MeasuredPoses
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.thermal_correction import CorrectedPoses, correct_poses
+from expdesign.chain.recordings.thermal_correction import (
+    CorrectedPoses,
+    MeasuredPoses,
+    correct_poses,
+    forward_kinematics,
+)
 from expdesign.errors import InputError
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels

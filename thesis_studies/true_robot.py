@@ -10,7 +10,7 @@ from expdesign.assurance.validation.plants import EquilibriumPlant
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.plan import Plan, plan_frame

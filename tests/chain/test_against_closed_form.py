@@ -13,7 +13,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Wrench
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

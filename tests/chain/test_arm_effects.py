@@ -11,9 +11,8 @@ from tests.chain.kinds import KINDS
 from tests.identification.experiments import read
 from tests.oracle import Array
 
-from expdesign.chain.arm import link_span
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import Component, Part
+from expdesign.chain.component import Component, Part, link_span
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.joints.backlash import JointBacklash
 from expdesign.chain.effects.joints.geometric_stiffness import ArmGeometricStiffness

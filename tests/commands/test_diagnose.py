@@ -17,7 +17,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.backlash import LegBacklash
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot

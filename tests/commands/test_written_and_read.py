@@ -33,7 +33,7 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.together import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
 

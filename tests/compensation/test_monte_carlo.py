@@ -20,8 +20,7 @@ from expdesign.assurance.validation.simulation import simulate
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness, geometric_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.plan import Plan
 from virtual_laboratory import Laboratory

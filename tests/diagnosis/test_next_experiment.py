@@ -14,7 +14,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import Diagnosis, diagnose
 from expdesign.diagnosis.next_experiment import discriminating_series
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot

@@ -15,7 +15,7 @@ from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.measured import Measured
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.reading import DEFLECTION
 from expdesign.chain.row import row_data
 
 NAME = "irregular"

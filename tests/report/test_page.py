@@ -16,13 +16,13 @@ from expdesign.report.blocks import (
     Figure,
     KeyFigure,
     KeyFigures,
+    NextSteps,
     Option,
+    PageSection,
     Paragraph,
-    Section,
     Selector,
     Sentences,
     SideBySide,
-    Steps,
     Subheading,
 )
 from expdesign.report.page import Page, content_of, embedded_json, packed, plot_text, render
@@ -64,11 +64,11 @@ def page_of_everything(text: str) -> str:
         Subheading(text),
         Sentences([text]),
         KeyFigures([KeyFigure(text, text, text, text)]),
-        Steps([(text, text)]),
+        NextSteps([(text, text)]),
         Selector("choice-of", text, [Option("a", text)], step=True),
         SideBySide([table], [figure]),
     )
-    return render(Page(text, text, [Section("all", text, blocks)], data={"text": text}, footer=text))
+    return render(Page(text, text, [PageSection("all", text, blocks)], data={"text": text}, footer=text))
 
 
 def without_plotly(html: str) -> str:
@@ -113,7 +113,7 @@ def test_nothing_is_fetched_from_anywhere(html: str) -> None:
 
 def test_plotly_is_there_once_and_only_with_figures(html: str) -> None:
     assert html.count('id="plotly"') == 1
-    assert 'id="plotly"' not in render(Page("t", "s", [Section("a", "A", [Paragraph("p")])]))
+    assert 'id="plotly"' not in render(Page("t", "s", [PageSection("a", "A", [Paragraph("p")])]))
 
 
 def test_the_pages_are_below_two_megabytes(html: str) -> None:

@@ -9,10 +9,10 @@ import pytest
 from tests.sweeps.small import sweep_file
 
 import expdesign as xd
-from expdesign.app.sweeps import computed_by as module
+from expdesign.app.sweeps import store as module
 from expdesign.app.sweeps.cluster import Cluster
-from expdesign.app.sweeps.computed_by import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
 from expdesign.app.sweeps.runs import sweep_runs
+from expdesign.app.sweeps.store import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import read_yaml
 

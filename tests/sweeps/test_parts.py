@@ -11,8 +11,7 @@ from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 from tests.sweeps.small import CONFIGS, SMALL
 
 import expdesign as xd
-from expdesign.app.sweeps.engine import Processes, Serial
-from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.app.sweeps.engine import Processes, Serial, by_engine
 from expdesign.errors import NotIdentifiableError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem

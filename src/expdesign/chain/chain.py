@@ -12,14 +12,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.components import turned_lever
+from expdesign.chain.component import turned_lever
+from expdesign.chain.declaration import Parameter
 from expdesign.chain.effect import Effect
-from expdesign.chain.parameter import Parameter
-from expdesign.chain.readings.deflection import DEFLECTION
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.row import Row, RowData, row_symbols
-from expdesign.mechanics.robots.capabilities import Links
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Links, Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
 LONG_SERIES = 30

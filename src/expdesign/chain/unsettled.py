@@ -6,10 +6,9 @@ from enum import StrEnum
 import numpy as np
 
 from expdesign.chain.component import ALL_JOINTS, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.at_once import AtOnce
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned

@@ -2,8 +2,8 @@
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
-from expdesign.mechanics.robots.capabilities import Links
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
+from expdesign.mechanics.robots.robot import Links
 
 
 def labels_of(chain: Chain) -> list[str]:

@@ -13,9 +13,7 @@ from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
 from expdesign.chain.effects.legs.geometry import LegGeometry
-from expdesign.chain.recordings.measurand import DEFLECTIONS
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import DEFLECTIONS, Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.errors import ArgumentError, InputError, NotIdentifiableError
 from expdesign.estimation.fit import Data, Fit

@@ -6,9 +6,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.recordings.references import reference_rows
-from expdesign.chain.recordings.remark import Remark
 from expdesign.errors import InputError
 from expdesign.estimation.arm import ArmCalibration, calibrate
 from expdesign.estimation.arm_options import ArmOptions

@@ -13,8 +13,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.fit import Data, Fit, fit

@@ -12,11 +12,10 @@ import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.errors import InputError
-from expdesign.io.column_names import synonym
 from expdesign.io.excel import OLD_WORKBOOK, is_excel_name, is_workbook, sheet_rows
 from expdesign.io.schema import LARGEST
 from expdesign.io.table_text import Rows, decoded, separated
-from expdesign.io.tables_in_units import SiFrame, in_si
+from expdesign.io.tables_in_units import SiFrame, in_si, synonym
 from expdesign.io.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)

@@ -16,9 +16,7 @@ from expdesign.io.table import read_table
 from expdesign.io.yaml_reader import KeyPath, YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
-from expdesign.mechanics.loads.load import Load
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 from expdesign.planning.asked_criterion import NAMES, asked_criteria
 from expdesign.planning.budget import Budget

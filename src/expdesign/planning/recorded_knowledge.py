@@ -7,7 +7,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import Identification, fitted_rows, identify
 from expdesign.estimation.whitening import Whitening
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.problem import DesignProblem
 

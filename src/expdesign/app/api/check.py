@@ -8,17 +8,17 @@ import pandas as pd
 
 from expdesign.app.api.inputs import PathLike, RobotInput, checked_problem, robot_of
 from expdesign.app.api.referenced import referenced
-from expdesign.app.sweeps.computed_by import computed_by_text
 from expdesign.app.sweeps.runs import SweepRun, sweep_runs
+from expdesign.app.sweeps.store import computed_by_text
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document
+from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.pose_columns import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.structure import check_structure
-from expdesign.chain.recordings.target_readings import with_targets
 from expdesign.copying import Copied
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
@@ -73,7 +73,7 @@ class CheckedRobot(Copied):
 
     def page(self) -> Page:
         """The robot, drawn with its numbers."""
-        from expdesign.report.robot_report import robot_report  # noqa: PLC0415 (slow to import)
+        from expdesign.report.robot_section import robot_report  # noqa: PLC0415 (slow to import)
 
         return robot_report(self.robot, self.summary)
 
@@ -124,7 +124,7 @@ class CheckedProblem(Copied):
 
     def page(self) -> Page:
         """The robot, drawn with its numbers, at rest and at the targets."""
-        from expdesign.report.robot_report import problem_report  # noqa: PLC0415 (slow to import)
+        from expdesign.report.robot_section import problem_report  # noqa: PLC0415 (slow to import)
 
         return problem_report(self.problem, self.summary)
 

@@ -10,16 +10,14 @@ import pandas as pd
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.app.sweeps.engine import Engine
-from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.comparison.comparable import require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
 from expdesign.assurance.comparison.correlation import RankCorrelation, rank_correlations
 from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_folder, write_file
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import total_lower_bound
 from expdesign.planning.optimality.refinement import LowerBound

@@ -24,9 +24,9 @@ from expdesign.app.api.targets import calibrated_by, targets_table
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import correction_findings, target_findings
-from expdesign.chain.models.calibrated import Calibrated
+from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.tip import Frame
+from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -40,10 +40,10 @@ from expdesign.estimation.compensation.prediction import in_file_order, require_
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.mechanics.robots.urdf import transform
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.correction_texts import correction_lines, correction_summary
+from expdesign.report.check_texts import correction_lines, correction_summary
 
 _CONFIGURATIONS = (".yaml", ".yml")
 

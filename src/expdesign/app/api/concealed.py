@@ -16,10 +16,9 @@ from expdesign.assurance.model_error.prior import usual_size
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.models.effect_entry import effect_classes, effects_of
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.models.offered import effects_of
-from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension

@@ -24,9 +24,8 @@ from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import json_text, output_folder, write_file
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.io.output import csv_text, json_text, output_folder, write_file
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.diagnosis_record import diagnosis_record
 from expdesign.report.diagnosis_texts import terminal_lines

@@ -32,7 +32,7 @@ from expdesign.estimation.remarks import Implausible
 from expdesign.estimation.whitening import Whitening
 from expdesign.io.output import json_text, output_folder, write_file
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.identification_record import identification_record, stiffness_unit
 from expdesign.report.page import Page
@@ -108,7 +108,7 @@ class IdentificationResult(Result):
 
     def page(self) -> Page:
         """The report."""
-        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 

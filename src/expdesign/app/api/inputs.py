@@ -17,7 +17,7 @@ from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ExpdesignError, InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.schema import Section
 from expdesign.io.table import Table, parse_table, read_table
 from expdesign.io.written import Purpose

@@ -11,8 +11,7 @@ from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.evaluate import evaluate
 from expdesign.app.api.inputs import Config, PathLike, TableInput, TruthInput, purpose_of, truth_of
 from expdesign.app.api.result import Result
-from expdesign.app.sweeps.engine import Engine
-from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
 from expdesign.assurance.validation.simulation import Batch, simulated

@@ -20,8 +20,7 @@ from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_file
+from expdesign.io.output import csv_text, output_file
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem

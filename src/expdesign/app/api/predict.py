@@ -12,10 +12,9 @@ from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.pose_columns import TARGET
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.target_readings import TARGET
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, measured_names
 from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import (

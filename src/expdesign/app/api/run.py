@@ -17,8 +17,7 @@ from expdesign.assurance.acceptance.recommended import recommended_acceptance
 from expdesign.assurance.model_error.planned import recommended_accuracy
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.output import csv_text, json_text, output_folder, write_file
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
 from expdesign.planning.optimality.refinement import LowerBound

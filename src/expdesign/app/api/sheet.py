@@ -13,9 +13,8 @@ from expdesign.app.api.result import Result
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
 from expdesign.io.excel import workbook
-from expdesign.io.output import output_folder, write_bytes, write_file
+from expdesign.io.output import csv_text, output_folder, write_bytes, write_file
 from expdesign.io.tables_in_units import in_units
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, read_plan

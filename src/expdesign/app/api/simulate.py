@@ -23,14 +23,14 @@ from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_of_robot
 from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.measurand import measured_names
 from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.recordings import measured_names
 from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
-from expdesign.io.yaml_document import YamlDocument
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.synthetic import simulated_deflections

@@ -12,10 +12,9 @@ from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import PathLike, document_of, numeric, purpose_of
 from expdesign.app.api.result import Result
 from expdesign.app.api.run import run
-from expdesign.app.sweeps.computed_by import computed_by, computed_by_text
 from expdesign.app.sweeps.engine import Engine, Serial
 from expdesign.app.sweeps.runs import sweep_runs
-from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, sole_writer
+from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, computed_by, computed_by_text, sole_writer
 from expdesign.counted import counted
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable

@@ -32,7 +32,7 @@ from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
 from expdesign.io.output import json_text, output_folder, write_file
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 

@@ -8,7 +8,7 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.writing import Force, require_file
-from expdesign.chain.readings.tip import Frame
+from expdesign.chain.readings.position import Frame
 
 GROUP = ("way", 7)
 """Where it stands in the list of commands."""

@@ -5,7 +5,7 @@ import sys
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.coordinates import SPATIAL
-from expdesign.io.column_names import synonym
+from expdesign.io.tables_in_units import synonym
 
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""

@@ -17,7 +17,7 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import Implausible
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.arm_section import accuracy_lines, geometry_line
-from expdesign.report.fit_texts import coverage_sentence, fit_sentences
+from expdesign.report.check_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit
 from expdesign.report.remark_texts import sentence
 

@@ -19,8 +19,7 @@ from expdesign.assurance.plausibility.options import DEFAULT
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
-from expdesign.chain.recordings.measurand import POSITION
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import POSITION, Recordings
 from expdesign.errors import NotIdentifiableError
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS
 from expdesign.mechanics.robots.robot import Robot

@@ -19,8 +19,7 @@ from expdesign.assurance.plausibility.mistakes import MISTAKES
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.assurance.plausibility.positions import positions_findings
-from expdesign.chain.recordings.measurand import POSITIONS
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import POSITIONS, Recordings
 from expdesign.mechanics.robots.robot import Robot
 
 _SPARE = 4

@@ -11,7 +11,7 @@ from expdesign.assurance.validation.compensation import Attained
 from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.errors import ArgumentError
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.plan import Plan
 
 

@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from expdesign.chain.readings.deflection import DEFLECTION
-from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
 from expdesign.chain.readings.registration import held_coordinates, require_registration, start_of
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.errors import InputError

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.coordinates import SPATIAL, Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
@@ -32,7 +32,7 @@ POSITION_DEVIATIONS = (1e-12, 0.5)
 
 
 @dataclass(frozen=True)
-class Columns:
+class ColumnGroup:
     """Columns that are written down together.
 
     Attributes:
@@ -69,76 +69,76 @@ def leg_temperatures(robot: Robot) -> tuple[str, ...]:
 
 
 RECORDED = (
-    Columns("`sequence`", "whole number, unique: the order in time", _named("sequence")),
-    Columns(
+    ColumnGroup("`sequence`", "whole number, unique: the order in time", _named("sequence")),
+    ColumnGroup(
         "`series`",
         "whole number; rows of one series have one command, and their deflections count from the unloaded state at its "
         "start",
         _named("series"),
     ),
-    Columns(
+    ColumnGroup(
         "`time_s`",
         "time since the first row of the recordings, in points to be predicted as well; optional, needed for creep and "
         "drift with time",
         _named("time_s"),
     ),
-    Columns(
+    ColumnGroup(
         _listed(SPATIAL.pose),
         "commanded pose; `x_m`, `y_m` of a bipod; `q1_rad` or `q1_m`, … of an arm (or the joint's name in the URDF, "
         "`elbow_rad`), and `NAME_rad` or `NAME_m` of its `branch_joints`",
         lambda robot: robot.configuration,
     ),
-    Columns("`tip`", "name of the tip that the row is of, where an arm's `tip_link` names several", _named()),
-    Columns(
+    ColumnGroup("`tip`", "name of the tip that the row is of, where an arm's `tip_link` names several", _named()),
+    ColumnGroup(
         "`NAME_mass_kg`, `NAME_com_x_m`, `NAME_com_y_m`, `NAME_com_z_m`",
         "what the links of an arm's `payload_links` carry beside the load on the tip, in their own frames",
         _named(),
     ),
-    Columns(_listed(SPATIAL.wrench), "assumed wrench; may be left out where there is a payload", _of("wrench")),
-    Columns(
+    ColumnGroup(_listed(SPATIAL.wrench), "assumed wrench; may be left out where there is a payload", _of("wrench")),
+    ColumnGroup(
         _listed(("mass_kg", *SPATIAL.centre_of_mass)),
         "assumed payload in P; may be left out where there is a wrench",
         lambda robot: ("mass_kg", *robot.coordinates.centre_of_mass),
     ),
-    Columns(
+    ColumnGroup(
         _listed(SPATIAL.deflection),
         "measured deflection; at least one, a component that was not measured has no column",
         _of("deflection"),
     ),
-    Columns(
+    ColumnGroup(
         _listed(SPATIAL.deviation),
         "standard deviation of each measured component; optional: without them it is estimated, and χ² is no test",
         _of("deviation"),
     ),
-    Columns(
+    ColumnGroup(
         "`abs_fx_N`, …, `abs_mz_Nm`",
         "whole load, where the reference state was loaded and the wrench is a change; optional, missing components are "
         "0",
         lambda robot: whole_load(robot.coordinates),
     ),
-    Columns(_listed(SPATIAL.gravity), "gravity of this row in O, where the base turns; optional", _of("gravity")),
-    Columns(
+    ColumnGroup(_listed(SPATIAL.gravity), "gravity of this row in O, where the base turns; optional", _of("gravity")),
+    ColumnGroup(
         "`temperature_degC`; `leg1_degC`, …",
         "temperature, or that of each leg; optional",
         lambda robot: ("temperature_degC", *leg_temperatures(robot)),
     ),
-    Columns(
+    ColumnGroup(
         "`reference`",
         "name of the unloaded reading that the deflection counts from; rows of one name share its noise, half of each "
         "row's variance; optional",
         _named(REFERENCE),
     ),
-    Columns("`split`", "`train` or `test`; rows marked `test` are never fitted; optional", _named("split")),
-    Columns(
+    ColumnGroup("`split`", "`train` or `test`; rows marked `test` are never fitted; optional", _named("split")),
+    ColumnGroup(
         "`station`",
         "number of a group of rows that were measured together; `diagnose` leaves such groups out as wholes (five of "
         "them at least; else series, else consecutive rows); optional",
         _named(),
     ),
-    Columns("`marker`", "of positions: name of the marker that was measured", _named("marker")),
-    Columns(_listed(POSITION), "its position in the instrument's frame", _named(*POSITION)),
-    Columns(_listed(POSITION_DEVIATION), "standard deviations; optional", _named(*POSITION_DEVIATION)),
-    Columns(
+    ColumnGroup("`marker`", "of positions: name of the marker that was measured", _named("marker")),
+    ColumnGroup(_listed(POSITION), "its position in the instrument's frame", _named(*POSITION)),
+    ColumnGroup(_listed(POSITION_DEVIATION), "standard deviations; optional", _named(*POSITION_DEVIATION)),
+    ColumnGroup(
         "`measured_x_m` … `measured_rz_rad`",
         "measured pose, in place of deflections, with the same standard deviations",
         lambda robot: measured_names(robot.coordinates),

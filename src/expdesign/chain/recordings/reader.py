@@ -1,17 +1,30 @@
-"""Read recordings and points from tables; faults name file, row and column (file-formats.md, Recordings)."""
+"""Read recordings and points from tables; faults name file, row and column (file-formats.md, Recordings).
+
+What was measured, read by the kind of quantity that the columns of a table hold.
+
+Several recordings of one robot as one.
+"""
 
 import logging
+from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.chain.recordings.columns import (
     known_columns,
     leg_temperatures,
     order_in_time,
+    read_deflections,
+    read_deviations,
     read_markers,
     read_payload,
+    read_position_deviations,
+    read_positions,
     read_sequence,
     read_test_rows,
     read_time,
@@ -19,18 +32,57 @@ from expdesign.chain.recordings.columns import (
     whole_load,
 )
 from expdesign.chain.recordings.filled_in import filled_in
-from expdesign.chain.recordings.join import join
 from expdesign.chain.recordings.joint_columns import require_its_own, with_joint_columns
-from expdesign.chain.recordings.measured_values import READERS
-from expdesign.chain.recordings.pose_columns import measures_poses
-from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.recordings.pose_columns import (
+    measures_poses,
+    read_aims,
+    read_measured,
+    read_turn_deviations,
+    turned,
+    with_targets,
+)
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand, Recordings
 from expdesign.chain.recordings.references import read_references, require_one_command_per_reference
-from expdesign.chain.recordings.target_readings import read_aims, with_targets
+from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
+
+Measured = tuple[IntArray, FloatArray, FloatArray | None]
+"""Indices of the measured components (k,), readings (N, k) and their standard deviations (N, k), where stated."""
+
+
+def _deflections(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
+    axes, readings = read_deflections(table, coordinates, order)
+    return axes, readings, read_deviations(table, coordinates, axes, order)
+
+
+def _poses(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
+    axes, readings = read_measured(table, points, coordinates, order)
+    return axes, readings, read_deviations(table, coordinates, axes, order)
+
+
+def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
+    positions, deviations = read_positions(table, coordinates, order), read_position_deviations(table, order)
+    if points.aim is None:
+        return np.arange(3), positions, deviations
+    rotations = turned(table, order)
+    stated = read_turn_deviations(table, coordinates, rotations, order)
+    if (stated is None) != (deviations is None):
+        what = "standard deviations of positions or of orientations are missing where the others are stated"
+        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
+    both = None if stated is None or deviations is None else np.hstack([deviations, stated])
+    return np.arange(6), np.hstack([positions, rotations]), both
+
+
+READERS: dict[Measurand, Callable[[Table, LoadedPoints, Coordinates, IntArray], Measured]] = {
+    DEFLECTIONS: _deflections,
+    POSES: _poses,
+    POSITIONS: _positions,
+}
+
 
 _LOG = logging.getLogger(__name__)
 
@@ -226,3 +278,97 @@ def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: Fl
         what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
         remedy = "They describe the same load; correct one of them, or leave one out."
         raise InputError(what, where=table.where(int(order[row]), robot.coordinates.wrench[column]), remedy=remedy)
+
+
+def join(parts: list[Recordings]) -> Recordings:
+    """All rows in the order of their sequence.
+
+    Where sequence numbers overlap the parts are separate sessions: numbers and times of the later ones are counted on
+    from the earlier ones. Otherwise they are one session in several files, and nothing is renumbered.
+
+    Raises:
+        InputError: the parts do not have the same columns.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    first = parts[0]
+    numbers = np.concatenate([part.sequence for part in parts])
+    counted = list(parts) if len(np.unique(numbers)) == len(numbers) else _count_on(parts)
+    if any(part.aim is not None for part in counted):
+        counted = [_with_orientations(part) for part in counted]
+        first = counted[0]
+    merged: dict[str, Any] = {}
+    for item in fields(Recordings):
+        values = [getattr(part, item.name) for part in counted]
+        if item.name in ("source", "extra", "files", "file", "markers", "references"):
+            continue
+        if any((value is None) != (values[0] is None) for value in values):
+            other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))
+            what = f"{item.name} is known in only one of {first.source} and {other.source}"
+            raise InputError(what, where=other.source, remedy="Files that are read together need the same columns.")
+        if item.name == "poses":
+            merged["poses"] = first.poses
+        elif item.name == "axes":
+            for part in counted:
+                if part.measurand != first.measurand or not np.array_equal(part.axes, first.axes):
+                    what = f"the measured columns are not those of {first.source}"
+                    raise InputError(what, where=part.source, remedy="Identify the files one by one.")
+            merged["axes"] = first.axes
+        else:
+            merged[item.name] = None if values[0] is None else np.concatenate(values)
+    names = tuple(dict.fromkeys(name for part in counted for name in part.markers))
+    if names:
+        # Every file numbers the markers that it has; together they are numbered anew.
+        renumbered = [np.array([names.index(name) for name in part.markers])[part.marker] for part in counted]
+        merged["marker"] = np.concatenate(renumbered)
+    together = Recordings(
+        **merged,
+        markers=names,
+        references=_references(counted),
+        source=", ".join(part.source for part in parts),
+        extra=pd.concat([part.extra for part in parts], ignore_index=True),
+        files=tuple(part.source for part in parts),
+        file=np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
+    )
+    return together.rows(np.argsort(together.sequence, kind="stable"))
+
+
+def _references(parts: list[Recordings]) -> TextArray | None:
+    """References of all rows; empty where a file says nothing of them."""
+    if all(part.references is None for part in parts):
+        return None
+    stated = [np.full(len(part), "") if part.references is None else part.references for part in parts]
+    return np.concatenate(stated)
+
+
+def _with_orientations(part: Recordings) -> Recordings:
+    """Positions of markers with orientations that were not read, beside others that were."""
+    if part.aim is not None or part.marker is None:
+        return part
+    none = np.full((len(part), 3), np.nan)
+    deviations = None if part.deviations is None else np.hstack([part.deviations, none])
+    aim = np.tile(np.eye(3), (len(part), 1, 1))
+    readings = np.hstack([part.deflections, none])
+    return replace(part, aim=aim, axes=np.arange(6), deflections=readings, deviations=deviations)
+
+
+def _count_on(parts: list[Recordings]) -> list[Recordings]:
+    counted: list[Recordings] = []
+    sequence, series, time = 0, 0, 0.0
+    for part in parts:
+        shifted = replace(
+            part,
+            sequence=part.sequence - part.sequence.min() + 1 + sequence,
+            series=part.series - part.series.min() + 1 + series,
+            time=None if part.time is None else part.time + time,
+            references=None if part.references is None else _of_session(part.references, len(counted) + 1),
+        )
+        sequence, series = int(shifted.sequence.max()), int(shifted.series.max())
+        time = 0.0 if shifted.time is None else float(shifted.time.max())
+        counted.append(shifted)
+    return counted
+
+
+def _of_session(references: TextArray, number: int) -> TextArray:
+    """Names of one session, which are not those of another."""
+    return np.array([name and f"{name} of session {number}" for name in references.tolist()], dtype=str)

@@ -11,12 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.readings.tip import Frame
+from expdesign.chain.readings.position import Frame, MarkerPosition
 from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.target_readings import rotations_of
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.io.table import Table

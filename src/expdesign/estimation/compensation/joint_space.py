@@ -19,7 +19,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.tip import Frame, TipPose
+from expdesign.chain.readings.position import Frame, TipPose
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.errors import ConvergenceError, SingularConfigurationError

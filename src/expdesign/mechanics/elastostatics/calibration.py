@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.mechanics.moments import frame_turn, twist_transfer
+from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot, invert
 
 Calibration = Literal["elastostatic", "geometric", "both"]

@@ -1,10 +1,13 @@
-"""What a batch of designs measures: the linear model of every reading and of what load errors do to it."""
+"""What a batch of designs measures: the linear model of every reading and of what load errors do to it.
+
+What takes the place of J̌·diag(c)·Jᵀ where a robot is known to do more than stretch its actuators.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, Protocol
 
 import casadi as ca
 import numpy as np
@@ -13,11 +16,48 @@ from scipy.linalg import block_diag
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.elastostatics.calibration import Elastostatic, PoseMaps, Regressor
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_compliance
-from expdesign.mechanics.elastostatics.physics import LoadedPhysics, Physics
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load
 from expdesign.mechanics.robots.robot import Jacobians, Robot
 from expdesign.mechanics.symbolic import BatchFunction
+
+
+class LoadedPhysics(Protocol):
+    """How a robot deflects under one kind of load, about known compliances."""
+
+    @property
+    def linear_in_load(self) -> bool:
+        """Whether the derivative by the compliances is affine in each quantity of the load alone, and that by the
+        wrench does not depend on the load.
+        """
+        ...
+
+    def maps(
+        self, configurations: FloatArray, loads: FloatArray, jacobians: Jacobians
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the deflection (..., n) with respect to the compliances, (..., n, n_p), and the wrench,
+        (..., n, n), at configurations (..., n_q) under loads (..., k).
+        """
+        ...
+
+    def deflections(
+        self, configurations: FloatArray, loads: FloatArray, jacobians: Jacobians, added: FloatArray
+    ) -> FloatArray:
+        """Deflections (..., n) under the loads and added wrenches (..., n)."""
+        ...
+
+    def expression(self, configuration: ca.SX, loads: ca.SX, compliances: ca.SX) -> ca.SX:
+        """Deflection (n,) at a symbolic configuration, load and compliances (m/N or rad/(N·m))."""
+        ...
+
+
+class Physics(Protocol):
+    """How a robot deflects, as its instrument reads it or as its platform moves."""
+
+    def under(self, load: Load, *, instrument: bool) -> LoadedPhysics:
+        """The same under a kind of load; with `instrument` as it is read, else as the platform moves."""
+        ...
+
 
 Distribution = Literal["normal", "uniform"]
 """Of errors that are drawn; `uniform` has the same standard deviations."""

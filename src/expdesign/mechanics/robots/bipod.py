@@ -10,7 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.coordinates import PLANAR
 from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.drawing import Drawing, Part
+from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.hexapod import LimitsSection
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, RobotSection
@@ -103,8 +103,8 @@ class Bipod(ParallelRobot):
         base = np.broadcast_to(self.base_joints, (*origin.shape[:-1], 2, 2))
         points = np.concatenate([base, origin[..., None, :]], axis=-2)
         parts = (
-            Part("base", "base", ((0, 1),)),
-            Part("legs", "actuator", ((0, 2), (1, 2))),
-            Part("tool point", "platform", ((2,),)),
+            DrawnPart("base", "base", ((0, 1),)),
+            DrawnPart("legs", "actuator", ((0, 2), (1, 2))),
+            DrawnPart("tool point", "platform", ((2,),)),
         )
         return Drawing(points, origin, parts, dict(zip(self.actuators, parts[1].paths, strict=True)))

@@ -27,10 +27,8 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
-from expdesign.mechanics.robots.joint_rules import Motion, leading
-from expdesign.mechanics.robots.joint_transforms import chosen, constant, moved
-from expdesign.mechanics.robots.orientation import rotation_matrix
-from expdesign.mechanics.robots.urdf import Urdf, UrdfJoint
+from expdesign.mechanics.robots.orientation import chosen, constant, moved, rotation_matrix
+from expdesign.mechanics.robots.urdf import Motion, Urdf, UrdfJoint, leading
 
 FRAME_AXES = ("x", "y", "z", "rx", "ry", "rz")
 TIP_COLUMN = "tip"

@@ -12,8 +12,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.differentiation import plain
-from expdesign.mechanics.moments import moments, velocities
-from expdesign.mechanics.robots.orientation import angular_velocity_map
+from expdesign.mechanics.robots.orientation import angular_velocity_map, moments, velocities
 from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, invert
 from expdesign.mechanics.symbolic import BatchFunction
 

@@ -16,6 +16,13 @@ gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document
 - limits: `limit_excess` and `limit_message`;
 - where the rates of pose coordinates are not the components of the twist: `pose_rates`;
 - what else they have: own weight, a drawing, and the capabilities.
+
+What a robot may offer beside its Jacobians; effects, readings and fits ask for these and never for its kind.
+
+A robot says which capabilities it has (`Robot.on_legs`, `on_straight_legs`, `jointed`), and returns the object that has
+one from the property of its name, most often itself. A new family of robots offers what it can, and gets the effects
+that need no more than that. The closed form of inverse kinematics, on which most rests, is the abstract class
+`ParallelRobot` itself.
 """
 
 from abc import ABC, abstractmethod
@@ -23,7 +30,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
 import casadi as ca
 import numpy as np
@@ -34,13 +41,55 @@ from expdesign.coordinates import Coordinates
 from expdesign.io.schema import Number, Positive, Section, invalid
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import inverse_with_adjoint
-from expdesign.mechanics.robots.capabilities import Links, StraightLegs
 from expdesign.mechanics.robots.drawing import Drawing
+from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.orientation import Orientation
 from expdesign.mechanics.symbolic import BatchFunction
 
 if TYPE_CHECKING:
     from expdesign.mechanics.robots.parallel import ParallelRobot
+
+
+class StraightLegs(Protocol):
+    """Actuators that are straight legs between a joint of the base and one of the platform.
+
+    Attributes:
+        platform_joints: in the platform's axes (m), shape (n_p, d).
+    """
+
+    platform_joints: FloatArray
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """From base joint to platform joint in base axes (m), d×n_p."""
+        ...
+
+
+class Links(Protocol):
+    """Links one after the other, with their masses and with errors of their geometry: robots commanded in joints.
+
+    Attributes:
+        tree: the kinematics, with all geometric errors and masses.
+        low, high: limits of the joint coordinates (rad or m), infinite where there are none, shape (n_q,).
+    """
+
+    tree: KinematicTree
+    low: FloatArray
+    high: FloatArray
+
+    def tip(self, q: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        """Position (3,) in m and orientation (3×3) of the tip at joint coordinates (n_q,)."""
+        ...
+
+    def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ and R with errors of the geometry."""
+        ...
+
+    def own_weight_expression(
+        self, q: ca.SX, gravity: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None
+    ) -> ca.SX:
+        """Torques about the joints by the links' own weight (N·m or N), shape (n_q,)."""
+        ...
+
 
 #: A configuration whose scaled condition number (`Jacobians.condition`) exceeds this is treated as singular: a unit
 #: error along the best direction becomes a hundred along the worst, and the linear deflection model has no meaning.

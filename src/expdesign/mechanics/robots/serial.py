@@ -26,11 +26,10 @@ from expdesign.io.nearest import nearest
 from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import plain
-from expdesign.mechanics.robots.drawing import Drawing, Part
-from expdesign.mechanics.robots.joint_rules import CouplingSection, coupled, leading, require_joint
+from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
 from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
-from expdesign.mechanics.robots.urdf import read_urdf
+from expdesign.mechanics.robots.urdf import CouplingSection, coupled, leading, read_urdf, require_joint
 from expdesign.mechanics.symbolic import BatchFunction
 
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -311,7 +310,8 @@ class SerialRobot(Robot):
                 components.setdefault(f"link {number}", tuple(range(first, last + 1)))
             start += len(path) + 1
         base, links, tips = (tuple(line) for line in lines)
-        parts = (Part("base", "base", base), Part("links", "actuator", links), Part("tip", "platform", tips))
+        drawn = (("base", "base", base), ("links", "actuator", links), ("tip", "platform", tips))
+        parts = tuple(DrawnPart(*part) for part in drawn)
         directions = {name: axes[..., k, :] for k, name in enumerate(self.actuators)}
         return Drawing(points, self.position(configurations), parts, components, directions)
 

@@ -6,13 +6,11 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import Component
-from expdesign.chain.components import actuators_and_all
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, actuators_and_all
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

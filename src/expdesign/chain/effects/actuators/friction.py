@@ -12,8 +12,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import Component
-from expdesign.chain.components import actuators_and_all, turning
+from expdesign.chain.component import Component, actuators_and_all, turning
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints

@@ -8,8 +8,7 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import actuators_and_all, reference_force, turning
+from expdesign.chain.component import Component, actuators_and_all, reference_force, turning
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row

@@ -7,18 +7,16 @@ import casadi as ca
 import numpy as np
 
 from expdesign.chain.component import INSTRUMENT, Component
-from expdesign.chain.declaration import Beyond, Declaration, Input, Size
+from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import POSITIONS
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 _HOUR = 3600.0
 
 
-class Motion(StrEnum):
+class FrameMotion(StrEnum):
     """Whether the instrument turns as well."""
 
     SHIFT = "shift"
@@ -44,7 +42,7 @@ class InstrumentDrift(Effect):
         ),
     )
     measurands = (POSITIONS,)
-    forms = tuple(Motion)
+    forms = tuple(FrameMotion)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -59,12 +57,12 @@ class InstrumentDrift(Effect):
     def describe(self) -> tuple[Parameter, ...]:
         shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]
         turn = [Parameter(f"drift_r{axis}_rad_per_h", 1e-5) for axis in "xyz"]
-        return tuple(shift if self.variant is Motion.SHIFT else shift + turn)
+        return tuple(shift if self.variant is FrameMotion.SHIFT else shift + turn)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         hours = row.clock / _HOUR
         moved = reading + theta[:3] * hours
-        return moved if self.variant is Motion.SHIFT else moved + ca.cross(theta[3:6] * hours, reading)
+        return moved if self.variant is FrameMotion.SHIFT else moved + ca.cross(theta[3:6] * hours, reading)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         shift = ", ".join(f"{1e3 * values[f'drift_{axis}_m_per_h'][0]:.3g}" for axis in "xyz")

@@ -14,13 +14,11 @@ from enum import StrEnum
 import casadi as ca
 
 from expdesign.chain.component import INSTRUMENT, Component
-from expdesign.chain.declaration import Declaration, Size
+from expdesign.chain.declaration import Declaration, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import DEFLECTIONS
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
 

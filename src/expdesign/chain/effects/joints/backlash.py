@@ -9,13 +9,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from expdesign.chain.backlash import Backlash
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_joint
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
-from expdesign.chain.play import SLACK
+from expdesign.chain.backlash import SLACK, Backlash
+from expdesign.chain.component import Component, each_joint
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

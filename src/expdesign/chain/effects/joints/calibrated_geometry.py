@@ -12,15 +12,14 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import GEOMETRY, Component
-from expdesign.chain.components import each_joint
+from expdesign.chain.component import GEOMETRY, Component, each_joint
 from expdesign.chain.effects.joints.geometric_error import GeometricError
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
 from expdesign.mechanics.robots.robot import Robot
 
 
-class Frames(StrEnum):
+class LinkFrames(StrEnum):
     """Whose frames count beside those of the joints.
 
     The first joint's frame in the base is that of an instrument of unknown pose, and the frame of a tip that of markers
@@ -37,7 +36,7 @@ class CalibratedGeometryError(GeometricError):
     """`geometry`: all zeros and frames that a calibration of an arm identifies."""
 
     measurands = ()
-    forms = tuple(Frames)
+    forms = tuple(LinkFrames)
     changes_geometry = True
 
     @classmethod
@@ -52,8 +51,8 @@ class CalibratedGeometryError(GeometricError):
             start = count + len(FRAME_AXES) * number
             # Other ends of the base than its first one (a second arm) are not the instrument's.
             base = start == tree.link_frames(0)[0]
-            left_out = base and self.variant not in (Frames.BASE, Frames.BASE_AND_TIPS)
-            left_out |= end.is_tip and self.variant not in (Frames.TIPS, Frames.BASE_AND_TIPS)
+            left_out = base and self.variant not in (LinkFrames.BASE, LinkFrames.BASE_AND_TIPS)
+            left_out |= end.is_tip and self.variant not in (LinkFrames.TIPS, LinkFrames.BASE_AND_TIPS)
             if not left_out:
                 indices += range(start, start + len(FRAME_AXES))
         return indices

@@ -8,14 +8,10 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.arm import at_tip, moment_at, with_links_beyond
-from expdesign.chain.component import Component
-from expdesign.chain.components import sliding_joints
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, at_tip, moment_at, sliding_joints, with_links_beyond
+from expdesign.chain.declaration import Declaration, Extension, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.extension import Extension
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

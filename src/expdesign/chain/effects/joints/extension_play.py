@@ -4,14 +4,11 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import sliding_joints
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.backlash import with_play
+from expdesign.chain.component import Component, sliding_joints
+from expdesign.chain.declaration import Declaration, Extension, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.extension import Extension
-from expdesign.chain.play import with_play
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

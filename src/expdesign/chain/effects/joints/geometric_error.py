@@ -8,11 +8,10 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part
-from expdesign.chain.components import each_joint, each_link
+from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import POSITIONS, Measurand
+from expdesign.chain.recordings.recordings import POSITIONS, Measurand
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
 from expdesign.mechanics.robots.robot import Robot
 

@@ -10,7 +10,7 @@ import casadi as ca
 from expdesign.chain.component import GEOMETRY, Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.geometric_stiffness import GeometricStiffness
-from expdesign.chain.recordings.measurand import DEFLECTIONS
+from expdesign.chain.recordings.recordings import DEFLECTIONS
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.robot import Robot

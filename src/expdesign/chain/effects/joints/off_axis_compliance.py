@@ -14,18 +14,15 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import at_tip, moment_at, with_links_beyond
-from expdesign.chain.component import ALL_JOINTS, Component
-from expdesign.chain.components import each_joint, turning
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import ALL_JOINTS, Component, at_tip, each_joint, moment_at, turning, with_links_beyond
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 
-class Directions(StrEnum):
+class OffAxes(StrEnum):
     """Whether the bearing is the same across all directions."""
 
     ALL = ""
@@ -54,7 +51,7 @@ class JointCompliance(Effect):
             ),
         ),
     )
-    forms = tuple(Directions)
+    forms = tuple(OffAxes)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -66,11 +63,11 @@ class JointCompliance(Effect):
         return [
             (component, form)
             for component in cls.components(robot)
-            for form in ((Directions.ALL,) if component.several else Directions)
+            for form in ((OffAxes.ALL,) if component.several else OffAxes)
         ]
 
     def describe(self) -> tuple[Parameter, ...]:
-        if self.variant is Directions.TWO:
+        if self.variant is OffAxes.TWO:
             return tuple(Parameter(f"lateral_{i}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for i in (1, 2))
         if self.component.several:
             names = (f"joint_{joint.number}_lateral_rad_per_Nm" for joint in each_joint(self.robot))
@@ -90,7 +87,7 @@ class JointCompliance(Effect):
         load = with_links_beyond(self.robot, wrench, row, joint + 1)
         first, second = across(robot.tree.joints[joint].axis)
         compliances = one * ca.SX(np.outer(first, first)) + other * ca.SX(np.outer(second, second))
-        if not turning(self.robot, (joint,)) and self.variant is Directions.ALL:
+        if not turning(self.robot, (joint,)) and self.variant is OffAxes.ALL:
             compliances = one * ca.SX.eye(3)
         turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
         return at_tip(self.robot, joint, ca.SX.zeros(3), turn, row, point)

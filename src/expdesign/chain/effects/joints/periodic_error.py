@@ -8,14 +8,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_joint, each_leg, turning
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
+from expdesign.chain.component import Component, each_joint, each_leg, turning
+from expdesign.chain.declaration import ONLY, STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.periodic_error import amplitude_pitch_phase, with_periodic_error
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import ONLY, Variant
 from expdesign.mechanics.robots.robot import Robot
 
 _FINEST = {True: 2.0 * np.pi / 60.0, False: 5e-4}

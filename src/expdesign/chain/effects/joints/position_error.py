@@ -7,14 +7,11 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import Component, Part
-from expdesign.chain.components import each_joint, each_link, turning
-from expdesign.chain.declaration import LOOSELY
+from expdesign.chain.component import Component, Part, each_joint, each_link, turning
+from expdesign.chain.declaration import LOOSELY, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.joints.geometric_error import ANGLE, LENGTH, GeometricError
-from expdesign.chain.recordings.measurand import DEFLECTIONS
-from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.variant import Variant
+from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
 from expdesign.mechanics.robots.robot import Robot
 

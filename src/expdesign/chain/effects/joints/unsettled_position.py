@@ -7,7 +7,7 @@ the commanded joints are a common fraction of each row's step. To first order in
 import casadi as ca
 
 from expdesign.chain.effect import Parameter
-from expdesign.chain.recordings.measurand import POSITIONS
+from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
 from expdesign.chain.unsettled import Unsettled
 

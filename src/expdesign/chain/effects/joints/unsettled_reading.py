@@ -7,7 +7,7 @@ way to where the load takes them. Unlike creep it does not depend on how long th
 import casadi as ca
 
 from expdesign.chain.effect import Parameter
-from expdesign.chain.recordings.measurand import DEFLECTIONS
+from expdesign.chain.recordings.recordings import DEFLECTIONS
 from expdesign.chain.row import Row
 from expdesign.chain.unsettled import Unsettled
 

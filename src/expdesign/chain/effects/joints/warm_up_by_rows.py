@@ -10,13 +10,11 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_joint, turning
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, each_joint, turning
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 FEWEST = 10

@@ -3,13 +3,12 @@
 from enum import StrEnum
 
 from expdesign.chain.backlash import Backlash
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_leg
+from expdesign.chain.component import Component, each_leg
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.mechanics.robots.robot import Robot
 
 
-class Rest(StrEnum):
+class LegRest(StrEnum):
     """Where in its gap an unloaded leg rests."""
 
     MIDDLE = "middle"
@@ -37,7 +36,7 @@ class LegBacklash(Backlash):
             Size("gap_rad", 3e-4, STRAIN_WAVE),
         ),
     )
-    forms = tuple(Rest)
+    forms = tuple(LegRest)
     gap = (1e-6, 1e-2)
 
     @classmethod

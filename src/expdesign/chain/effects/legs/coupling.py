@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_leg, turning
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, each_leg, turning
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

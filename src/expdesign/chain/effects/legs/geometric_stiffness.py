@@ -9,8 +9,7 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import GEOMETRY, Component
-from expdesign.chain.components import turned_lever
+from expdesign.chain.component import GEOMETRY, Component, turned_lever
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row

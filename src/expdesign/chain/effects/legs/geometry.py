@@ -7,12 +7,11 @@ nominal geometry g, and the machine has another one.
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.component import GEOMETRY, Component
-from expdesign.chain.components import each_leg
+from expdesign.chain.component import GEOMETRY, Component, each_leg
+from expdesign.chain.declaration import ONLY
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.joint_position_error import JointPositionError
-from expdesign.chain.recordings.measurand import POSES, POSITIONS
-from expdesign.chain.variant import ONLY
+from expdesign.chain.recordings.recordings import POSES, POSITIONS
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import Robot
 

@@ -4,15 +4,13 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_leg
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, each_leg
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 
-class End(StrEnum):
+class LegEnd(StrEnum):
     """At which end of a leg."""
 
     BASE = "base"
@@ -43,7 +41,7 @@ class JointPositionError(Effect):
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
         names = robot.inverse_kinematics.geometry_names if robot.on_legs else ()
-        return [end for end in End if f"{end} 1 x" in names]
+        return [end for end in LegEnd if f"{end} 1 x" in names]
 
     def describe(self) -> tuple[Parameter, ...]:
         axes = self.robot.coordinates.axes

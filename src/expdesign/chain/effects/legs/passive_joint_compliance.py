@@ -7,13 +7,11 @@ apparent compliance changes as the leg turns against the frame in which C is fix
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_leg
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, each_leg
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.effects.legs.joint_position_error import End
+from expdesign.chain.effects.legs.joint_position_error import LegEnd
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -44,7 +42,7 @@ class PassiveJointCompliance(Effect):
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
         # What a platform that does not turn is joined to yields as a base does.
-        return list(End) if robot.coordinates.rotations else [End.BASE]
+        return list(LegEnd) if robot.coordinates.rotations else [LegEnd.BASE]
 
     def describe(self) -> tuple[Parameter, ...]:
         entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.translations > 2 else ("xx", "xy")
@@ -57,7 +55,7 @@ class PassiveJointCompliance(Effect):
         # A row of J⁻¹ begins with the direction of the leg.
         split = self.robot.coordinates.translations
         direction = row.inverse[self.component.index, :split].T
-        if self.variant is End.PLATFORM:
+        if self.variant is LegEnd.PLATFORM:
             direction = row.rotation.T @ direction
         x, y = direction[0], direction[1]
         if split == 2:

@@ -13,19 +13,16 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import legs_and_all
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import Component, legs_and_all
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
-from expdesign.mechanics.robots.capabilities import StraightLegs
 from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot, StraightLegs
 
 
-class Joints(StrEnum):
+class PassiveJoints(StrEnum):
     """What the joints at the ends of a leg resist."""
 
     CARDAN = ""
@@ -62,22 +59,22 @@ class PassiveJointStiffness(Effect):
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
-        return list(Joints) if robot.coordinates.rotations == 3 else [Joints.CARDAN]
+        return list(PassiveJoints) if robot.coordinates.rotations == 3 else [PassiveJoints.CARDAN]
 
     def describe(self) -> tuple[Parameter, ...]:
-        self.changes_geometry = self.variant is Joints.FLEXURES
+        self.changes_geometry = self.variant is PassiveJoints.FLEXURES
         return (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        stiffness = theta[0] * (self._bent(row) if self.variant is Joints.FLEXURES else self._relaxed(row))
+        stiffness = theta[0] * (self._bent(row) if self.variant is PassiveJoints.FLEXURES else self._relaxed(row))
         added = ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
         # (I + S)⁻¹·e = e − S·(I + S)⁻¹·e, of which an expression of the derivative at S = 0 is short.
         return elongation - added @ ca.solve(ca.SX.eye(elongation.shape[0]) + added, elongation), state
 
     def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant is not Joints.FLEXURES:
+        if self.variant is not PassiveJoints.FLEXURES:
             return pose
         return pose + row.pose_map @ (compliance * theta[0] * self._preload(row))
 
@@ -98,11 +95,11 @@ class PassiveJointStiffness(Effect):
             leg_turn = ca.skew(u) @ velocity / length
             spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
             across = (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn
-            if self.variant is not Joints.PLATFORM:
+            if self.variant is not PassiveJoints.PLATFORM:
                 total += leg_turn.T @ leg_turn
-            if self.variant is not Joints.BASE:
+            if self.variant is not PassiveJoints.BASE:
                 total += across.T @ across
-            if self.variant is Joints.CARDAN:
+            if self.variant is PassiveJoints.CARDAN:
                 about = u.T @ spin
                 total += 0.5 * about.T @ about
         return total

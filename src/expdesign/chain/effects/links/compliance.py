@@ -9,8 +9,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from expdesign.chain.arm import at_tip, link_span, long_links, moment_at, with_links_beyond
-from expdesign.chain.component import Component
+from expdesign.chain.component import Component, at_tip, link_span, long_links, moment_at, with_links_beyond
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from expdesign.chain.arm import heavy_links
-from expdesign.chain.component import Component
+from expdesign.chain.component import Component, heavy_links
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import POSITIONS
+from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
 

@@ -4,15 +4,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import at_tip, link_span, long_links
-from expdesign.chain.component import Component, Part
-from expdesign.chain.components import each_joint, turning
-from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size
+from expdesign.chain.component import Component, Part, at_tip, each_joint, link_span, long_links, turning
+from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.environment.thermal_drift import Driver, seen_drivers
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

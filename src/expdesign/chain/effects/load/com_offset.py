@@ -5,12 +5,11 @@ from collections.abc import Sequence
 import casadi as ca
 
 from expdesign.chain.component import PAYLOAD, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
-from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 

@@ -7,7 +7,7 @@ from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.mechanics.loads.load import small_rotation
-from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 

@@ -13,11 +13,10 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import Declaration, Input, Size, Variant, rounded
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant, rounded
 from expdesign.mechanics.robots.robot import Robot
 
 _RELATIVE_WIDTH = 0.02
@@ -36,7 +35,7 @@ class Wrong(StrEnum):
 
 
 @dataclass(frozen=True)
-class Weights:
+class MassShares:
     """The loads that are wrong: all, the one of a size, or those from a size on.
 
     Attributes:
@@ -51,14 +50,14 @@ class Weights:
         return str(self.wrong) if self.wrong is Wrong.ALL else f"{self.size:.6g}{self.wrong}"
 
 
-def weights_from_text(text: str) -> Weights:
+def weights_from_text(text: str) -> MassShares:
     """The loads that a file names; raises `ValueError` for another text."""
     if text == str(Wrong.ALL):
-        return Weights(Wrong.ALL)
+        return MassShares(Wrong.ALL)
     wrong = next((each for each in (Wrong.ONE, Wrong.FROM) if text.endswith(each)), None)
     if wrong is None:
         raise ValueError(f"`{text}` names no loads")
-    return Weights(wrong, float(text.removesuffix(wrong)))
+    return MassShares(wrong, float(text.removesuffix(wrong)))
 
 
 class PayloadMassError(Effect):
@@ -90,7 +89,7 @@ class PayloadMassError(Effect):
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
-        return [Weights(Wrong.ALL)]  # the loads of recordings decide about the others
+        return [MassShares(Wrong.ALL)]  # the loads of recordings decide about the others
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
@@ -105,11 +104,11 @@ class PayloadMassError(Effect):
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
         if len(sizes) < 2:
             return []
-        found = [Weights(Wrong.ALL)]
+        found = [MassShares(Wrong.ALL)]
         if len(sizes) <= _MOST_WEIGHTS:
-            found += [Weights(Wrong.ONE, rounded(size)) for size in sizes]
+            found += [MassShares(Wrong.ONE, rounded(size)) for size in sizes]
             # From the smallest on it is what was forgotten, and the largest alone is one weight.
-            found += [Weights(Wrong.FROM, rounded(size)) for size in sizes[1:-1]]
+            found += [MassShares(Wrong.FROM, rounded(size)) for size in sizes[1:-1]]
         return [(PAYLOAD, weights) for weights in found]
 
     def describe(self) -> tuple[Parameter, ...]:

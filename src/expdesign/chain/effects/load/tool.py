@@ -11,12 +11,11 @@ from dataclasses import dataclass
 import casadi as ca
 
 from expdesign.chain.component import PLATFORM, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import POSITIONS
+from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
-from expdesign.chain.variant import ONLY, Variant
-from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 _SMALLEST = 1e-9

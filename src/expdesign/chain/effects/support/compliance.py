@@ -7,14 +7,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import BASE, Component
-from expdesign.chain.components import symmetric
-from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
+from expdesign.chain.component import BASE, Component, symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import Over, ending, measured_axes, over_pose, powers, split_over, with_powers
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 _AXES = ("rx", "ry", "rz")
@@ -23,7 +21,7 @@ _FARTHEST = 50.0
 """m; a centre of rotation farther away than this is a translation."""
 
 
-class Form(StrEnum):
+class SupportForm(StrEnum):
     """Springs about the axes of O, about any axes through the origin of P, or about a point that is found."""
 
     AXES = "axes"
@@ -35,7 +33,7 @@ class Form(StrEnum):
 class Springs:
     """The form, and the range of a pose coordinate over which the compliance is a parabola."""
 
-    form: Form
+    form: SupportForm
     over: Over | None = None
 
     def __str__(self) -> str:
@@ -67,25 +65,25 @@ class SupportCompliance(Effect):
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
         form, over = split_over(text)
-        return Springs(Form(form), over)
+        return Springs(SupportForm(form), over)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if not robot.on_support:
             return []
-        found = [Springs(Form.AXES), Springs(Form.ROTATION)]
+        found = [Springs(SupportForm.AXES), Springs(SupportForm.ROTATION)]
         if measured_axes(points) & {0, 1, 2} or np.ptp(points.wrenches[:, :3], axis=0).any():
             # Pure moments and rotations say nothing of where a body turns.
-            found.append(Springs(Form.CENTRE))
+            found.append(Springs(SupportForm.CENTRE))
         for over in over_pose(points, robot.configuration):
-            found += [Springs(Form.AXES, over), Springs(Form.ROTATION, over)]
+            found += [Springs(SupportForm.AXES, over), Springs(SupportForm.ROTATION, over)]
         return [(BASE, springs) for springs in found]
 
     def describe(self) -> tuple[Parameter, ...]:
         diagonal = [Parameter(f"compliance_{a}_{a}_rad_per_Nm", 1e-6, low=0.0) for a in _AXES]
         upper = [Parameter(f"compliance_{_AXES[i]}_{_AXES[j]}_rad_per_Nm", 1e-6) for i, j in _PAIRS]
-        chosen = tuple(diagonal if self.variant.form is Form.AXES else diagonal + upper)
-        if self.variant.form is Form.CENTRE:
+        chosen = tuple(diagonal if self.variant.form is SupportForm.AXES else diagonal + upper)
+        if self.variant.form is SupportForm.CENTRE:
             return chosen + tuple(
                 Parameter(f"centre_{axis}_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True)
                 for axis in "xyz"
@@ -93,7 +91,7 @@ class SupportCompliance(Effect):
         return with_powers(chosen, self.variant.over)
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant.form is not Form.CENTRE:
+        if self.variant.form is not SupportForm.CENTRE:
             return [self.neutral()]
         position = self.robot.position(points.configurations).mean(axis=0)
         # On the ground below the body, at its own height, and far below.
@@ -101,11 +99,11 @@ class SupportCompliance(Effect):
         return [np.concatenate([np.zeros(6), [position[0], position[1], height]]) for height in heights]
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant.form is Form.CENTRE:
+        if self.variant.form is SupportForm.CENTRE:
             arm = row.position - theta[6:9]
             turn = symmetric(theta[:6], 3) @ (wrench[3:] + ca.cross(arm, wrench[:3]))
             return deflection + row.rates @ ca.vertcat(ca.cross(turn, arm), turn)
-        width = 3 if self.variant.form is Form.AXES else 6
+        width = 3 if self.variant.form is SupportForm.AXES else 6
         turn = ca.SX.zeros(3)
         for i, factor in enumerate(powers(self.variant.over, row, self.robot.configuration)):
             turn += factor * (symmetric(theta[width * i : width * (i + 1)], 3) @ wrench[3:])
@@ -121,7 +119,7 @@ class SupportCompliance(Effect):
         text = f"What the body stands on yields: {listed or 'by an amount that is hardly known'}"
         if self.variant.over is not None:
             text += f" {self.variant.over.sentence}"
-        if self.variant.form is Form.CENTRE:
+        if self.variant.form is SupportForm.CENTRE:
             x, y, z = (values[f"centre_{axis}_m"][0] for axis in "xyz")
             text += f"; it turns about ({x:.2f}, {y:.2f}, {z:.2f}) m in O"
         return text + "."

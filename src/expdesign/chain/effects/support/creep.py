@@ -7,19 +7,17 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import BASE, Component
-from expdesign.chain.components import symmetric
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import BASE, Component, symmetric
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 _NAMES = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
 
 
-class Cause(StrEnum):
+class CreepCause(StrEnum):
     """What makes the support give way."""
 
     LOAD = ""
@@ -44,7 +42,7 @@ class SupportCreep(Effect):
             Size("settled_dr*_rad", 1e-5, "assumed: tyres and rubber feet give way by 10 µrad"),
         ),
     )
-    forms = tuple(Cause)
+    forms = tuple(CreepCause)
     builds_on = "base_compliance"
 
     @classmethod
@@ -63,9 +61,9 @@ class SupportCreep(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         # A support that settles needs no load that changes.
-        self.builds_on = "" if self.variant is Cause.SETTLING else "base_compliance"
+        self.builds_on = "" if self.variant is CreepCause.SETTLING else "base_compliance"
         tau = Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True)
-        if self.variant is Cause.SETTLING:
+        if self.variant is CreepCause.SETTLING:
             amounts = tuple(Parameter(f"settled_{name}", 1e-6) for name in _NAMES)
             return (*amounts, tau)
         self.states = 3
@@ -86,7 +84,7 @@ class SupportCreep(Effect):
         self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
         tau = theta[-1]
-        if self.variant is Cause.SETTLING:
+        if self.variant is CreepCause.SETTLING:
             return deflection + theta[:6] * (1.0 - ca.exp(-row.elapsed / tau)), state
         crept = state + (wrench[3:] - state) * (1.0 - ca.exp(-row.interval / tau))
         turn = symmetric(theta[:6], 3) @ crept
@@ -95,6 +93,6 @@ class SupportCreep(Effect):
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         tau = values["tau_s"]
         time = f"time constant {tau[0]:.3g} ({tau[1]:.3g} to {tau[2]:.3g}) s"
-        if self.variant is Cause.SETTLING:
+        if self.variant is CreepCause.SETTLING:
             return f"What the body stands on settles from the start of the series on, {time}."
         return f"What the body stands on gives way slowly after a change of load, {time}."

@@ -7,12 +7,11 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import AZIMUTHS, Drive, drive_load, drive_values, drives, twist_of, unit_of
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

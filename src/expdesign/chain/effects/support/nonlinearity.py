@@ -9,12 +9,11 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import Drive, drive_load, drive_values, drives, twist_of, unit_of, whole_load
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 _AROUND = tuple(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
@@ -28,7 +27,7 @@ class Bend(StrEnum):
 
 
 @dataclass(frozen=True)
-class Law:
+class ForceLaw:
     """How the support is not linear, and under which load."""
 
     bend: Bend
@@ -64,14 +63,14 @@ class SupportNonlinearity(Effect):
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
-        return [Law(bend, drive) for bend in Bend for drive in Drive]
+        return [ForceLaw(bend, drive) for bend in Bend for drive in Drive]
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         if not robot.on_support:
             return []
-        found = [Law(Bend.STIFFENING, drive) for drive in drives(points)]
-        found += [Law(Bend.LIFT_OFF, drive) for drive in drives(points, oblique=True)]
+        found = [ForceLaw(Bend.STIFFENING, drive) for drive in drives(points)]
+        found += [ForceLaw(Bend.LIFT_OFF, drive) for drive in drives(points, oblique=True)]
         return [(BASE, law) for law in found]
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
@@ -27,7 +27,6 @@ from expdesign.chain.support import (
     whole_load,
     with_powers,
 )
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

@@ -8,12 +8,11 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes, whole_load
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 _FARTHEST = 50.0
