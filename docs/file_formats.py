@@ -17,6 +17,7 @@ from expdesign.chain.declaration import Declaration
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.chain.recordings.columns import RECORDED
 from expdesign.io.output import json_text
+from expdesign.mechanics.robots.robot import RobotSection
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "file-formats.md"
@@ -31,14 +32,19 @@ def page(text: str) -> str:
 
 
 def table(name: str) -> str:
-    """The table of one kind of file: `hexapod`, `configuration`, `physics`, `recordings` or `sweep`."""
+    """The table of one kind of file: `robot` (what all have), `hexapod`, `configuration`, `physics`, `recordings` or `sweep`."""
     rows = ["| key | form | default | meaning |", "| --- | --- | --- | --- |"]
     if name == "physics":
         return "\n".join(_physics_rows()) + "\n"
     if name == "recordings":
         columns = (f"| {group.shown} | {group.meaning} |" for group in RECORDED)
         return "\n".join(["| column | meaning |", "| --- | --- |", *columns]) + "\n"
-    schema = robot_sections([name])[name].model_json_schema() if name in ROBOTS else xd.schema(name)
+    shared = RobotSection.model_json_schema()
+    if name in ROBOTS:
+        schema = robot_sections([name])[name].model_json_schema()
+        schema["properties"] = {key: one for key, one in schema["properties"].items() if key not in shared["properties"]}
+    else:
+        schema = shared if name == "robot" else xd.schema(name)
     return "\n".join([*rows, *(_row(*entry) for entry in _entries(schema, schema.get("$defs", {})))]) + "\n"
 
 

@@ -1,7 +1,7 @@
 """Deflections from points of the platform that were measured unloaded and loaded, with their covariance.
 
 Seen from O, the points p_i (levers from the platform's origin) move by δt + δθ × p_i. The motion that fits the loaded
-points to the unloaded ones best is found by rigid registration (`chain/instrument/registration.py`), and with
+points to the unloaded ones best is found by rigid registration (`chain/readings/registration.py`), and with
 B_i = [I, −[p_i]ₓ], A = (Σ B_iᵀ·B_i)⁻¹·Bᵀ and the covariance Σ of all coordinates, the sum of both measurements',
 
     Cov(δt, δθ) = A·Σ·Aᵀ,        ΔX = T·(δt, δθ),   Cov(ΔX) = T·Cov(δt, δθ)·Tᵀ,

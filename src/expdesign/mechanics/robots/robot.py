@@ -3,7 +3,7 @@
 A robot is one symbolic expression of its kinematics. From it follow, by differentiation, the two maps on which
 all of elastostatics rests: how small changes of actuator length move the platform (J̌), and how a wrench on the
 platform loads the actuators (Jᵀ). Everything to the right of this package works on these maps and on what a robot
-offers beside them (`capabilities.py`), and does not ask which kind of robot they came from.
+offers beside them (its capabilities), and does not ask which kind of robot they came from.
 
 Who adds a robot derives from `ParallelRobot` where the actuator coordinates are a closed form of the pose, which then
 gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document`. Others derive from `Robot` and give

@@ -310,8 +310,11 @@ class SerialRobot(Robot):
                 components.setdefault(f"link {number}", tuple(range(first, last + 1)))
             start += len(path) + 1
         base, links, tips = (tuple(line) for line in lines)
-        drawn = (("base", "base", base), ("links", "actuator", links), ("tip", "platform", tips))
-        parts = tuple(DrawnPart(*part) for part in drawn)
+        parts = (
+            DrawnPart("base", "base", base),
+            DrawnPart("links", "actuator", links),
+            DrawnPart("tip", "platform", tips),
+        )
         directions = {name: axes[..., k, :] for k, name in enumerate(self.actuators)}
         return Drawing(points, self.position(configurations), parts, components, directions)
 
