@@ -32,7 +32,7 @@ def page(text: str) -> str:
 
 
 def table(name: str) -> str:
-    """The table of one kind of file: `robot` (what all have), `hexapod`, `configuration`, `physics`, `recordings` or `sweep`."""
+    """One table: `robot` (what all have), `hexapod` …, `configuration`, `physics`, `recordings` or `sweep`."""
     rows = ["| key | form | default | meaning |", "| --- | --- | --- | --- |"]
     if name == "physics":
         return "\n".join(_physics_rows()) + "\n"
@@ -42,7 +42,9 @@ def table(name: str) -> str:
     shared = RobotSection.model_json_schema()
     if name in ROBOTS:
         schema = robot_sections([name])[name].model_json_schema()
-        schema["properties"] = {key: one for key, one in schema["properties"].items() if key not in shared["properties"]}
+        schema["properties"] = {
+            key: one for key, one in schema["properties"].items() if key not in shared["properties"]
+        }
     else:
         schema = shared if name == "robot" else xd.schema(name)
     return "\n".join([*rows, *(_row(*entry) for entry in _entries(schema, schema.get("$defs", {})))]) + "\n"

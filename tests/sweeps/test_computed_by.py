@@ -42,12 +42,12 @@ def test_the_modules_that_numbers_come_from() -> None:
         "planning.search",
         "planning.evolution",
         "planning.optimality.certificate",
-        "mechanics.elastostatics.physics",
+        "mechanics.elastostatics.measurements",
     }
     by_place = {
         "planning.criteria.duir",
         "mechanics.robots.hexapod",
-        "mechanics.loads.errors.com",
+        "mechanics.loads.errors.source",
         "chain.effects.base.compliance",
     }
     assert {f"expdesign.{name}" for name in by_import | by_place} <= found

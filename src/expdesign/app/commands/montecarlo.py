@@ -9,16 +9,16 @@ import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note
 from expdesign.app.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.writing import Config, Folder, Force, PlanPath, require_folder
 
 GROUP = ("research", 2)
 """Where it stands in the list of commands."""
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
-    plan: Annotated[Path, typer.Argument(help="Plan (CSV), of any number of rows.")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    config: Config,
+    plan: PlanPath,
+    out: Folder,
     samples: Annotated[int, typer.Option(help="Number of repetitions.")] = 100_000,
     seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 1,
     plant: Annotated[

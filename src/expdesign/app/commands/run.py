@@ -16,7 +16,7 @@ import expdesign as xd
 from expdesign.app.api.inputs import problem_of, purpose_of
 from expdesign.app.commands import BEGUN
 from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.writing import Config, Force, require_folder
 from expdesign.assurance.acceptance.decision import sentences
 from expdesign.assurance.acceptance.recommended import recommended_acceptance
 from expdesign.io.output import new_folder
@@ -26,7 +26,7 @@ GROUP = ("way", 3)
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
+    config: Config,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; a new one under results/ if left out.")
     ] = None,
