@@ -109,6 +109,10 @@ def compensate(
         ConvergenceError: no command is found.
         SingularConfigurationError: the robot is singular at a target.
         InfeasibleError: a command is beyond the robot's limits.
+
+    Example:
+        >>> xd.compensate("identified/model.yaml", "configs/bipod.yaml").summary
+        'largest correction 72.1 um; expected U 0.993 um'
     """
     identified = model_of(model)
     robot = identified.chain.robot

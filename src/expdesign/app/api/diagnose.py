@@ -182,6 +182,10 @@ def diagnose(
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
+
+    Example:
+        >>> xd.diagnose("configs/robots/bipod.yaml", "recordings.csv").record["verdict"]
+        'consistent'
     """
     if isinstance(without, str):
         raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")

@@ -196,6 +196,13 @@ def identify(
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness or the geometry.
+
+    Example:
+        >>> result = xd.identify("configs/robots/bipod.yaml", "recordings.csv")
+        >>> result.stiffness["estimate"].round(-4).tolist()  # N/m
+        [10080000.0, 13030000.0]
+        >>> result.save("identified").name
+        'report.html'
     """
     require_prior(prior)
     machine = robot_of(robot)

@@ -128,6 +128,10 @@ def montecarlo(
         NotIdentifiableError: the plan does not identify what the targets need.
         ConvergenceError: a repetition has no compensation.
         WorkersError: the workers are gone.
+
+    Example:
+        >>> xd.montecarlo("configs/bipod.yaml", "plan.csv", samples=2000).summary.splitlines()[-1]
+        '0 of 9 comparisons differ by more than three standard errors (largest 1.13)'
     """
     if plant not in PLANTS:
         raise ArgumentError(f"there is no plant `{plant}`", argument="plant", remedy=f"Known: {', '.join(PLANTS)}.")

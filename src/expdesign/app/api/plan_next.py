@@ -92,6 +92,10 @@ def plan_next(
     Raises:
         InputError: a file is missing or wrong, or a number is out of range.
         SingularConfigurationError: the robot is singular in a row.
+
+    Example:
+        >>> xd.plan_next("configs/bipod.yaml", "recordings.csv", count=2).totals.round(2).tolist()  # tolerances
+        [0.61, 0.54, 0.48]
     """
     _require_sensible(count, accuracy, seed)
     purpose = purpose_of("next", config, recordings)

@@ -89,6 +89,11 @@ def predict(
         InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a
             reading is not known.
         SingularConfigurationError: the robot is singular at a point.
+
+    Example:
+        >>> predicted = xd.predict("identified/model.yaml", "plan.csv").frame
+        >>> (1e6 * predicted["dy_m"]).round(1).tolist()  # µm
+        [-132.6, -73.6, -66.2, -133.8]
     """
     identified = truth_of(model)
     robot = identified.chain.robot

@@ -149,6 +149,13 @@ def run(
             was known.
         InfeasibleError: no pose is within the robot's limits.
         NotIdentifiableError: no design identifies what the targets need.
+
+    Example:
+        >>> result = xd.run("configs/bipod.yaml")
+        >>> result.pareto.columns[:4].tolist()
+        ['design', 'duir', 'feir', 'total']
+        >>> bool(result.pareto["total"].min() < 1.13)  # tolerances
+        True
     """
     started = time.perf_counter()
     problem = problem_of(config)

@@ -92,6 +92,11 @@ def simulate(
 
     Raises:
         InputError: a file is missing or wrong, or the seed is negative.
+
+    Example:
+        >>> recordings = xd.simulate("configs/bipod.yaml", "plan.csv", seed=1)
+        >>> recordings.frame.columns[6:].tolist()
+        ['dx_m', 'dy_m', 'sx_m', 'sy_m']
     """
     if seed < 0:
         raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")

@@ -115,6 +115,11 @@ def verify(
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular at a command.
         NotIdentifiableError: the model did not determine what a prediction needs.
+
+    Example:
+        >>> checked = xd.verify("identified/model.yaml", "check.csv", config="configs/bipod.yaml")
+        >>> checked.record["verdict"]
+        'not proven'
     """
     if coverage is not None and not 0.0 < coverage < 1.0:
         raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")
