@@ -23,7 +23,18 @@ API = [
     file.stem
     for file in (ROOT / "src/expdesign/app/api").glob("*.py")
     if file.stem
-    not in ("__init__", "callbacks", "concealed", "inputs", "objects", "outputs", "referenced", "result", "targets")
+    not in (
+        "__init__",
+        "callbacks",
+        "concealed",
+        "configuration",
+        "inputs",
+        "objects",
+        "outputs",
+        "referenced",
+        "result",
+        "targets",
+    )
 ]
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import PathLike, RobotInput, checked_problem, robot_of
+from expdesign.app.api.configuration import checked_problem
+from expdesign.app.api.inputs import PathLike, RobotInput, robot_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.sweeps.runs import SweepRun, sweep_runs
 from expdesign.app.sweeps.store import computed_by_text

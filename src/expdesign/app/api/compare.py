@@ -8,7 +8,8 @@ from typing import ClassVar
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.comparison.comparable import require_comparable

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
+from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.identify import RecordingsInput, recorded_accuracy, recordings_of
-from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of
+from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record
 from expdesign.assurance.acceptance.planned import planned_decision

@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of, table_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
+from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
-from expdesign.app.api.inputs import Config, PathLike, TableInput, TruthInput, purpose_of, truth_of
+from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, purpose_of, truth_of
 from expdesign.app.api.result import Result
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, purpose_of, table_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.inputs import Config, PathLike, problem_of, purpose_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, purpose_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import acceptance_record
 from expdesign.assurance.acceptance.recommended import recommended_acceptance

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, TableInput, numeric, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, numeric, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names

@@ -7,17 +7,8 @@ from pathlib import Path
 import pandas as pd
 
 from expdesign.app.api.concealed import with_concealed
-from expdesign.app.api.inputs import (
-    Config,
-    PathLike,
-    TableInput,
-    TruthInput,
-    numeric,
-    problem_of,
-    purpose_of,
-    table_of,
-    truth_of,
-)
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, numeric, purpose_of, table_of, truth_of
 from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray

@@ -8,16 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from expdesign.app.api.inputs import (
-    Config,
-    ModelInput,
-    PathLike,
-    TableInput,
-    model_of,
-    problem_of,
-    purpose_of,
-    table_of,
-)
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import ModelInput, PathLike, TableInput, model_of, purpose_of, table_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray

@@ -13,7 +13,8 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.app.api.inputs import problem_of, purpose_of
+from expdesign.app.api.configuration import problem_of
+from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands import BEGUN
 from expdesign.app.commands.console import note
 from expdesign.app.commands.writing import Config, Force, require_folder
