@@ -8,7 +8,7 @@ import pytest
 from tests.commands.calls import ROBOT
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data

@@ -8,7 +8,7 @@ from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effects.legs.geometric_stiffness import Correction, GeometricStiffness
+from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
 from expdesign.chain.linearised import KnownChain
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot

@@ -18,7 +18,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError, LinkFrames
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError, LinkFrames
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.ports.everything import Priors
 from expdesign.chain.readings.choice import reading_of

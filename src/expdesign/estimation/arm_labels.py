@@ -1,7 +1,7 @@
 """Parameters of an arm's chain as people call them."""
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
 from expdesign.mechanics.robots.robot import Links
 

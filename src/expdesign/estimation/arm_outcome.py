@@ -6,7 +6,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration

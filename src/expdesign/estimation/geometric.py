@@ -11,7 +11,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.effects.legs.geometry import LegGeometry
 from expdesign.chain.recordings.recordings import DEFLECTIONS, Recordings, Remark
 from expdesign.chain.row import row_data

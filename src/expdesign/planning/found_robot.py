@@ -13,8 +13,8 @@ import numpy as np
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joints.geometric_stiffness import ArmGeometricStiffness
-from expdesign.chain.effects.legs.geometric_stiffness import Correction, GeometricStiffness
+from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness
+from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
 from expdesign.chain.linearised import KnownChain
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot
 from expdesign.errors import InputError

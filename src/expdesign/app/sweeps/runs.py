@@ -101,7 +101,7 @@ class SweepRun:
         number: from 1, in the order of the sweep.
         values: what is varied, by its dotted key, as the sweep names it.
         config: the configuration as resolved; beside it only the program and its libraries decide.
-        identity: digest of `config` and of what computes it (`computed_by.py`).
+        identity: digest of `config` and of what computes it (`store.py`).
     """
 
     number: int

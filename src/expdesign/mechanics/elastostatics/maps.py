@@ -5,7 +5,7 @@ compliances and the load, A(ΔF)·c = D(c)·ΔF.
 
 Under load the legs' forces change direction as the platform moves (conservative mapping): dF = (K_C + K_G)·dX with
 K_G = ∂(J⁻ᵀτ)/∂X at constant actuator forces τ. The thesis drops the term; here it is an effect
-(`chain/effects/legs/geometric_stiffness.py`). CasADi differentiates; the formulas per mechanism stand in the tests.
+(`chain/effects/legs/geometry.py`). CasADi differentiates; the formulas per mechanism stand in the tests.
 """
 
 from functools import lru_cache

@@ -1,10 +1,15 @@
-"""The payload's mass, or the scale of the wrench, is not as assumed.
+"""The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
+
+Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
+
+The payload's mass, or the scale of the wrench, is not as assumed.
 
 An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can tell
 from soft legs (theory.md 5.2). What can be seen is one weight that is wrong among others, a mass that was forgotten (an
 adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -17,7 +22,91 @@ from expdesign.chain.declaration import Declaration, Input, Size, Variant, round
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
+from expdesign.mechanics.loads.load import small_rotation
+from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
+
+
+class PayloadComOffset(Effect):
+    """The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f."""
+
+    identifier = "load.com_offset"
+    physics = "payload_com_offset"
+    declared = Declaration(
+        left_out="error of the payload's centre of mass",
+        phrase="a centre of mass that is not where it was assumed",
+        usually="liquids, loose parts and drawings",
+        port="centre of mass",
+        inputs=(Input.FORCE,),
+        sizes=(Size("com_d?_m", 1e-3, "assumed: centre of mass from a drawing, 1 mm"),),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD] if robot.coordinates.centre_of_mass else []
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
+        return [] if robot.on_support and points.payload is None else super().shown(robot, points)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"com_d{axis}_m", 1e-3, low=-0.5, high=0.5) for axis in self.robot.coordinates.axes)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        split = self.robot.coordinates.translations
+        return wrench + ca.vertcat(ca.SX.zeros(split), moment(row.rotation @ theta, wrench[:split]))
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        listed = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
+        return (
+            f"The payload's centre of mass lies ({listed}) mm from where it was assumed "
+            "(platform axes); the direction along gravity is the least certain."
+        )
+
+
+class LoadDirectionTilt(Effect):
+    """The force is turned by small angles about x and y of O: a payload's moment follows from its lever, a free
+    wrench turns as a whole.
+    """
+
+    identifier = "load.direction_tilt"
+    physics = "load_direction_tilt"
+    declared = Declaration(
+        left_out="gravity or load in another direction",
+        phrase="a load that is not along its assumed direction",
+        usually="machines that were not levelled, slanting cables",
+        port="payload",
+        inputs=(Input.FORCE,),
+        sizes=(Size("tilt_?_rad", 5e-4, "assumed: a machinist's level, 0.5 mm/m"),),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.translations > 2 else ("tilt_z_rad",)
+        return tuple(Parameter(name, 1e-3, low=-0.5, high=0.5) for name in names)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        split = self.robot.coordinates.translations
+        force = wrench[:split]
+        turned = small_rotation(force, theta)
+        if wrench.shape[0] == split:
+            return turned
+        turning = wrench[split:]
+        as_payload = turning + moment(row.lever, turned - force)
+        # About the normal of the plane a moment stays what it is.
+        as_wrench = small_rotation(turning, theta) if split == 3 else turning
+        return ca.vertcat(turned, row.payload * as_payload + (1.0 - row.payload) * as_wrench)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        parts = [
+            f"{1e3 * v[0]:.2f} ({1e3 * v[1]:.2f} to {1e3 * v[2]:.2f}) mrad ({name[:6]})" for name, v in values.items()
+        ]
+        return f"The load acts {' and '.join(parts)} away from the assumed direction."
+
 
 _RELATIVE_WIDTH = 0.02
 """Loads within this fraction of each other count as the same weight."""
@@ -65,6 +154,7 @@ class PayloadMassError(Effect):
     `N newton and more`: a constant is added to these, as the discs of a stack are put on one by one.
     """
 
+    identifier = "load.mass_error"
     physics = "payload_mass_error"
     declared = Declaration(
         left_out="error of a mass or of the scale of a wrench",

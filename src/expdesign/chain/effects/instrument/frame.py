@@ -1,4 +1,6 @@
-"""The instrument's axes are rotated from the base frame by Q.
+"""An instrument that measures positions drifts: its frame shifts and turns slowly against the robot's base.
+
+The instrument's axes are rotated from the base frame by Q.
 
 An instrument that measures poses reads the position Qᵀ·p and the orientation Qᵀ·R·Q in its own axes, and a deflection
 is the difference of two such readings. Some software turns the differences themselves instead; at poses away from zero
@@ -6,21 +8,80 @@ the two differ.
 
 Q is given by the angles of `fixed-xyz`, Q = Rz(rot_z)·Ry(rot_y)·Rx(rot_x), whatever the robot's own convention; the
 columns of Q are the instrument's axes in the base frame.
+
+The instrument's scale is wrong on one or more axes.
 """
 
 from collections.abc import Sequence
 from enum import StrEnum
 
 import casadi as ca
+import numpy as np
 
 from expdesign.chain.component import INSTRUMENT, Component
-from expdesign.chain.declaration import Declaration, Size, Variant
+from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
 from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
+
+_HOUR = 3600.0
+
+
+class FrameMotion(StrEnum):
+    """Whether the instrument turns as well."""
+
+    SHIFT = "shift"
+    SHIFT_AND_TURN = "shift and turn"
+
+
+class InstrumentDrift(Effect):
+    """The reading y gains v·t + (w·t)×y, t the time since the first recorded row. Variants: `shift` and `shift and
+    turn` (w, about the instrument's origin).
+    """
+
+    identifier = "instrument.drift"
+    physics = "thermal_drift"
+    declared = Declaration(
+        left_out="drift of the instrument's frame",
+        phrase="thermal drift of {component}",
+        usually="tripods and stands that warm up",
+        port="environment",
+        inputs=(Input.TIME,),
+        beyond=Beyond.HOLDS,
+        sizes=(
+            Size("drift_r?_rad_per_h", 1e-5, "assumed: a stand of 0.1 m that warms by 1 K on one side"),
+            Size("drift_?_m_per_h", 1e-5, "assumed: a stand of 1 m of steel that warms by 1 K in an hour"),
+        ),
+    )
+    measurands = (POSITIONS,)
+    forms = tuple(FrameMotion)
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [INSTRUMENT]
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if points.time is None or not np.any(np.diff(points.time) > 0.0):
+            return []
+        return super().shown(robot, points)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]
+        turn = [Parameter(f"drift_r{axis}_rad_per_h", 1e-5) for axis in "xyz"]
+        return tuple(shift if self.variant is FrameMotion.SHIFT else shift + turn)
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        hours = row.clock / _HOUR
+        moved = reading + theta[:3] * hours
+        return moved if self.variant is FrameMotion.SHIFT else moved + ca.cross(theta[3:6] * hours, reading)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        shift = ", ".join(f"{1e3 * values[f'drift_{axis}_m_per_h'][0]:.3g}" for axis in "xyz")
+        return f"The instrument drifts against the robot's base by ({shift}) mm per hour."
 
 
 class Axes(StrEnum):
@@ -49,6 +110,7 @@ class InstrumentMisalignment(Effect):
     which not all axes were measured `about z` and so on (deflections are turned about one axis).
     """
 
+    identifier = "instrument.misalignment"
     physics = "instrument_misalignment"
     declared = Declaration(
         left_out="turned axes of the instrument",
@@ -104,3 +166,33 @@ class InstrumentMisalignment(Effect):
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         angles = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
         return f"The instrument's axes are rotated from the base frame by ({angles}) mrad."
+
+
+class InstrumentScale(Effect):
+    """It reads (1 + s_i)·d_i on the translational axes."""
+
+    identifier = "instrument.scale"
+    physics = "instrument_scale"
+    declared = Declaration(
+        left_out="wrong scale of the instrument",
+        phrase="a wrong scale of the instrument",
+        usually="optics and electronics that are not calibrated",
+        port="instrument",
+        sizes=(Size("scale_?", 1e-3, "assumed: gauges calibrated to 0.1 % of their range"),),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [INSTRUMENT]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        axes = self.robot.coordinates.axes
+        return tuple(Parameter(f"scale_{axis}", 1e-2, low=-0.9, high=9.0) for axis in axes)
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        rest = ca.SX.zeros(reading.shape[0] - theta.shape[0])
+        return reading * (1.0 + ca.vertcat(theta, rest))
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        parts = ", ".join(f"{100 * v[0]:+.2f} % on {name[-1]}" for name, v in values.items())
+        return f"The instrument's scale is off: {parts}."
