@@ -12,7 +12,6 @@ import pytest
 from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
 from tests.commands.calls import call
 from tests.oracle import Array
-from tests.plausibility.mistaken_files import POINTS, READ_AS, REFUSED, WORKBOOKS, YAML
 from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
 from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS
 from tests.plausibility.sound import (
@@ -50,11 +49,6 @@ def said(log: Log, act: Any) -> str:
         except ExpdesignError as error:
             refused.append(error.message)
     return "\n".join([*refused, *(record.getMessage() for record in log.records)])
-
-
-def test_there_are_at_least_a_hundred() -> None:
-    tables = (CONFIGURATIONS, RECORDINGS, OF_PAYLOADS, OF_WRENCHES, READ_AS, REFUSED, WORKBOOKS, YAML, POINTS)
-    assert sum(len(table) for table in tables) >= 140
 
 
 @pytest.mark.parametrize("name", CONFIGURATIONS)
