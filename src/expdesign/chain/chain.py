@@ -174,7 +174,6 @@ class Chain:
         if self.robot.jointed:
             return self._with_true_links(self.robot.links, row, parts)
         robot = self.robot.inverse_kinematics
-        assert robot is not None
         nominal = ca.SX(robot.geometry)
         geometry = nominal
         for effect, part in zip(self.effects, parts, strict=True):

@@ -108,11 +108,10 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
         InputError: a file is missing or wrong, or the robot has no legs.
     """
     given = robot_of(robot).robot
-    here = given.inverse_kinematics
-    if here is None:
+    if not given.on_legs:
         what = f"`{given.name}` is a {given.kind}; the correction needs the lengths of legs"
         raise InputError(what, remedy="Use a robot on legs.")
-    table = table_of(poses, "poses")
+    here, table = given.inverse_kinematics, table_of(poses, "poses")
     measured = measured_poses(table, here)
     corrected = correct_poses(here, measured, interpolate=interpolate)
     found = deflections(measured, corrected)

@@ -55,9 +55,9 @@ class Limits:
         return values, gradient
 
     def _reach(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        robot = self._robot.inverse_kinematics
-        if robot is None:
+        if not self._robot.on_legs:
             return self._excess(poses)
+        robot = self._robot.inverse_kinematics
         if robot.leg_length is None:
             return np.zeros((*poses.shape[:-1], 0)), np.zeros((*poses.shape[:-1], 0, poses.shape[-1]))
         shortest, longest = robot.leg_length

@@ -160,7 +160,6 @@ class GeometricStiffness(Effect):
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         robot = self.robot.inverse_kinematics
-        assert robot is not None
         geometry = ca.SX(robot.geometry)
         symbol = ca.SX.sym("loaded", self.robot.coordinates.n)
         if self.variant is Correction.MAPPING:
