@@ -28,8 +28,7 @@ from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import Sharing, with_references
 from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.identify import identify
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_folder, write_file
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.io.table import Table, parse_table
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.criteria.criterion import known_criteria
@@ -39,7 +38,7 @@ from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import search_single
 from expdesign.planning.start import starting_designs
 from expdesign.planning.synthetic import load_errors
-from expdesign.report.blocks import DataTable, Download, Figure, Section, Steps
+from expdesign.report.blocks import DataTable, Download, Figure, NextSteps, PageSection
 from expdesign.report.page import Page, render
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
@@ -323,8 +322,8 @@ def report_of(table: pd.DataFrame, command: str, config: Path, told: str) -> str
     )
     rows = DataTable("table", told, COLUMNS, cells(table), Download("attained.csv", csv_text(table)))
     sections = (
-        Section("result", "Attained accuracy", [figure, rows]),
-        Section("again", "Again", [Steps([("", command)])]),
+        PageSection("result", "Attained accuracy", [figure, rows]),
+        PageSection("again", "Again", [NextSteps([("", command)])]),
     )
     return render(Page("Closed loop", f"Which criterion's plan makes the robot accurate? {config}", sections))
 

@@ -37,7 +37,7 @@ from benchmarks.optimality.selection import choose_measurements
 from scipy.stats import qmc
 
 from expdesign.arrays import FloatArray
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.planning.optimality.information import MeasurementInformation
@@ -116,10 +116,10 @@ def main() -> None:
     options = parser.parse_args()
     problem = read_problem(options.config)
     bench = ArmBench if isinstance(problem.loaded.robot, SerialRobot) else LaboratoryBench
-    loop, shared = loop_of(problem, 0.1, bench), problem.noise.shared_reference
+    loop = loop_of(problem, 0.1, bench)
     plans = {}
     for name in KEPT:
-        plans[name] = read_plan(read_table(options.kept / f"plan-{name}.csv"), problem.loaded, shared_reference=shared)
+        plans[name] = read_plan(read_table(options.kept / f"plan-{name}.csv"), problem.loaded, problem.noise)
     plans |= pool_plans(problem, options.figaroh, options.pool, options.seed, same=options.same_pool)
     table = run(loop, plans, options.repetitions, options.seed)
     options.out.mkdir(parents=True, exist_ok=True)

@@ -24,10 +24,8 @@ from expdesign.assurance.validation.comparison import Estimate, root_mean_square
 from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.chain.instrument.drawn_errors import drawn_load_errors, drawn_noise
 from expdesign.chain.models.model_file import model_text
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_folder, write_file
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
@@ -128,10 +126,10 @@ def attained_errors(used: DesignProblem, plant: DesignProblem, plan: Plan, sampl
         seed: of noise and load errors.
     """
     loaded, noise = plant.loaded, plant.noise
-    added = drawn_load_errors(loaded, plan.configurations, plan.loads, samples, np.random.default_rng([seed, 1]))
+    added = loaded.drawn_errors(plan.configurations, plan.loads, samples, np.random.default_rng([seed, 1]))
     readings = loaded.deflections(plan.configurations, plan.loads, added)
     pose_map = loaded.robot.jacobians(plan.configurations).pose
-    drawn = drawn_noise(noise, plan.series, samples, np.random.default_rng([seed, 2]), pose_map)
+    drawn = noise.drawn(plan.series, samples, np.random.default_rng([seed, 2]), pose_map)
     readings[..., noise.axes] += drawn
     assessment = used.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, assessment.parameters)

@@ -27,7 +27,7 @@ from benchmarks.model_error.tables import readme
 from benchmarks.model_error.trial import Outcome, by_hand, outcome, plan_of_decisions, targets_of
 
 from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem

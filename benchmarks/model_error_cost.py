@@ -35,7 +35,7 @@ def once(config: str, objectives: list[str]) -> None:
         if stage == "bounding" and not searched:
             searched = time.process_time() - began
 
-    xd.run(problem, report=report).files()
+    xd.run(problem, callback=report).files()
     print(searched, time.process_time())
 
 

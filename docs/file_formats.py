@@ -15,12 +15,11 @@ import expdesign as xd
 from expdesign.app.api.schema import KINDS, robot_sections
 from expdesign.chain.declaration import Declaration
 from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.recordings.columns import RECORDED
 from expdesign.io.output import json_text
+from expdesign.mechanics.robots.robot import RobotSection
 
 DOCS = Path(__file__).parent
-sys.path.insert(0, str(DOCS.parent))  # the studies stand beside the package
-from thesis_studies.study import StudySection, known_studies  # noqa: E402
-
 PAGE = DOCS / "file-formats.md"
 ROBOTS = ("bipod", "body", "hexapod", "serial")
 """Kinds of robots on the page; a new kind works without being on it."""
@@ -33,13 +32,21 @@ def page(text: str) -> str:
 
 
 def table(name: str) -> str:
-    """The table of one kind of file: `hexapod`, `configuration`, `physics`, `sweep`, `studies` or `study NAME`."""
+    """One table: `robot` (what all have), `hexapod` …, `configuration`, `physics`, `recordings` or `sweep`."""
     rows = ["| key | form | default | meaning |", "| --- | --- | --- | --- |"]
     if name == "physics":
         return "\n".join(_physics_rows()) + "\n"
-    if name == "studies":
-        return "\n".join([*rows, *_study_rows()]) + "\n"
-    schema = robot_sections([name])[name].model_json_schema() if name in ROBOTS else xd.schema(name)
+    if name == "recordings":
+        columns = (f"| {group.shown} | {group.meaning} |" for group in RECORDED)
+        return "\n".join(["| column | meaning |", "| --- | --- |", *columns]) + "\n"
+    shared = RobotSection.model_json_schema()
+    if name in ROBOTS:
+        schema = robot_sections([name])[name].model_json_schema()
+        schema["properties"] = {
+            key: one for key, one in schema["properties"].items() if key not in shared["properties"]
+        }
+    else:
+        schema = shared if name == "robot" else xd.schema(name)
     return "\n".join([*rows, *(_row(*entry) for entry in _entries(schema, schema.get("$defs", {})))]) + "\n"
 
 
@@ -63,17 +70,6 @@ def _physics_rows() -> Iterator[str]:
         yield f"| `{physics}` | {left_out} | {usually} |"
     for identifier, meaning in _NO_EFFECTS.items():
         yield f"| `{identifier}` | {meaning} | |"
-
-
-def _study_rows() -> Iterator[str]:
-    schema = StudySection.model_json_schema()
-    shared = set(schema["properties"])
-    yield from (_row(*entry) for entry in _entries(schema, {}))
-    for name, study in sorted(known_studies().items()):
-        schema = study.settings.model_json_schema()
-        for key, *rest in _entries(schema, schema.get("$defs", {})):
-            if key not in shared:
-                yield _row(f"{name}: {key}", *rest)
 
 
 Entry = tuple[str, dict[str, Any], bool]

@@ -10,14 +10,14 @@ from tests.oracle import Array
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.errors.com import CentreOfMassError
-from expdesign.mechanics.loads.errors.direction import DirectionError
-from expdesign.mechanics.loads.errors.mass import MassError
-from expdesign.mechanics.loads.errors.source import LoadErrorSource
-from expdesign.mechanics.loads.errors.wrench import WrenchError
-from expdesign.mechanics.loads.load import Load
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.errors.source import (
+    CentreOfMassError,
+    DirectionError,
+    LoadErrorSource,
+    MassError,
+    WrenchError,
+)
+from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.orientation import Orientation

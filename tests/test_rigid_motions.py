@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from expdesign.mechanics.moments import frame_turn, twist_transfer
+from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 
 
 def _rotation(d: int, generator: np.random.Generator) -> ca.DM:

@@ -10,9 +10,9 @@ from pydantic import Field
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.comparison import standard_deviation
 from expdesign.assurance.validation.simulation import simulate
-from expdesign.chain.instrument.drawn_errors import Distribution
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.elastostatics.measurements import Distribution
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.report.words import with_error

@@ -7,9 +7,9 @@ from pydantic import Field
 
 from expdesign.assurance.validation.comparison import root_mean_square
 from expdesign.assurance.validation.simulation import Simulation, simulate
-from expdesign.chain.instrument.drawn_errors import Distribution
 from expdesign.io.schema import Count, Positive
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.elastostatics.measurements import Distribution
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.thermal_correction import forward_kinematics
 from expdesign.io.schema import Positive
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
@@ -169,7 +169,6 @@ def _variant(document: YamlDocument, settings: Settings, calibration: str, frame
 def _montecarlo(problem: DesignProblem, poses: FloatArray, settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Standard deviation of the attained pose at the first target, and how far it is from linear."""
     robot = problem.loaded.robot.inverse_kinematics
-    assert robot is not None
     kinematics, joints = forward_kinematics(robot), len(robot.geometry)
     count = joints + len(robot.stiffness)
     truth = settings.geometry_error_m * np.random.default_rng(settings.plan_seed).standard_normal(count)

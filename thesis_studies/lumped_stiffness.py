@@ -10,7 +10,6 @@ from pydantic import Field
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.comparison import root_mean_square
 from expdesign.assurance.validation.simulation import simulate
-from expdesign.chain.instrument.drawn_errors import drawn_noise
 from expdesign.estimation.identify import identify
 from expdesign.io.schema import Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
@@ -198,7 +197,7 @@ def _residuals(true: DesignProblem, settings: Settings) -> pd.DataFrame:
     observation = true.loaded.measure(plan.configurations, plan.loads).observation
     pose_map = true.loaded.robot.jacobians(plan.configurations).pose
     generator = np.random.default_rng([settings.seed, 2])
-    drawn = drawn_noise(true.noise, plan.series, settings.samples, generator, pose_map)
+    drawn = true.noise.drawn(plan.series, settings.samples, generator, pose_map)
     errors = np.einsum("map,sp->sma", observation, result.estimates - true.loaded.robot.compliance)
     gain = result.assessment.gain[0]
     covariance = np.einsum("ipk,kl,iql->pq", gain, true.noise.covariance, gain)

@@ -10,8 +10,7 @@ from typing import Any
 import pandas as pd
 
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import json_text, output_file, output_folder, write_file
+from expdesign.io.output import csv_text, json_text, output_file, output_folder, write_file
 from expdesign.io.schema import validate
 from expdesign.io.written import Purpose, require_free_names
 from expdesign.io.yaml_reader import YamlDocument, read_text, read_yaml

@@ -13,7 +13,7 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.comparison import root_mean_square
 from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
-from expdesign.chain.instrument.registration import pose_covariance, registered
+from expdesign.chain.readings.registration import pose_covariance, registered
 from expdesign.errors import InputError
 from expdesign.io.schema import Number
 from expdesign.io.yaml_reader import YamlDocument

@@ -12,7 +12,6 @@ from scipy.stats import norm
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.validation.comparison import standard_deviation
 from expdesign.chain.instrument.deflection_noise import reference_whitener
-from expdesign.chain.instrument.drawn_errors import drawn_noise
 from expdesign.io.schema import Count, Number
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.problem import DesignProblem
@@ -148,7 +147,7 @@ def _errors(
     """Errors (s, 6m) of the deflections of the plan, and their covariance (6m, 6m)."""
     pose_map = problem.loaded.robot.jacobians(poses).pose
     generator = np.random.default_rng(settings.seed)
-    drawn = drawn_noise(problem.noise, series, settings.samples, generator, pose_map)
+    drawn = problem.noise.drawn(series, settings.samples, generator, pose_map)
     root = np.linalg.inv(_whitener(problem, poses, series))
     return drawn.reshape(settings.samples, -1), root @ root.T
 

@@ -14,11 +14,14 @@ from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.errors import InputError
 from expdesign.io.schema import Number, Positive, Section
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
-from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.elastostatics.maps import (
+    actuator_forces,
+    cartesian_stiffness,
+    geometric_stiffness,
+    observation_matrix,
+)
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels
@@ -60,12 +63,13 @@ class StiffnessMapping(Study):
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
         differences, reached = [], []
         for section in settings.robots:
-            robot = read_robot(document.folder / section.robot).inverse_kinematics
-            if robot is None:
+            robot = read_robot(document.folder / section.robot)
+            if not robot.on_legs:
                 where = document.where(("robots",))
                 raise InputError("the study is of hexapods", where=where, remedy="Name a hexapod's file.")
-            differences += _differences(robot, section, settings)
-            reached += _reached(robot, section, settings)
+            legs = robot.inverse_kinematics
+            differences += _differences(legs, section, settings)
+            reached += _reached(legs, section, settings)
         return {"differences": StudyTable(pd.DataFrame(differences)), "reached": StudyTable(pd.DataFrame(reached))}
 
     def figures(self, settings: Settings, tables: Tables) -> dict[str, Figure]:
@@ -143,7 +147,8 @@ def _differences_of(robot: ParallelRobot, pose: FloatArray, centre: FloatArray) 
     def differences(mass: float) -> dict[str, float]:
         wrench, _ = loaded.wrenches(jacobians.rotation, np.array([mass, *centre, *robot.gravity]))
         plain = observation_matrix(jacobians, wrench) @ robot.compliance
-        conservative = conservative_maps(robot, pose, jacobians, wrench)[0] @ robot.compliance
+        geometric = geometric_stiffness(robot, pose, actuator_forces(jacobians, wrench))
+        conservative = np.linalg.solve(cartesian_stiffness(jacobians, robot.compliance) + geometric, wrench)
         start = (pose + plain)[None]
         exact = equilibrium.poses(start, lengths[None], wrench[None], np.zeros((1, 6)))[0] - pose
         result = {}

@@ -9,13 +9,16 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.validation.comparison import mean
-from expdesign.chain.recordings.measured_poses import MeasuredPoses
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.thermal_correction import CorrectedPoses, correct_poses
+from expdesign.chain.recordings.thermal_correction import (
+    CorrectedPoses,
+    MeasuredPoses,
+    correct_poses,
+    forward_kinematics,
+)
 from expdesign.errors import InputError
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels
@@ -55,10 +58,11 @@ class ThermalReference(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        robot = read_robot(document.folder / settings.robot).inverse_kinematics
-        if robot is None:
+        given = read_robot(document.folder / settings.robot)
+        if not given.on_legs:
             where = document.where(("robot",))
             raise InputError("the study needs a robot on legs", where=where, remedy="Name a hexapod.")
+        robot = given.inverse_kinematics
         commands = _commands(settings)
         growths = _growths(settings)
         frames, series = [], []

@@ -7,11 +7,10 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.plants import EquilibriumPlant
-from expdesign.chain.instrument.drawn_errors import drawn_noise
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.plan import Plan, plan_frame
@@ -30,7 +29,7 @@ def with_stiffness(problem: DesignProblem, stiffness: FloatArray) -> DesignProbl
         raise InputError(what, where=problem.source, remedy="Give one for each actuator.")
     robot = copy(loaded.robot)
     robot.stiffness = np.asarray(stiffness, dtype=float)
-    changed = LoadedRobot(robot, loaded.load, loaded.sources, loaded.geometric_stiffness, loaded.regressor)
+    changed = LoadedRobot(robot, loaded.load, loaded.sources, loaded.regressor)
     return replace(problem, loaded=changed)
 
 
@@ -41,7 +40,7 @@ def recorded(true: DesignProblem, plan: Plan, seed: int, *, noise: bool = True) 
     deflections = EquilibriumPlant(true.loaded, plan).deflections(nothing)[0].copy()
     pose_map = robot.jacobians(plan.configurations).pose
     if noise:
-        drawn = drawn_noise(true.noise, plan.series, 1, np.random.default_rng(seed), pose_map)[0]
+        drawn = true.noise.drawn(plan.series, 1, np.random.default_rng(seed), pose_map)[0]
         deflections[:, true.noise.axes] += drawn
     frame = plan_frame(plan, true.loaded, False)
     deviations = true.noise.deviations_at(pose_map)

@@ -18,7 +18,7 @@ from benchmarks.arms.plant import recordings, usual_faults
 
 from expdesign.app.api.inputs import table_of
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.geometric_error import GeometricError
+from expdesign.chain.effects.joints.geometry import GeometricError
 from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.recordings.reader import recordings_from_table

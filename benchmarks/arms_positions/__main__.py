@@ -22,7 +22,7 @@ import expdesign as xd
 from expdesign.app.api.inputs import RobotFile, robot_of, table_of
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.row import row_data

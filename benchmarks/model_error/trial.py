@@ -18,7 +18,7 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import ExpdesignError
 from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.identify import identify
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.plan import Plan, plan_frame

@@ -97,10 +97,10 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
     from expdesign.app.api.verify import verify as verify
     from expdesign.app.sweeps.engine import WorkersError as WorkersError
     from expdesign.chain.declaration import Declaration as Declaration
+    from expdesign.chain.declaration import Parameter as Parameter
     from expdesign.chain.declaration import Size as Size
     from expdesign.chain.effect import Effect as Effect
     from expdesign.chain.models.model_file import Model as Model
-    from expdesign.chain.parameter import Parameter as Parameter
     from expdesign.chain.ports.port import Port as Port
     from expdesign.chain.recordings.recordings import Recordings as Recordings
     from expdesign.errors import ArgumentError as ArgumentError
@@ -164,7 +164,7 @@ _TYPES = {
     "NotIdentifiableError": "errors",
     "Optimiser": "app.api.objects",
     "ParallelRobot": "mechanics.robots.parallel",
-    "Parameter": "chain.parameter",
+    "Parameter": "chain.declaration",
     "Payload": "app.api.objects",
     "PhysicsResult": "app.api.physics",
     "NextResult": "app.api.plan_next",

@@ -22,7 +22,7 @@ from expdesign.assurance.acceptance.record import certificate_number
 from expdesign.assurance.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
 from expdesign.chain.models.model_file import model_text
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import KeyFigures
 from expdesign.report.verification_report import statement

@@ -15,14 +15,26 @@ from expdesign.app.api.inputs import RobotFile, numeric
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.planning.problem import DesignProblem
 
 API = [
     file.stem
     for file in (ROOT / "src/expdesign/app/api").glob("*.py")
-    if file.stem not in ("__init__", "concealed", "inputs", "objects", "outputs", "referenced", "result", "targets")
+    if file.stem
+    not in (
+        "__init__",
+        "callbacks",
+        "concealed",
+        "configuration",
+        "inputs",
+        "objects",
+        "outputs",
+        "referenced",
+        "result",
+        "targets",
+    )
 ]
 
 

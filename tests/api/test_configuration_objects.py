@@ -12,7 +12,7 @@ import yaml
 from tests.commands.calls import CONFIG, ROBOT, ROOT, plan_file
 
 import expdesign as xd
-from expdesign.app.api.inputs import problem_of
+from expdesign.app.api.configuration import problem_of
 from expdesign.errors import ArgumentError, InputError
 from expdesign.planning.start import starting_designs
 

@@ -14,7 +14,7 @@ from expdesign.app.api.identify import IdentificationResult
 from expdesign.app.api.inputs import document_of
 from expdesign.chain.models.model_file import model_of_robot, model_text, read_model
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 ROBOT = HEXAPOD["robot"]

@@ -28,7 +28,7 @@ from scipy.stats import chi2
 import expdesign as xd
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
-from expdesign.chain.readings.pose import MeasuredPose
+from expdesign.chain.readings.reading import MeasuredPose
 from expdesign.chain.row import row_data
 from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.compensation.prediction import predict

@@ -17,11 +17,11 @@ from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.actuators.friction import FrictionHysteresis
+from expdesign.chain.effects.actuators.actuators import FrictionHysteresis
 from expdesign.chain.effects.base.compliance import BaseCompliance
-from expdesign.chain.effects.joints.backlash import JointBacklash
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
-from expdesign.chain.effects.legs.passive_joint_compliance import PassiveJointCompliance
+from expdesign.chain.effects.joints.play import JointBacklash
+from expdesign.chain.effects.legs.passive_joints import PassiveJointCompliance
 from expdesign.chain.effects.platform.compliance import PlatformCompliance
 from expdesign.chain.row import row_data
 from expdesign.planning.plan import plan_frame

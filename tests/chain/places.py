@@ -12,9 +12,9 @@ from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
+from expdesign.chain.declaration import Variant
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.parallel import ParallelRobot
 
 PAYLOAD, WRENCH = "payload", "wrench"

@@ -11,16 +11,14 @@ from tests.chain.kinds import KINDS
 from tests.identification.experiments import read
 from tests.oracle import Array
 
-from expdesign.chain.arm import link_span
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import Component, Part
+from expdesign.chain.component import Component, Part, link_span
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joints.backlash import JointBacklash
-from expdesign.chain.effects.joints.geometric_stiffness import ArmGeometricStiffness
+from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness, ArmGeometry
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance, across
-from expdesign.chain.effects.joints.position_error import ArmGeometry
-from expdesign.chain.effects.joints.unsettled_reading import LoggedBeforeSettled
-from expdesign.chain.effects.links.compliance import LinkCompliance
+from expdesign.chain.effects.joints.play import JointBacklash
+from expdesign.chain.effects.joints.readings import LoggedBeforeSettled
+from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 

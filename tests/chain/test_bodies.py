@@ -12,13 +12,10 @@ from expdesign.chain import chain as chain_module
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.base.compliance import BaseCompliance
-from expdesign.chain.effects.instrument.misalignment import InstrumentMisalignment
-from expdesign.chain.effects.support.compliance import SupportCompliance
-from expdesign.chain.effects.support.creep import SupportCreep
-from expdesign.chain.effects.support.friction import SupportFriction
-from expdesign.chain.effects.support.nonlinearity import SupportNonlinearity
-from expdesign.chain.effects.support.play import SupportPlay
-from expdesign.chain.effects.support.rocking import SupportRocking
+from expdesign.chain.effects.instrument.frame import InstrumentMisalignment
+from expdesign.chain.effects.support.history import SupportCreep, SupportFriction
+from expdesign.chain.effects.support.play import SupportPlay, SupportRocking
+from expdesign.chain.effects.support.springs import SupportCompliance, SupportNonlinearity
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.coordinates import SPATIAL

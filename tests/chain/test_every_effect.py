@@ -20,7 +20,7 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import INSTRUMENT, Part, component_from_text
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.library import library

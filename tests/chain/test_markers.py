@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of, write_arm
 from tests.oracle import Array
 
-from expdesign.chain.arm import moment_at, with_links_beyond
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.instrument.drift import InstrumentDrift
-from expdesign.chain.effects.joints.geometric_error import GeometricError
+from expdesign.chain.component import moment_at, with_links_beyond
+from expdesign.chain.effects.instrument.frame import InstrumentDrift
+from expdesign.chain.effects.joints.geometry import GeometricError
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition, turns

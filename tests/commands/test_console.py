@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.commands.calls import CONFIG, call, plan_file
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 
 import expdesign as xd
-from expdesign.app.commands import console
-from expdesign.app.commands.console import remaining, stages
+from expdesign.app.api.callbacks import remaining, stages
 from expdesign.counted import counted
 
 
@@ -17,7 +16,7 @@ from expdesign.counted import counted
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """A clock that is set by hand."""
     now = [0.0]
-    monkeypatch.setattr("expdesign.app.commands.console.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("expdesign.app.api.callbacks.time.monotonic", lambda: now[0])
     return now
 
 
@@ -60,9 +59,10 @@ def test_steps_that_cost_alike(clock: list[float], capsys: pytest.CaptureFixture
 
 
 def test_a_number_of_steps_that_is_not_known(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
-    with console.progress("diagnosing") as bar:
+    with stages("diagnosing") as callback:
+        callback("diagnosing", 1, 0, "fitting")
         clock[0] += 10.0
-        bar.update(4, 0, "refitting")
+        callback("diagnosing", 4, 0, "refitting")
     assert capsys.readouterr().err == "diagnosing: refitting\n"
 
 
@@ -99,3 +99,21 @@ def test_numbers_with_their_nouns(tmp_path: Path, capsys: pytest.CaptureFixture[
     printed = capsys.readouterr()
     assert "1 row simulated" in printed.err
     assert not re.search(r"\b1 (?!series)\w+s\b", printed.out), printed.out
+
+
+def test_progress_and_callback_are_told_the_same(
+    tmp_path: Path, clock: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    told: list[str] = []
+
+    def callback(stage: str, done: int, total: int, note: str) -> None:
+        told.append(note)
+        clock[0] += 10.0
+
+    recordings = xd.simulate(CONFIG, plan_file(tmp_path), seed=1).frame
+    xd.diagnose(ROBOT, recordings, callback=callback)
+    assert capsys.readouterr().err == ""
+    silently, told = told, []
+    xd.diagnose(ROBOT, recordings, callback=callback, progress=True)
+    assert told == silently
+    assert told[-1] in capsys.readouterr().err

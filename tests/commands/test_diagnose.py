@@ -11,13 +11,13 @@ import pytest
 from tests.commands.calls import ROOT, call
 
 import expdesign as xd
+from expdesign.app.api.callbacks import ProgressReport
 from expdesign.app.api.diagnose import STAGES
-from expdesign.app.commands.console import ProgressReport
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
@@ -264,7 +264,7 @@ def test_what_is_interrupted_ends_with_the_best_model_so_far(
     check_record(record)
     assert call("check", tmp_path / "out" / "model.yaml") == 0
     with pytest.raises(KeyboardInterrupt):  # in Python only where it is asked for
-        xd.diagnose(ROBOT, tmp_path / "recordings.csv", report=lambda text: signal.raise_signal(signal.SIGINT))
+        xd.diagnose(ROBOT, tmp_path / "recordings.csv", callback=lambda *stage: signal.raise_signal(signal.SIGINT))
 
 
 def test_what_is_interrupted_before_there_is_a_model_writes_nothing(

@@ -9,7 +9,7 @@ import yaml
 from tests.commands.calls import call
 
 import expdesign as xd
-from expdesign.app.api.inputs import problem_of
+from expdesign.app.api.configuration import problem_of
 from expdesign.assurance.comparison.contenders import distinct_criteria
 from expdesign.errors import InputError
 from expdesign.planning.optimality.certificate import total_lower_bound

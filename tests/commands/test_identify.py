@@ -11,7 +11,7 @@ from tests.commands.calls import ROBOT, call, recordings_file
 from tests.identification.experiments import experiment
 from tests.identification.test_identify import idle_leg
 
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 

@@ -24,16 +24,16 @@ from tests.oracle import Array
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.backlash import JointBacklash
+from expdesign.chain.effects.joints.geometry import ArmGeometry
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
-from expdesign.chain.effects.joints.position_error import ArmGeometry
-from expdesign.chain.effects.links.compliance import LinkCompliance
+from expdesign.chain.effects.joints.play import JointBacklash
+from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.models.model_file import Model, read_model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
 

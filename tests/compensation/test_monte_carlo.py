@@ -18,12 +18,9 @@ from expdesign.assurance.validation.plants import EquilibriumPlant, ExplicitPlan
 from expdesign.assurance.validation.repeated import repeat
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
-from expdesign.chain.instrument.drawn_errors import drawn_load_errors
-from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
-from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
+from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness, geometric_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.plan import Plan
 from virtual_laboratory import Laboratory
@@ -64,7 +61,7 @@ def test_against_an_independent_implementation(name: str, kind: str) -> None:
     plan = here.plan(np.random.default_rng(1), 4)
     result = simulate(here.problem(), plan, SAMPLES, 5, noise=False)
     generator = np.random.default_rng([5, 0, 1])
-    added = drawn_load_errors(here.loaded, plan.configurations, plan.loads, SAMPLES, generator)
+    added = here.loaded.drawn_errors(plan.configurations, plan.loads, SAMPLES, generator)
     turned = oracle.kinematics(robot(name), plan.configurations).rotation
     wrenches = oracle.load_wrench(kind, plan.loads, turned) + added
     deflections = np.einsum("mij,smj->smi", oracle.compliance(robot(name), plan.configurations), wrenches)

@@ -195,8 +195,18 @@ def test_a_model_file_is_found_by_its_path_and_its_errors_are_told(tmp_path: Pat
     content["compliance"]["leg 3"] = -1e-9
     with pytest.raises(InputError, match=r"leg 3.*positive"):
         read()
-    with pytest.raises(InputError, match="geometric_stiffness"):
-        planned(written(model_of(HEXAPOD["robot"], BASE)), {"experiment.geometric_stiffness": True})
+
+
+def test_the_key_for_geometric_stiffness_adds_the_effect_to_a_model_that_lacks_it() -> None:
+    key = {"experiment.geometric_stiffness": True}
+    here, there = (planned(written(model_of(HEXAPOD["robot"], effects)), key) for effects in (BASE, GEOMETRIC))
+    assert here.found is not None
+    assert there.found is not None
+    assert [name.split(" / ")[0] for name in here.found.effects] == ["base_compliance", "geometric_stiffness"]
+    assert there.found.effects == ("geometric_stiffness / geometry",)
+    alone = planned(HEXAPOD["robot"], key)
+    assert alone.found is not None
+    assert "identified" not in alone.found.note.split(";")[0]
 
 
 def test_linear_physics_is_known_to_be_linear_in_the_load() -> None:

@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 from tests.cases import ROBOTS, loads, setup
 
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
+
+
+def noise(*, shared: bool) -> DeflectionNoise:
+    return DeflectionNoise.from_deviations(np.arange(2), np.full(2, 1e-6), shared)
 
 
 @pytest.mark.parametrize("kind", ["payload", "wrench"])
@@ -18,7 +23,7 @@ def test_a_plan_is_read_as_it_was_written(name: str, kind: str) -> None:
     plan.configurations[1] = plan.configurations[0]
     plan.configurations[4] = plan.configurations[3]
     text = csv_text(plan_frame(plan, loaded, with_gravity=True))
-    found = read_plan(parse_table(text, "plan.csv"), loaded, shared_reference=True)
+    found = read_plan(parse_table(text, "plan.csv"), loaded, noise(shared=True))
     for one, other in zip(
         (found.configurations, found.loads, found.series), (plan.configurations, plan.loads, plan.series), strict=True
     ):
@@ -35,7 +40,7 @@ def test_gravity_of_the_robot_holds_where_the_plan_names_none() -> None:
     plan = Plan(ROBOTS["irregular"].poses(generator, 2), parameters, np.array([1, 2]))
     text = csv_text(plan_frame(plan, loaded, with_gravity=False))
     assert "gx_m_s2" not in text
-    found = read_plan(parse_table(text, "plan.csv"), loaded, shared_reference=False)
+    found = read_plan(parse_table(text, "plan.csv"), loaded, noise(shared=False))
     np.testing.assert_array_equal(found.loads, parameters)
 
 
@@ -43,12 +48,12 @@ def test_columns_that_may_be_left_out() -> None:
     """Series follow from the poses, centres of mass are 0; measured columns are of no interest."""
     loaded = setup("bipod", "payload").loaded
     table = parse_table("x_m,y_m,mass_kg,dx_m\n0.1,0.5,10,\n0.1,0.5,20,\n0.2,0.5,5,\n", "plan.csv")
-    found = read_plan(table, loaded, shared_reference=True)
+    found = read_plan(table, loaded, noise(shared=True))
     np.testing.assert_array_equal(found.series, [1, 1, 2])
     np.testing.assert_array_equal(found.loads[:, 0], [10.0, 20.0, 5.0])
     np.testing.assert_array_equal(found.loads[:, 1:], np.tile(loaded.robot.gravity, (3, 1)))
     wrench = read_plan(
-        parse_table("x_m,y_m,fy_N\n0.1,0.5,-7\n", "plan.csv"), setup("bipod", "wrench").loaded, shared_reference=False
+        parse_table("x_m,y_m,fy_N\n0.1,0.5,-7\n", "plan.csv"), setup("bipod", "wrench").loaded, noise(shared=False)
     )
     np.testing.assert_array_equal(wrench.loads, [[0.0, -7.0]])
 
@@ -66,7 +71,7 @@ def test_columns_that_may_be_left_out() -> None:
 )
 def test_wrong_plans(text: str, where: str) -> None:
     with pytest.raises(InputError) as error:
-        read_plan(parse_table(text, "plan.csv"), setup("bipod", "payload").loaded, shared_reference=True)
+        read_plan(parse_table(text, "plan.csv"), setup("bipod", "payload").loaded, noise(shared=True))
     assert error.value.where == f"plan.csv, {where}"
     assert error.value.remedy
 

@@ -11,8 +11,8 @@ from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.instrument.drift import InstrumentDrift
-from expdesign.chain.effects.joints.geometric_error import GeometricError
+from expdesign.chain.effects.instrument.frame import InstrumentDrift
+from expdesign.chain.effects.joints.geometry import GeometricError
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings

@@ -8,14 +8,14 @@ import pytest
 from tests.commands.calls import ROBOT
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot

@@ -146,7 +146,7 @@ RRR_RUN = {
 def _settled(robot: Robot, pose: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     """Deflection by small steps of the inverse kinematics alone: q(X + ΔX) = q(X) + c∘τ, τ by virtual work."""
     step, eye = 1e-6, np.eye(3)
-    lengths = robot.inverse_kinematics.lengths  # type: ignore[union-attr]
+    lengths = robot.inverse_kinematics.lengths
     rates = np.stack([(lengths(pose + step * e) - lengths(pose - step * e)) / (2 * step) for e in eye], axis=-1)
     torques = np.linalg.solve(rates.T, wrench)
     return np.linalg.solve(rates, torques / robot.stiffness)

@@ -16,7 +16,7 @@ from tests.docs.test_extending import FILES, PAGE, RRR, RRR_RUN
 import expdesign as xd
 from expdesign import plugins
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
 from expdesign.planning.criteria.assessment import Assessment

@@ -9,15 +9,15 @@ import numpy as np
 from tests.cases import robot
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
-from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness
 from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
     cartesian_stiffness,
+    geometric_stiffness,
     observation_matrix,
 )
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets

@@ -7,11 +7,11 @@ from tests.cases import ROBOTS, robot
 from tests.oracle import Array
 from tests.robots.test_kinematics import central_difference, relative, scaled
 
-from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps, geometric_stiffness
 from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
     cartesian_stiffness,
+    geometric_stiffness,
     observation_matrix,
 )
 from expdesign.mechanics.robots.parallel import ParallelRobot
@@ -146,20 +146,6 @@ def test_stiffness_is_symmetric_and_positive_definite_in_twist_coordinates(name:
     twist = cartesian_stiffness(jacobians, here.compliance) @ jacobians.pose @ np.linalg.inv(jacobians.forward)
     assert relative(twist - twist.swapaxes(-1, -2), twist) < 1e-10
     assert np.linalg.eigvalsh((twist + twist.swapaxes(-1, -2)) / 2.0).min() > 0.0
-
-
-@every_robot
-def test_conservative_maps_are_those_of_the_sum_of_the_stiffnesses(name: str) -> None:
-    """D' = (K_C + K_G)⁻¹ and A'·c = D'·ΔF."""
-    here, poses, wrenches = states(name)
-    jacobians = here.jacobians(poses)
-    observation, compliance = conservative_maps(here, poses, jacobians, wrenches)
-    forces = actuator_forces(jacobians, wrenches)
-    total = cartesian_stiffness(jacobians, here.compliance) + oracle.geometric_stiffness(here, poses, forces)
-    assert relative(scaled(here, compliance - np.linalg.inv(total)), scaled(here, compliance)) < 1e-9
-    difference = observation @ here.compliance - np.einsum("...ij,...j->...i", compliance, wrenches)
-    size = np.linalg.norm(observation @ here.compliance, axis=-1)
-    assert (np.linalg.norm(difference, axis=-1) / size).max() < 1e-12
 
 
 def test_size_of_the_geometric_stiffness_of_the_default_hexapod() -> None:

@@ -6,8 +6,13 @@ from tests import oracle
 from tests.cases import ALL_ERRORS, ROBOTS, load_of, loads, robot, setup
 from tests.oracle import Array
 
-from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
+from expdesign.chain.linearised import KnownChain
+from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.robots.parallel import ParallelRobot
 
 
 @pytest.mark.parametrize("kind", ["payload", "wrench"])
@@ -29,26 +34,53 @@ def test_measurements_are_those_of_the_hand_formulas(name: str, kind: str) -> No
             np.testing.assert_allclose(error[index], by_hand, rtol=1e-10, atol=1e-11 * np.abs(by_hand).max())
 
 
+def mapped(here: ParallelRobot) -> KnownChain:
+    """The conservative mapping, as `experiment.geometric_stiffness` puts it into a plan."""
+    chain = Chain(here, (GeometricStiffness(here, GEOMETRY, Correction.MAPPING),))
+    return KnownChain(chain, np.ones(len(chain.parameters)))
+
+
 @pytest.mark.parametrize("name", ["bipod", "irregular"])
-def test_geometric_stiffness_is_an_option(name: str) -> None:
+def test_maps_with_geometric_stiffness_are_derivatives_of_the_conservative_mapping(name: str) -> None:
+    """ΔX = (K_C + K_G)⁻¹·ΔF (theory.md 2.3), and both maps against central differences of it."""
     here = robot(name)
-    loaded = LoadedRobot(here, load_of("payload", here.coordinates), geometric_stiffness=True)
     generator = np.random.default_rng(1)
-    poses, parameters = ROBOTS[name].poses(generator, 4), loads(name, "payload", generator, 4)
+    poses, wrenches = ROBOTS[name].poses(generator, 4), loads(name, "wrench", generator, 4)
     jacobians = here.jacobians(poses)
-    wrenches, _ = loaded.wrenches(jacobians.rotation, parameters)
-    observation, compliance = conservative_maps(here, poses, jacobians, wrenches)
-    found = loaded.measure(poses, parameters)
-    np.testing.assert_array_equal(found.observation, observation)
-    np.testing.assert_array_equal(found.compliance, compliance)
-    without = LoadedRobot(here, loaded.load).measure(poses, parameters)
+
+    def deflection(compliance: Array, wrench: Array) -> Array:
+        total = cartesian_stiffness(jacobians, compliance) + oracle.geometric_stiffness(
+            here, poses, actuator_forces(jacobians, wrench)
+        )
+        return np.linalg.solve(total, wrench[..., None])[..., 0]
+
+    loaded = LoadedRobot(here, load_of("wrench", here.coordinates), physics=mapped(here))
+    found = loaded.measure(poses, wrenches)
+    none = np.zeros_like(wrenches)
+    np.testing.assert_allclose(
+        loaded.deflections(poses, wrenches, none), deflection(here.compliance, wrenches), rtol=1e-9
+    )
+    for leg, size in enumerate(here.compliance):
+        step = np.zeros(len(here.compliance))
+        step[leg] = 1e-4 * size
+        slope = deflection(here.compliance + step, wrenches) - deflection(here.compliance - step, wrenches)
+        expected = slope / (2.0 * step[leg])
+        assert np.abs(found.observation[..., leg] - expected).max() < 1e-6 * np.abs(expected).max()
+    for axis in range(wrenches.shape[-1]):
+        push = np.zeros_like(wrenches)
+        push[..., axis] = 1e-3
+        slope = deflection(here.compliance, wrenches + push) - deflection(here.compliance, wrenches - push)
+        expected = slope / 2e-3
+        assert np.abs(found.compliance[..., axis] - expected).max() < 1e-5 * np.abs(expected).max()
+    without = LoadedRobot(here, loaded.load).measure(poses, wrenches)
     assert 0.0 < np.abs(found.observation / without.observation - 1.0).max() < 0.1
 
 
 @pytest.mark.parametrize("geometric_stiffness", [False, True])
 def test_a_singular_measurement_is_infinite_and_not_a_number_and_spares_the_others(geometric_stiffness: bool) -> None:
     here = robot("bipod")
-    loaded = LoadedRobot(here, load_of("wrench", here.coordinates), geometric_stiffness=geometric_stiffness)
+    physics = mapped(here) if geometric_stiffness else None
+    loaded = LoadedRobot(here, load_of("wrench", here.coordinates), physics=physics)
     poses: Array = np.array([[0.1, 0.6], [0.1, 0.0], [-0.2, 0.5]])
     parameters = np.tile([100.0, -900.0], (3, 1))
     found = loaded.measure(poses, parameters)

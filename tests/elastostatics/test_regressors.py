@@ -8,9 +8,9 @@ from tests.cases import robot
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
+from expdesign.chain.recordings.thermal_correction import ForwardKinematics
 from expdesign.errors import InputError
-from expdesign.mechanics.elastostatics.regressors.stacked import regressor_for
-from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
+from expdesign.mechanics.elastostatics.calibration import regressor_for
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria

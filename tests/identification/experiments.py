@@ -10,7 +10,7 @@ from tests.oracle import Array
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Sharing, with_references
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.parallel import ParallelRobot

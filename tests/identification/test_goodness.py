@@ -16,8 +16,8 @@ from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
-from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.readings.reading import MeasuredPose
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.frame import framed

@@ -10,7 +10,7 @@ from tests.cases import ROBOTS, robot
 from tests.identification.experiments import Experiment, by_series, experiment, read
 
 from expdesign.app.api.identify import with_doubts
-from expdesign.chain.recordings.join import join
+from expdesign.chain.recordings.reader import join
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.estimation.identify import Identification, identify
 from expdesign.mechanics.robots.bipod import Bipod

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from tests.cases import ALL_ERRORS, Setup, robot, setup
 
-from expdesign.chain.instrument.drawn_errors import drawn_noise
 from expdesign.planning.plan import Plan
 from expdesign.planning.synthetic import load_errors
 
@@ -23,7 +22,7 @@ def test_noise_has_the_stated_covariance(noise: str) -> None:
     generator = np.random.default_rng(2)
     count = 20000
     pose_map = np.eye(case.loaded.robot.coordinates.n)[None].repeat(3, axis=0)  # this noise does not depend on it
-    samples = drawn_noise(case.noise, series, count, generator, pose_map).reshape(count, -1)
+    samples = case.noise.drawn(series, count, generator, pose_map).reshape(count, -1)
     same = series[:, None] == series[None, :]
     across = 0.5 * (np.eye(3) + same) if case.noise.shared_reference else np.eye(3)
     expected = np.kron(across, case.noise.covariance)

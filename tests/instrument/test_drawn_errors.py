@@ -7,8 +7,6 @@ import pytest
 from tests.cases import Setup, setup
 from tests.oracle import Array
 
-from expdesign.chain.instrument.drawn_errors import drawn_load_errors, drawn_noise
-
 COUNT = 40_000
 
 
@@ -17,7 +15,7 @@ def drawn(here: Setup, distribution: Any = "normal") -> tuple[Array, Array]:
     poses, loads, _ = here.designs(np.random.default_rng(1), 1, 3)
     loads[0, 1, 0] = 0.0  # no mass
     where = (poses[0], loads[0])
-    errors = drawn_load_errors(here.loaded, *where, COUNT, np.random.default_rng(2), distribution)
+    errors = here.loaded.drawn_errors(*where, COUNT, np.random.default_rng(2), distribution)
     rotation = here.loaded.robot.jacobians(poses[0]).rotation
     return errors, here.loaded.wrenches(rotation, loads[0])[1][0]
 
@@ -53,7 +51,7 @@ def test_noise_is_white_after_scaling(noise: str) -> None:
     here = setup("irregular", "payload", noise)
     series = np.array([1, 1, 2])
     pose_map = np.broadcast_to(np.eye(6), (3, 6, 6))
-    readings = drawn_noise(here.noise, series, COUNT, np.random.default_rng(3), pose_map)
+    readings = here.noise.drawn(series, COUNT, np.random.default_rng(3), pose_map)
     scaled = readings @ here.noise.whitener.T
     across = 0.5 * (np.eye(3) + (series[:, None] == series)) if here.noise.shared_reference else np.eye(3)
     found = np.einsum("sik,sjl->ikjl", scaled, scaled) / COUNT

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
-from expdesign.chain.instrument.registration import pose_covariance, registered, twist_covariance
+from expdesign.chain.readings.registration import pose_covariance, registered, twist_covariance
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.problem_file import problem_from_document, read_problem

@@ -15,7 +15,7 @@ from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.declaration import TYPICAL, Declaration, Size
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.ports.law import port_classes
 from expdesign.errors import InputError
 

@@ -12,7 +12,6 @@ import pytest
 from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
 from tests.commands.calls import call
 from tests.oracle import Array
-from tests.plausibility.mistaken_files import POINTS, READ_AS, REFUSED, WORKBOOKS, YAML
 from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
 from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS
 from tests.plausibility.sound import (
@@ -26,8 +25,9 @@ from tests.plausibility.sound import (
     with_wrenches,
 )
 
+from expdesign.app.api.configuration import problem_of
 from expdesign.app.api.identify import recordings_of as read
-from expdesign.app.api.inputs import problem_of, robot_of, table_of
+from expdesign.app.api.inputs import robot_of, table_of
 from expdesign.assurance.plausibility.mistakes.frames import axes_in_words, axis_turns
 from expdesign.assurance.plausibility.problem import problem_findings
 from expdesign.assurance.plausibility.recordings import recordings_findings
@@ -49,11 +49,6 @@ def said(log: Log, act: Any) -> str:
         except ExpdesignError as error:
             refused.append(error.message)
     return "\n".join([*refused, *(record.getMessage() for record in log.records)])
-
-
-def test_there_are_at_least_a_hundred() -> None:
-    tables = (CONFIGURATIONS, RECORDINGS, OF_PAYLOADS, OF_WRENCHES, READ_AS, REFUSED, WORKBOOKS, YAML, POINTS)
-    assert sum(len(table) for table in tables) >= 140
 
 
 @pytest.mark.parametrize("name", CONFIGURATIONS)

@@ -12,7 +12,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.readings.deflection import DEFLECTION
+from expdesign.chain.readings.reading import DEFLECTION
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, port_map
 from expdesign.diagnosis.evidence.state import Present

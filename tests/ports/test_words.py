@@ -23,7 +23,7 @@ def _seen(here: Robot) -> list[Quantity]:
     forces = range(actuators + 2 * axes)
     counts = {
         "effort": forces, "effort_sign": forces, "stop": forces, "lag": forces,
-        "joint_moment": range(3 * actuators if here.links is not None else 0), "length": range(actuators),
+        "joint_moment": range(3 * actuators if here.jointed else 0), "length": range(actuators),
         "pose": range(len(here.configuration)), "overlap": range(len(here.configuration)),
         "warming": range(max(actuators, 1)),
     }  # fmt: skip

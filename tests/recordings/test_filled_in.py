@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from tests.cases import symmetric_hexapod
 
+from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import groups
-from expdesign.chain.recordings.structure import check_structure
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table
 

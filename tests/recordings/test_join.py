@@ -7,7 +7,7 @@ import pytest
 from tests.cases import robot
 from tests.identification.experiments import experiment, read
 
-from expdesign.chain.recordings.join import join
+from expdesign.chain.recordings.reader import join
 from expdesign.errors import InputError
 
 

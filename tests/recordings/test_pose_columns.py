@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from expdesign.app.api.inputs import table_of
-from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES
+from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
-from expdesign.chain.recordings.structure import check_structure
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.robot_file import read_robot

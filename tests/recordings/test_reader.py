@@ -8,8 +8,8 @@ import pytest
 from tests.cases import robot
 from tests.identification.experiments import experiment, read, table_of
 
+from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.chain.recordings.structure import check_structure
 from expdesign.errors import InputError
 
 Fault = Callable[[pd.DataFrame], pd.DataFrame]

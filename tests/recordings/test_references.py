@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.identification.experiments import Experiment, by_series, experiment, read
 
-from expdesign.chain.recordings.join import join
+from expdesign.chain.recordings.reader import join
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Sharing, groups, sharing_rows, with_references
 from expdesign.errors import InputError

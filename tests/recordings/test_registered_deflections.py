@@ -10,13 +10,13 @@ from tests.cases import symmetric_hexapod
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.point_lists import MeasuredPoint, PointSet
 from expdesign.chain.recordings.registered_deflections import (
-    Frame,
+    InstrumentFrame,
     RegisteredDeflection,
     difference_variance,
     registered_deflection,
     suspicion,
 )
-from expdesign.chain.recordings.states import State
+from expdesign.chain.recordings.states import RecordedState
 from expdesign.errors import InputError
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
@@ -33,9 +33,9 @@ STD = np.array([5e-6, 8e-6, 15e-6])
 """m, along the axes of the instrument."""
 
 
-def frame() -> Frame:
+def frame() -> InstrumentFrame:
     jacobians = ROBOT.jacobians(POSE)
-    return Frame(jacobians.rotation, ROBOT.position(POSE), jacobians.pose @ np.linalg.inv(jacobians.forward))
+    return InstrumentFrame(jacobians.rotation, ROBOT.position(POSE), jacobians.pose @ np.linalg.inv(jacobians.forward))
 
 
 def seen(pose: FloatArray, names: str = "abcd") -> FloatArray:
@@ -54,7 +54,7 @@ def found(
     generator: np.random.Generator | None, std: FloatArray | None = STD, **options: object
 ) -> RegisteredDeflection:
     noise = np.zeros((2, 4, 3)) if generator is None else generator.normal(scale=STD, size=(2, 4, 3))
-    state = State(
+    state = RecordedState(
         0,
         points("loaded-1", seen(POSE + DEFLECTION) + noise[1], std=std),
         points("unloaded-1", seen(POSE) + noise[0], std=std),
@@ -108,7 +108,7 @@ def test_the_deviation_is_estimated_where_it_is_not_stated() -> None:
 def test_a_point_that_moved_is_named(index: int) -> None:
     moved = seen(POSE + DEFLECTION)
     moved[index] += 200e-6
-    state = State(0, points("loaded-1", moved), points("unloaded-1", seen(POSE)))
+    state = RecordedState(0, points("loaded-1", moved), points("unloaded-1", seen(POSE)))
     one = registered_deflection(state, frame(), markers=MARKERS, instrument=None, deviation=None)
     assert f"point {'abcd'[index]} moved otherwise" in str(suspicion(one, None))
     assert suspicion(found(np.random.default_rng(1)), None) is None
@@ -116,7 +116,9 @@ def test_a_point_that_moved_is_named(index: int) -> None:
 
 def test_what_is_refused() -> None:
     def registered(names: str, **options: object) -> None:
-        state = State(0, points("loaded-1", seen(POSE, names), names), points("unloaded-1", seen(POSE, names), names))
+        state = RecordedState(
+            0, points("loaded-1", seen(POSE, names), names), points("unloaded-1", seen(POSE, names), names)
+        )
         known: dict[str, object] = {"markers": MARKERS, "instrument": None, "deviation": None} | options
         registered_deflection(state, frame(), **known)  # type: ignore[arg-type]
 
@@ -127,7 +129,7 @@ def test_what_is_refused() -> None:
     with pytest.raises(InputError, match="do not lie as the robot's `markers` say"):
         registered("abcd", markers={name: 0.5 * place for name, place in MARKERS.items()})
     line = {name: np.array([0.1 * index, 0.0, 0.0]) for index, name in enumerate("abc")}
-    state = State(
+    state = RecordedState(
         0, points("l", np.array(list(line.values())), "abc"), points("u", np.array(list(line.values())), "abc")
     )
     with pytest.raises(InputError, match="lie on one line"):

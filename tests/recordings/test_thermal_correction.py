@@ -11,17 +11,21 @@ from tests.oracle import Array
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
-from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
-from expdesign.chain.recordings.measured_poses import MeasuredPoses, measured_poses
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.chain.recordings.thermal_correction import correct_poses, deflections, repeatability
+from expdesign.chain.recordings.thermal_correction import (
+    ForwardKinematics,
+    MeasuredPoses,
+    correct_poses,
+    deflections,
+    measured_poses,
+    repeatability,
+)
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.maps import observation_matrix
-from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.criterion import known_criteria

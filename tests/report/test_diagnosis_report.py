@@ -16,7 +16,7 @@ from tests.identification.experiments import read
 from tests.report.conftest import EVIL_NAME
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.legs.backlash import LegBacklash
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose

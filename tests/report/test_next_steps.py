@@ -16,7 +16,7 @@ from tests.commands.calls import call
 import expdesign as xd
 from expdesign.app.api.load import load
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.residual_figure import varied
+from expdesign.report.identification_tables import varied
 
 CONFIG, ROBOT = Path("configs/bipod.yaml"), Path("configs/robots/bipod.yaml")
 

@@ -1,6 +1,6 @@
 """Every remark has words."""
 
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.report.remark_texts import sentence
 
 

@@ -9,8 +9,7 @@ import expdesign as xd
 from expdesign.app.api.check import CheckedProblem, CheckedRobot, save
 from expdesign.errors import InputError
 from expdesign.io.written import Purpose
-from expdesign.mechanics.robots.hexapod import Hexapod
-from expdesign.mechanics.robots.joint_rings import RingSection
+from expdesign.mechanics.robots.hexapod import Hexapod, RingSection
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.page import content_of
 from expdesign.report.robot_section import actuator_frame, actuator_sentences

@@ -10,7 +10,16 @@ from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
 from tests.sweeps.small import SMALL
 
 from expdesign.errors import InputError
-from expdesign.report.blocks import DataTable, Download, Figure, KeyFigure, KeyFigures, Paragraph, Section, SideBySide
+from expdesign.report.blocks import (
+    DataTable,
+    Download,
+    Figure,
+    KeyFigure,
+    KeyFigures,
+    PageSection,
+    Paragraph,
+    SideBySide,
+)
 from expdesign.report.page import Page, render
 from expdesign.report.stored import page_from_text, page_text, remake_report
 
@@ -18,8 +27,8 @@ PAGE = Page(
     "</script><b>title</b>",
     "ünïcode − 1e−3",
     [
-        Section("a", "A", (KeyFigures((KeyFigure("x", "1", "m"),)), Paragraph("text", live=True))),
-        Section(
+        PageSection("a", "A", (KeyFigures((KeyFigure("x", "1", "m"),)), Paragraph("text", live=True))),
+        PageSection(
             "b",
             "B",
             [

@@ -56,7 +56,7 @@ def test_the_front_grows_and_the_run_is_ended(browser: Any, tmp_path: Path, widt
     def work() -> None:
         with serve(watched) as watch:
             addresses.append(watch.address)
-            found = xd.run(problem, report=watched.stage, follow=paced(watched))
+            found = xd.run(problem, callback=watched.stage, follow=paced(watched))
             results.append(found)
             page = found.save(tmp_path / "out")
             watched.ended("ended")

@@ -9,8 +9,7 @@ import yaml
 
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.mechanics.robots.robot_file import read_robot
-from expdesign.mechanics.robots.same_robot import difference, require_same_robot
+from expdesign.mechanics.robots.robot_file import difference, read_robot, require_same_robot
 
 FILES = Path("configs/robots")
 

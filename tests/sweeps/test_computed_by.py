@@ -9,10 +9,10 @@ import pytest
 from tests.sweeps.small import sweep_file
 
 import expdesign as xd
-from expdesign.app.sweeps import computed_by as module
+from expdesign.app.sweeps import store as module
 from expdesign.app.sweeps.cluster import Cluster
-from expdesign.app.sweeps.computed_by import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
 from expdesign.app.sweeps.runs import sweep_runs
+from expdesign.app.sweeps.store import LIBRARIES, ROOT, code_digest, computed_by, computed_by_text, modules
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import read_yaml
 
@@ -42,12 +42,12 @@ def test_the_modules_that_numbers_come_from() -> None:
         "planning.search",
         "planning.evolution",
         "planning.optimality.certificate",
-        "mechanics.elastostatics.physics",
+        "mechanics.elastostatics.measurements",
     }
     by_place = {
         "planning.criteria.duir",
         "mechanics.robots.hexapod",
-        "mechanics.loads.errors.com",
+        "mechanics.loads.errors.source",
         "chain.effects.base.compliance",
     }
     assert {f"expdesign.{name}" for name in by_import | by_place} <= found
@@ -101,7 +101,7 @@ def test_runs_of_other_code_are_done_again(tmp_path: Path, monkeypatch: pytest.M
     for folder in first["folder"]:
         assert json.loads((out / folder / "computed_by.json").read_text(encoding="utf-8")) == computed_by()
     counts: list[int] = []
-    xd.sweep(file, out, report=lambda title, done, total, note: counts.append(done))
+    xd.sweep(file, out, callback=lambda title, done, total, note: counts.append(done))
     assert counts == [2]  # both were done before
     monkeypatch.setattr("expdesign.app.api.sweep.computed_by_text", lambda: "other code")
     again = xd.sweep(file, out).table

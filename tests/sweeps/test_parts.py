@@ -11,8 +11,7 @@ from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 from tests.sweeps.small import CONFIGS, SMALL
 
 import expdesign as xd
-from expdesign.app.sweeps.engine import Processes, Serial
-from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.app.sweeps.engine import Processes, Serial, by_engine
 from expdesign.errors import NotIdentifiableError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
@@ -51,7 +50,7 @@ def test_a_comparison_by_an_engine(tmp_path: Path) -> None:
         config,
         **COMPARED,  # type: ignore[arg-type]
         engine=Backwards(),
-        report=lambda title, done, total, note: steps.append((done, total)),
+        callback=lambda title, done, total, note: steps.append((done, total)),
     )
     here.save(tmp_path / "here")
     there.save(tmp_path / "there")
@@ -79,7 +78,7 @@ def test_repeated_experiments_by_an_engine(tmp_path: Path, truth: str | None, mo
         plan,
         **options,
         engine=Backwards(),
-        report=lambda title, done, total, note: steps.append((done, total)),
+        callback=lambda title, done, total, note: steps.append((done, total)),
     )
     assert there.record == here.record
     assert page_text(there.page()) == page_text(here.page())

@@ -133,7 +133,6 @@ def run(law, forces, times=None, **conditions):
 
 def test_the_table_of_vanishing_elements_holds_every_kind():
     assert {each.identifier for each in NOTHING} == set(UNLISTED) | set(FORMS)
-    assert len(UNLISTED) >= 24
 
 
 @pytest.mark.parametrize("element", NOTHING, ids=lambda element: element.identifier)

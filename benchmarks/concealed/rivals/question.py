@@ -18,7 +18,7 @@ from scipy.stats import chi2
 from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import RowData, row_data
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot

@@ -12,14 +12,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.components import turned_lever
+from expdesign.chain.component import turned_lever
+from expdesign.chain.declaration import Parameter
 from expdesign.chain.effect import Effect
-from expdesign.chain.parameter import Parameter
-from expdesign.chain.readings.deflection import DEFLECTION
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.row import Row, RowData, row_symbols
-from expdesign.mechanics.robots.capabilities import Links
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Links, Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
 LONG_SERIES = 30
@@ -57,7 +55,7 @@ class Chain:
         self.robot = robot
         self.effects = effects
         self.instrument = instrument
-        self.from_command = from_command and robot.inverse_kinematics is not None
+        self.from_command = from_command and robot.on_legs
         compliances = tuple(
             Parameter(f"c{i + 1}", 1.0, neutral=1.0, low=1e-6, spread=reading.compliance_spread)
             for i in range(len(robot.stiffness))
@@ -173,10 +171,9 @@ class Chain:
         X ← X − J̌·(q(X; true) − q) find the true pose up to a power of the error by one higher than their number; there
         a payload's lever has turned with the platform.
         """
-        if self.robot.links is not None:
+        if self.robot.jointed:
             return self._with_true_links(self.robot.links, row, parts)
         robot = self.robot.inverse_kinematics
-        assert robot is not None
         nominal = ca.SX(robot.geometry)
         geometry = nominal
         for effect, part in zip(self.effects, parts, strict=True):
@@ -207,7 +204,7 @@ class Chain:
 
     def _link_errors(self, parts: list[ca.SX]) -> ca.SX | None:
         """Geometric errors of links with the effects that change them; None without links or such effects."""
-        if self.robot.links is None:
+        if not self.robot.jointed:
             return None
         nominal = ca.SX.zeros(self.robot.links.tree.size)
         geometry = nominal

@@ -1,7 +1,20 @@
-"""Where on a robot an effect acts: a kind of part and, where there are several of it, its number."""
+"""Where on a robot an effect acts: a kind of part and, where there are several of it, its number.
+
+Components that a robot has, and small pieces that several effects share.
+
+Pieces that the effects of arms share: where joints and links are, and what a wrench at the tip does there.
+"""
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from expdesign.chain.row import Row
+from expdesign.mechanics.robots.orientation import moment
+from expdesign.mechanics.robots.robot import Links, Robot
 
 
 class Part(Enum):
@@ -73,3 +86,142 @@ ENVIRONMENT = Component(Part.ENVIRONMENT)
 GEOMETRY = Component(Part.GEOMETRY)
 ALL_LEGS = Component(Part.ALL_LEGS)
 ALL_JOINTS = Component(Part.ALL_JOINTS)
+
+
+def each_leg(robot: Robot) -> list[Component]:
+    """Every actuator of a robot that is commanded by a pose: legs, or other limbs with one actuator each."""
+    count = len(robot.stiffness) if robot.on_legs else 0
+    return [Component(Part.LEG, number) for number in range(1, count + 1)]
+
+
+def legs_and_all(robot: Robot) -> list[Component]:
+    """Every leg, and all legs together with common parameters."""
+    legs = each_leg(robot)
+    return [*legs, ALL_LEGS] if len(legs) > 1 else legs
+
+
+def each_joint(robot: Robot) -> list[Component]:
+    """Every joint of a robot that is commanded in its joints."""
+    count = len(robot.stiffness) if robot.jointed else 0
+    return [Component(Part.JOINT, number) for number in range(1, count + 1)]
+
+
+def sliding_joints(robot: Robot) -> list[Component]:
+    """Every prismatic joint of a robot that is commanded in its joints."""
+    return [joint for joint in each_joint(robot) if robot.units[joint.index] == "m"]
+
+
+def each_link(robot: Robot) -> list[Component]:
+    """Link 1, ..., which follow joint 1, ...; link 0 is the base."""
+    return [Component(Part.LINK, joint.number) for joint in each_joint(robot)]
+
+
+def joints_and_all(robot: Robot) -> list[Component]:
+    """Every joint, and all joints together with common parameters where they are of one kind."""
+    joints = each_joint(robot)
+    return [*joints, ALL_JOINTS] if len(joints) > 1 and len(set(robot.units)) == 1 else joints
+
+
+def actuators_and_all(robot: Robot) -> list[Component]:
+    """Every leg or joint, and all of them together: for effects that both kinds of actuator have."""
+    return legs_and_all(robot) or joints_and_all(robot)
+
+
+def turning(robot: Robot, actuators: tuple[int, ...]) -> bool:
+    """Whether the first of these actuators turns: its motion is in rad and its force in N·m."""
+    return robot.units[actuators[0]] == "rad"
+
+
+def reference_force(row: Row) -> ca.SX:
+    """Actuator forces (N or N·m) in the reference state: by own weight and by what was carried there, (n_p,)."""
+    return row.own + row.forward.T @ (row.absolute - row.wrench)
+
+
+def turned_lever(rotation: ca.SX, row: Row, wrench: ca.SX) -> ca.SX:
+    """What a payload's wrench (n,) gains where its lever turns with the platform from R of the row to `rotation`."""
+    split = rotation.shape[0]
+    none = ca.SX.zeros(split)
+    if wrench.shape[0] == split:
+        return none
+    arm = rotation @ row.rotation.T @ row.lever - row.lever
+    return ca.vertcat(none, row.payload * moment(arm, wrench[:split]))
+
+
+def symmetric(theta: ca.SX, size: int) -> ca.SX:
+    """A symmetric matrix from its diagonal, followed by the rows of its upper triangle."""
+    matrix = ca.diag(theta[:size])
+    index = size
+    for i in range(size):
+        for j in range(i + 1, size):
+            if index < theta.shape[0]:
+                matrix[i, j] = theta[index]
+                matrix[j, i] = theta[index]
+            index += 1
+    return matrix
+
+
+SHORTEST = 0.02
+"""m; a shorter link neither bends nor grows noticeably."""
+LIGHTEST = 0.1
+"""kg; a lighter link's error is not looked for."""
+
+
+def links_of(robot: Robot) -> Links:
+    """The links of a robot that has some."""
+    return robot.links
+
+
+def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:
+    """Moment (3,) about a point of a wrench that acts at the tip."""
+    return wrench[3:] + ca.cross(row.position - point, wrench[:3])
+
+
+def with_links_beyond(robot: Robot, wrench: ca.SX, row: Row, joint: int, *, own: bool = True) -> ca.SX:
+    """The wrench at the tip together with the weight of the links beyond a joint (from 1) about the tip, (6,).
+
+    Positions show what own weight does; in deflections it is there before and after, and the wrench is the tip's alone.
+    `own` says whether the link that begins at the joint counts.
+    """
+    if row.marker.shape[0] == 0:
+        return wrench
+    tree = robot.links.tree
+    weight = tree.weight(row.pose, None, ca.SX(tree.beyond(joint, own=own)))
+    lever = weight[1:] - weight[0] * row.position
+    return wrench + ca.vertcat(weight[0] * row.gravity, ca.cross(lever, row.gravity))
+
+
+def at_tip(robot: Robot, joint: int, velocity: ca.SX, turn: ca.SX, row: Row, point: ca.SX) -> ca.SX:
+    """Twist (6,) of the tip when the arm beyond a joint (index from 0) moves by `velocity` and turns by `turn` about
+    a point; 0 for a tip that the joint does not carry.
+    """
+    twist = ca.vertcat(velocity + ca.cross(turn, row.position - point), turn)
+    return robot.links.tree.reaches(row.pose, joint) * twist
+
+
+@lru_cache(maxsize=16)
+def long_links(robot: Robot) -> tuple[Component, ...]:
+    """Every link that has a length; nothing of robots without links."""
+    if not robot.jointed:
+        return ()
+    q = ca.SX.sym("q", len(robot.configuration))
+    spans = [link_span(robot, q, link.index) for link in each_link(robot)]
+    lengths = ca.Function("lengths", [q], [ca.norm_2(end - start) for start, end in spans])
+    # Prismatic joints lie at the start of their link, so that its length does not depend on the configuration.
+    found = lengths.call([np.zeros(len(robot.configuration))])
+    return tuple(link for link, length in zip(each_link(robot), found, strict=True) if float(length) > SHORTEST)
+
+
+@lru_cache(maxsize=16)
+def heavy_links(robot: Robot) -> tuple[Component, ...]:
+    """Every link with a mass that could be noticeably wrong; nothing of robots without links."""
+    if not robot.jointed:
+        return ()
+    masses = robot.links.tree.masses()
+    return tuple(link for link, mass in zip(each_link(robot), masses, strict=True) if mass > LIGHTEST)
+
+
+def link_span(robot: Robot, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
+    """Where a link (index from 0) begins and ends, (3,) each."""
+    tree = robot.links.tree
+    pose = tree.forward(q)[tree.joints[link].child]
+    return pose[:3, 3], tree.far_end(q, link)

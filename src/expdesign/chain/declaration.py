@@ -3,12 +3,69 @@
 MEIR, diagnosis, `expdesign physics`, reports and the table in file-formats.md read it; there is no other list. An
 effect that declares nothing works everywhere: it is called by its identifier, and is as large as its parameters'
 typical sizes (`Parameter.scale`) say.
+
+Parameters of effects and instruments: their sizes, their bounds, and what is known of them beforehand.
+
+Forms of one effect: a closed set of names (a `StrEnum`), or a value with a text form of its own.
+
+An effect of one form has the variant `ONLY`, whose text is empty. Variants with numbers in them (a range of poses, the
+size of a weight, another leg) are frozen dataclasses whose `str` is what files hold, and which round their numbers to
+what that text says, so that a file gives back the same physics to the last bit.
+
+The form of an effect that depends on how far a sliding joint is extended.
 """
 
 from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
-from typing import Literal
+from typing import Literal, Protocol, runtime_checkable
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of an effect.
+
+    Attributes:
+        name: with its unit.
+        scale: typical size, by which it is scaled in fits.
+        neutral: value at which the effect vanishes (for a shape, a typical value).
+        low, high: bounds.
+        spread: standard deviation about `neutral` before anything is measured, infinite where nothing is known.
+        shape: whether it only shapes the effect (a pitch, a time constant) and means nothing while the others are
+            neutral.
+    """
+
+    name: str
+    scale: float
+    neutral: float = 0.0
+    low: float = float("-inf")
+    high: float = float("inf")
+    shape: bool = False
+    spread: float = float("inf")
+
+
+@runtime_checkable
+class Variant(Protocol):
+    """Anything hashable with one text form."""
+
+    def __str__(self) -> str: ...
+
+    def __hash__(self) -> int: ...
+
+
+class Only(StrEnum):
+    """The variant of an effect that has one form."""
+
+    ONLY = ""
+
+
+ONLY = Only.ONLY
+
+
+def rounded(value: float) -> float:
+    """A number as a variant's text gives it back (six digits)."""
+    return float(f"{value:.6g}")
+
 
 Of = Literal["", "actuator compliance", "pose compliance", "actuator force", "own deflection"]
 """What a size is a multiple of.
@@ -106,3 +163,9 @@ class Declaration:
     beyond: Beyond = Beyond.GOES_ON
     linear: bool = True
     sizes: tuple[Size, ...] = ()
+
+
+class Extension(StrEnum):
+    """Its one variant, unlike the forms that do not depend on the extension."""
+
+    WITH_EXTENSION = "with extension"

@@ -23,12 +23,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component, component_from_text
-from expdesign.chain.declaration import TYPICAL, Beyond, Declaration, Size
-from expdesign.chain.parameter import Parameter
-from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.declaration import ONLY, TYPICAL, Beyond, Declaration, Parameter, Size, Variant
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
-from expdesign.chain.variant import ONLY, Variant
 from expdesign.mechanics.robots.robot import Robot
 
 __all__ = ["Effect", "Parameter"]

@@ -21,7 +21,7 @@ from expdesign.mechanics.symbolic import BatchFunction
 
 
 class KnownChain:
-    """A chain with known parameters (`elastostatics.physics.Physics`).
+    """A chain with known parameters (`elastostatics.measurements.Physics`).
 
     Args:
         chain: of a robot that reads deflections.
@@ -37,7 +37,7 @@ class KnownChain:
 
 
 class ChainUnderLoad:
-    """A chain with known parameters under one kind of load (`elastostatics.physics.LoadedPhysics`).
+    """A chain with known parameters under one kind of load (`elastostatics.measurements.LoadedPhysics`).
 
     Args:
         chain: ends with the instrument's reading, or with the motion of the platform.

@@ -12,10 +12,10 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.declaration import rounded
 from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import Row
-from expdesign.chain.variant import rounded
 
 
 class Drive(StrEnum):

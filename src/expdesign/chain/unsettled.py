@@ -6,10 +6,9 @@ from enum import StrEnum
 import numpy as np
 
 from expdesign.chain.component import ALL_JOINTS, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -35,7 +34,7 @@ class Unsettled(Effect):
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
-        return [ALL_JOINTS] if robot.links is not None else []
+        return [ALL_JOINTS] if robot.jointed else []
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.held_out import HeldOut

@@ -7,7 +7,7 @@ on without them; most of its models are known by then.
 
 from dataclasses import dataclass
 
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.selection import Model, Search

@@ -16,7 +16,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
 CANDIDATES = 200

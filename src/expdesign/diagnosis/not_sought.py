@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import NotSought, Sought, TooFewForLaws
 from expdesign.diagnosis.sample import Sample

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws

@@ -18,12 +18,11 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError, Frames
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError, LinkFrames
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.reading import Reading
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, pose_folds
@@ -34,9 +33,9 @@ from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.evidence import Priors
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.estimation.redundancy import MinimalSet, Redundant, redundancies
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.robots.robot import Robot
 
 _ROUNDING = 1e-15
@@ -125,11 +124,11 @@ def calibrate(
     )
 
 
-def _frames(reading: Reading, robot: Robot) -> Frames:
+def _frames(reading: Reading, robot: Robot) -> LinkFrames:
     """Whose frames are known apart from the joints': of the base with the instrument's, of tips with markers'."""
     base, tips = robot.instrument is not None, all(name in robot.markers for name in reading.names)
-    return {(False, False): Frames.JOINTS, (True, False): Frames.BASE, (False, True): Frames.TIPS,
-            (True, True): Frames.BASE_AND_TIPS}[base, tips]  # fmt: skip
+    return {(False, False): LinkFrames.JOINTS, (True, False): LinkFrames.BASE, (False, True): LinkFrames.TIPS,
+            (True, True): LinkFrames.BASE_AND_TIPS}[base, tips]  # fmt: skip
 
 
 def _start(chain: Chain, calibration: Calibration) -> FloatArray:

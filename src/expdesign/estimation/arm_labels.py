@@ -1,9 +1,9 @@
 """Parameters of an arm's chain as people call them."""
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
-from expdesign.mechanics.robots.capabilities import Links
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
+from expdesign.mechanics.robots.robot import Links
 
 
 def labels_of(chain: Chain) -> list[str]:
@@ -14,9 +14,8 @@ def labels_of(chain: Chain) -> list[str]:
         axis = axis.rpartition("_")[0]
         labels.append(f"the instrument's {axis}" if whose == "instrument" else f"{whose}'s {axis}")
     for effect in chain.effects:
-        links = chain.robot.links
-        if isinstance(effect, CalibratedGeometryError) and links is not None:
-            labels += [geometry_label(links, index) for index in effect.indices]
+        if isinstance(effect, CalibratedGeometryError):
+            labels += [geometry_label(chain.robot.links, index) for index in effect.indices]
         else:
             labels += [f"{effect.key}, {parameter.name}" for parameter in effect.parameters]
     return labels

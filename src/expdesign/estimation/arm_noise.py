@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import ArmProblem

@@ -6,7 +6,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
@@ -57,7 +57,6 @@ def corrections(found: ArmCalibration, geometry: Intervals | None) -> list[Corre
 
 def geometric_errors(chain: Chain, values: FloatArray) -> FloatArray:
     """Geometric errors of the robot's tree in the order of `tree.geometry_names`."""
-    assert chain.robot.links is not None
     errors = np.zeros(chain.robot.links.tree.size)
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         if isinstance(effect, CalibratedGeometryError):
@@ -68,7 +67,6 @@ def geometric_errors(chain: Chain, values: FloatArray) -> FloatArray:
 def origins(found: ArmCalibration) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Nominal and corrected origin (x, y, z, rx, ry, rz) of every joint of the URDF that has an error."""
     chain = found.fit.chain
-    assert chain.robot.links is not None
     tree = chain.robot.links.tree
     corrected = corrected_origins(tree, geometric_errors(chain, found.fit.values))
     return {name: (pose_of(tree.urdf.joints[name].origin), pose_of(matrix)) for name, matrix in corrected.items()}
@@ -80,7 +78,6 @@ def attached_frames(found: ArmCalibration, recordings: Recordings) -> list[Attac
     reading = chain.reading
     if not isinstance(reading, MarkerPosition):
         return []
-    assert chain.robot.links is not None
     tree = chain.robot.links.tree
     unknown = dict(zip((p.name for p in reading.parameters), values[chain.compliances : chain.base], strict=True))
     frames = []
@@ -101,6 +98,5 @@ def attached_frames(found: ArmCalibration, recordings: Recordings) -> list[Attac
 def calibrated_urdf(found: ArmCalibration, recordings: Recordings) -> str:
     """The URDF with the identified geometry, and instrument and markers as links."""
     chain = found.fit.chain
-    assert chain.robot.links is not None
     errors = geometric_errors(chain, found.fit.values)
     return corrected_urdf(chain.robot.links.tree, errors, attached_frames(found, recordings))

@@ -6,8 +6,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.evidence import Priors

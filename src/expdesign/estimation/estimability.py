@@ -3,8 +3,7 @@
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.errors import NotIdentifiableError, SingularConfigurationError
 from expdesign.estimation.fit import IDLE_DEVIATION, RANK_TOLERANCE
 from expdesign.estimation.remarks import IdleActuators

@@ -7,8 +7,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.estimable import Estimable
-from expdesign.chain.readings.deflection import DEFLECTION
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import RowData
 from expdesign.estimation.whitening import Whitening

@@ -6,26 +6,22 @@ every pose that can be measured among it, does not depend on them (theory.md 9.I
 """
 
 from dataclasses import replace
-from typing import Literal, get_args
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.effects.legs.geometry import LegGeometry
-from expdesign.chain.recordings.measurand import DEFLECTIONS
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import DEFLECTIONS, Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.errors import ArgumentError, InputError, NotIdentifiableError
 from expdesign.estimation.fit import Data, Fit
 from expdesign.estimation.remarks import AliasedGeometry, LargeGeometricErrors
+from expdesign.mechanics.elastostatics.calibration import CALIBRATIONS, Calibration
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import Robot
 
-Calibration = Literal["elastostatic", "geometric", "both"]
-CALIBRATIONS: tuple[Calibration, ...] = get_args(Calibration)
 LARGE_ERROR = 2e-3
 """m; RMS of the identified errors of joints and lengths above which frames or units are suspected."""
 _RANK_TOLERANCE = 1e-8
@@ -50,13 +46,13 @@ def calibration_of(robot: Robot, recordings: Recordings, asked: Calibration | No
     """
     loaded = bool(np.any(recordings.wrenches))
     yields = bool(np.isfinite(robot.stiffness).all())
-    arm = robot.links is not None and recordings.measurand.absolute
+    arm = robot.jointed and recordings.measurand.absolute
     if asked is None:
         if arm:
             return "both" if yields else "geometric"
         if recordings.poses:
             return "both" if loaded else "geometric"
-        on_legs = robot.inverse_kinematics is not None and recordings.measurand is not DEFLECTIONS
+        on_legs = robot.on_legs and recordings.measurand is not DEFLECTIONS
         return "geometric" if on_legs and not loaded else "elastostatic"
     if asked not in CALIBRATIONS:
         remedy = f"Choose {', '.join(CALIBRATIONS)}."
@@ -66,7 +62,7 @@ def calibration_of(robot: Robot, recordings: Recordings, asked: Calibration | No
         raise ArgumentError(what, argument="calibration", remedy="Add its order of magnitude, or use `geometric`.")
     if asked == "elastostatic":
         return asked
-    if robot.inverse_kinematics is None and robot.links is None:
+    if not robot.on_legs and not robot.jointed:
         what = f"{asked} calibration needs a robot with legs or joints, and `{robot.name}` is a {robot.kind}"
         raise ArgumentError(what, argument="calibration", remedy="Leave the option out.")
     if not recordings.measurand.absolute:
@@ -136,12 +132,10 @@ def _rank(chain: Chain, recordings: Recordings, idle: BoolArray | None) -> int:
 
 def _more_rows(recordings: Recordings, robot: Robot) -> Recordings:
     """As many rows of the same kind, at commands and loads spread about those of the recordings, as tell all."""
-    closed_form = robot.inverse_kinematics
-    assert closed_form is not None
     random = np.random.default_rng(1)
     more = recordings.rows(np.resize(np.arange(len(recordings)), max(_MANY, len(recordings))))
     sizes = np.full(robot.coordinates.n, _TURN)
-    sizes[: robot.coordinates.translations] = _REACH * _size(closed_form)
+    sizes[: robot.coordinates.translations] = _REACH * _size(robot.inverse_kinematics)
     configurations = more.configurations + sizes * random.uniform(-1.0, 1.0, more.configurations.shape)
     wrenches = more.wrenches * (1.0 + random.standard_normal(more.wrenches.shape))
     spread = np.abs(more.wrenches).max() * random.standard_normal(more.wrenches.shape)

@@ -6,9 +6,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.recordings.references import reference_rows
-from expdesign.chain.recordings.remark import Remark
 from expdesign.errors import InputError
 from expdesign.estimation.arm import ArmCalibration, calibrate
 from expdesign.estimation.arm_options import ArmOptions
@@ -20,7 +19,7 @@ from expdesign.estimation.estimability import (
     require_regular_rows,
 )
 from expdesign.estimation.fit import Fit, idle_knowledge, linear_fit
-from expdesign.estimation.geometric import Calibration, calibration_of, geometry_slice
+from expdesign.estimation.geometric import calibration_of, geometry_slice
 from expdesign.estimation.goodness import StatementOfFit, statement_of_fit
 from expdesign.estimation.influence import Influence, influence
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
@@ -28,6 +27,7 @@ from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, 
 from expdesign.estimation.positions import PositionFit, fit_positions
 from expdesign.estimation.suspicions import negative_compliances, require_positive
 from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.elastostatics.maps import actuator_forces, observation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
@@ -129,7 +129,7 @@ def identify(
         NotIdentifiableError: the recordings do not determine every compliance.
     """
     chosen = calibration_of(robot, recordings, calibration)
-    if recordings.measurand.absolute and robot.links is not None:
+    if recordings.measurand.absolute and robot.jointed:
         return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
     if recordings.measurand.absolute:
         found = fit_positions(robot, recordings, calibration=chosen, frames_known=frames_known)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 
 
 @dataclass(frozen=True)

@@ -13,19 +13,18 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.geometric import (
-    Calibration,
     geometry_remarks,
     require_determined,
     usable_rows,
 )
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_residuals
 from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.robots.robot import Robot
 
 

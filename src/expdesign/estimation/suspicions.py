@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.stats import norm
 
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.remarks import NegativeCompliance

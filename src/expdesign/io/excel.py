@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from expdesign.errors import InputError
-from expdesign.io.column_names import measured_as
 from expdesign.io.table_text import Rows
+from expdesign.io.tables_in_units import measured_as
 from expdesign.io.units import measured_column
 
 if TYPE_CHECKING:

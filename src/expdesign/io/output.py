@@ -1,8 +1,11 @@
 """Writing results so that nobody ever meets a half-written one: write beside, then rename.
 
 Only regular files are renamed onto; devices and pipes are written to. Whether a file may be replaced is in `written`.
+
+CSV text of a table, reproducible to the byte.
 """
 
+import io
 import json
 import logging
 import os
@@ -13,6 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
 from expdesign.errors import InputError
 from expdesign.io.written import (
     Purpose,
@@ -22,6 +28,22 @@ from expdesign.io.written import (
     require_free_names,
     require_regular,
 )
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """CSV text of a frame: shortest decimal numbers that read back as the same floats, line feeds."""
+    stream = io.StringIO()
+    frame.map(_cell).to_csv(stream, index=False, lineterminator="\n")
+    return stream.getvalue()
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, float | np.floating):
+        return repr(float(value) + 0.0)
+    return str(value)
+
 
 _LOG = logging.getLogger(__name__)
 """Says on level DEBUG what has been written completely."""

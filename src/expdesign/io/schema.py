@@ -11,8 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.yaml_document import KeyPath, YamlDocument, dotted
-from expdesign.io.yaml_reader import document_from_mapping
+from expdesign.io.yaml_reader import KeyPath, YamlDocument, document_from_mapping, dotted
 
 LARGEST = 1e20
 """No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""

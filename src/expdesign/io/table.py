@@ -10,13 +10,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.errors import InputError
-from expdesign.io.column_names import synonym
 from expdesign.io.excel import OLD_WORKBOOK, is_excel_name, is_workbook, sheet_rows
 from expdesign.io.schema import LARGEST
 from expdesign.io.table_text import Rows, decoded, separated
-from expdesign.io.tables_in_units import SiFrame, in_si
+from expdesign.io.tables_in_units import SiFrame, in_si, synonym
 from expdesign.io.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)
@@ -109,6 +108,48 @@ class Table:
                 part = replace(self, frame=self.frame.iloc[filled], lines=self.lines[filled])
                 values[filled, index] = part.numbers((column,))[:, 0]
         return values
+
+    def refuse(
+        self,
+        wrong: BoolArray,
+        columns: Sequence[str],
+        what: str,
+        remedy: str,
+        order: IntArray | None = None,
+        values: FloatArray | None = None,
+    ) -> None:
+        """Raise an `InputError` at the first cell that is wrong.
+
+        Args:
+            wrong: shape (rows,) or (rows, columns).
+            columns: names of its columns.
+            what: what is wrong with the cell; `{:g}` stands for its value.
+            remedy: what to do.
+            order: row of the table that each row of `wrong` is; else they are in the order of the table.
+            values: of the cells, in the shape of `wrong`.
+        """
+        if not wrong.any():
+            return
+        place = np.argwhere(wrong)[0]
+        row, column = int(place[0]), int(place[1]) if wrong.ndim > 1 else 0
+        said = what if values is None else what.format(values[tuple(place)])
+        raise InputError(
+            said, where=self.where(row if order is None else int(order[row]), columns[column]), remedy=remedy
+        )
+
+    def words(self, column: str, allowed: Sequence[str], what: str, order: IntArray | None = None) -> TextArray:
+        """The cells of `column` without blanks around them, shape (rows,).
+
+        Raises:
+            InputError: one of them is not `allowed`; `what` says so of it, e.g. "`{}` is neither `a` nor `b`".
+        """
+        cells: TextArray = self.frame[column].astype(str).str.strip().to_numpy(dtype=str)
+        cells = cells if order is None else cells[order]
+        wrong = np.flatnonzero(~np.isin(cells, list(allowed)))
+        if wrong.size:
+            row = int(wrong[0]) if order is None else int(order[wrong[0]])
+            raise InputError(what.format(cells[wrong[0]]), where=self.where(row, column), remedy="Correct it.")
+        return cells
 
     def integers(self, column: str) -> IntArray:
         """The cells of `column` as whole numbers, shape (rows,); an `InputError` where one is not."""

@@ -2,9 +2,7 @@
 
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import KeyPath, YamlDocument
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.mechanics.elastostatics.regressors.regressor import Regressor
-from expdesign.mechanics.elastostatics.regressors.stacked import regressor_for
+from expdesign.mechanics.elastostatics.calibration import Regressor, regressor_for
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection
 
@@ -23,11 +21,10 @@ def read_regressor(section: RunSection, robot: Robot, document: YamlDocument) ->
     if lack is not None:
         where = document.where((*_EXPERIMENT, "calibration"))
         raise InputError(f"{lack}, and `{robot.name}` is a {robot.kind}", where=where, remedy="Use `elastostatic`.")
-    elastostatic = isinstance(regressor, Elastostatic)
-    if elastostatic and experiment.frames == "unknown":
+    if regressor.referenced and experiment.frames == "unknown":
         what = "deflections are differences, in which unknown frames cancel"
         raise InputError(what, where=document.where((*_EXPERIMENT, "frames")), remedy="Take the key out.")
-    if not elastostatic and experiment.deflection_noise.shared_reference:
+    if not regressor.referenced and experiment.deflection_noise.shared_reference:
         what = "geometric calibration measures poses, which have no unloaded reference to share"
         where = document.where((*_EXPERIMENT, "deflection_noise", "shared_reference"))
         raise InputError(what, where=where, remedy="Take the key out.")

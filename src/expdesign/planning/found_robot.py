@@ -5,13 +5,18 @@ taken as known exactly: their uncertainty is not in the criteria.
 """
 
 from copy import copy
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness
+from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
 from expdesign.chain.linearised import KnownChain
-from expdesign.chain.models.model_file import model_from_document
+from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot
 from expdesign.errors import InputError
 from expdesign.io.kinds import kind_of
 from expdesign.io.yaml_reader import YamlDocument
@@ -29,27 +34,38 @@ class FoundRobot:
         model: the model (`model_file.Model`), for what needs its history.
         effects: what the effects are called.
         held: effects that depend on history, which a plan supposes to start from rest.
+        identified: whether it is from a model file; else the configuration alone says what acts.
     """
 
     robot: Robot
     physics: KnownChain | None
-    model: Any
+    model: Model
     effects: tuple[str, ...]
     held: tuple[str, ...]
+    identified: bool = True
 
     @property
     def note(self) -> str:
         """What a plan for it supposes, in words."""
         if not self.effects:
             return "The robot has the stiffness of an identified model."
+        whose = "is an identified model" if self.identified else "is taken"
         text = (
-            f"The robot is an identified model with {', '.join(self.effects)}; its maps are linearised at the planned "
+            f"The robot {whose} with {', '.join(self.effects)}; its maps are linearised at the planned "
             "loads and the identified parameters, of which the plan identifies the stiffnesses anew and takes the "
             "others as known."
         )
         if self.held:
             text += f" Every measurement is supposed to start from rest ({', '.join(self.held)})."
         return text
+
+    def of(self, robot: Robot) -> "FoundRobot":
+        """Another robot of the same kind with the physics that the configuration alone names."""
+        return (
+            replace(self, robot=robot, physics=None)
+            if self.identified
+            else with_geometric_stiffness(robot, None, self.model.source)
+        )
 
 
 def found_robot(document: YamlDocument) -> FoundRobot:
@@ -68,10 +84,37 @@ def found_robot(document: YamlDocument) -> FoundRobot:
             raise InputError(what, where=document.where(("compliance", name)), remedy=remedy)
     robot = copy(chain.robot)
     robot.stiffness = 1.0 / model.compliance
+    return _found(robot, model)
+
+
+def _found(robot: Robot, model: Model, *, identified: bool = True) -> FoundRobot:
+    chain = model.chain
     values = np.concatenate([model.values[: chain.compliances], model.values[chain.base :]])
     effects = tuple(effect.key for effect in chain.effects)
     held = tuple(effect.key for effect in chain.effects if effect.states)
-    return FoundRobot(robot, KnownChain(chain, values) if effects else None, model, effects, held)
+    return FoundRobot(robot, KnownChain(chain, values) if effects else None, model, effects, held, identified)
+
+
+def with_geometric_stiffness(robot: Robot, found: FoundRobot | None, source: str) -> FoundRobot:
+    """The robot with the change of geometry under load, for which `experiment.geometric_stiffness` stands.
+
+    A robot on legs has the conservative mapping (theory.md 2.3). A model that has some form of this physics stays as
+    it was identified.
+    """
+    model = model_of_robot(robot, YamlDocument(source, Path(), {})) if found is None else found.model
+    effect: Effect
+    if robot.jointed:
+        effect = ArmGeometricStiffness(robot, GEOMETRY)
+    else:
+        effect = GeometricStiffness(robot, GEOMETRY, Correction.MAPPING)
+    chain = model.chain
+    if any(other.slot == effect.slot for other in chain.effects):
+        assert found is not None
+        return found
+    values = np.append(model.values, 1.0)  # mechanics itself
+    longer = Chain(chain.robot, (*chain.effects, effect), reading=chain.reading)
+    exact = np.pad(model.covariance, (0, 1))
+    return _found(robot, replace(model, chain=longer, values=values, covariance=exact), identified=found is not None)
 
 
 def robot_of(document: YamlDocument) -> tuple[Robot, FoundRobot | None]:

@@ -3,9 +3,8 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
-from expdesign.chain.instrument.registration import pose_covariance
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise, ReferencedNoise
+from expdesign.chain.readings.registration import pose_covariance
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest

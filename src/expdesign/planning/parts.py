@@ -1,7 +1,7 @@
 """Work on one design problem that falls into parts which do not need each other.
 
 A part is a function of the problem and of plain arguments, so that it may be done anywhere: here one after another, or
-by workers that have read the same configuration (`app/sweeps/problem_work.py`). The results are the same.
+by workers that have read the same configuration (`app/sweeps/engine.py`). The results are the same.
 """
 
 from collections.abc import Callable, Sequence

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.chain.recordings.columns import read_test_rows
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
+from expdesign.chain.recordings.columns import read_test_rows, require_mass
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -42,7 +42,7 @@ def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFr
     return pd.DataFrame(columns)
 
 
-def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> Plan:
+def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan:
     """The plan in a table in recordings form; measured columns, where there are some, are ignored.
 
     Raises:
@@ -57,15 +57,14 @@ def read_plan(table: Table, loaded: LoadedRobot, *, shared_reference: bool) -> P
     for i, name in enumerate(load.columns):
         given = table.has(name) or np.isnan(defaults[i])
         loads[:, i] = table.numbers((name,))[:, 0] if given else defaults[i]
-    if load.has_mass and np.any(loads[:, 0] < 0.0):
-        where = table.where(int(np.flatnonzero(loads[:, 0] < 0.0)[0]), load.columns[0])
-        raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+    if load.has_mass and table.has(load.columns[0]):
+        require_mass(table, load.columns[0])
     if not loaded.regressor.needs_load and np.any(loads):
         where = table.where(int(np.flatnonzero(loads.any(axis=1))[0]))
         what = "geometric calibration measures poses without load"
         raise InputError(what, where=where, remedy="Take the load out, or use `experiment.calibration: both`.")
     series = table.integers("series") if table.has("series") else series_by_pose(configurations)
-    if shared_reference and table.has("series"):
+    if noise.shared_reference and table.has("series"):
         _same_pose_within_series(table, configurations, series)
     return Plan(configurations, loads, series)
 

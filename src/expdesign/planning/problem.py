@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
+from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.budget import Budget
 from expdesign.planning.constraints import Constraints
 from expdesign.planning.criteria.assessment import Assessment
@@ -80,8 +79,8 @@ class DesignProblem:
         """
         measurements = self.loaded.measure(configurations, loads)
         shared = tuple(source.shared for source in self.loaded.sources)
-        if self.noise.shared_reference and series is None:
-            series = series_by_pose(configurations)
+        if series is None:
+            series = self.noise.series(configurations)
         return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
 
     def assessed(self, decisions: FloatArray) -> Assessment:
@@ -115,7 +114,7 @@ class DesignProblem:
 
     def require_elastostatic(self, what: str, instead: str = "`run` and `evaluate` know every calibration") -> None:
         """Raise an `InputError` where something other than the stiffness alone is calibrated; `instead` may be used."""
-        if not isinstance(self.loaded.regressor, Elastostatic):
+        if not self.loaded.regressor.referenced:
             said = f"{what} for elastostatic calibration only"
             remedy = f"{instead}; take `experiment.calibration` out for this."
             raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
@@ -131,9 +130,6 @@ class DesignProblem:
         noun = self.loaded.regressor.noun
         needed = f"{name.rsplit('_', 1)[0]} at target {target + 1}"
         what = f"the measurements identify {rank} of {parameters} {noun}, and {needed} depends on the others"
-        if rank == 0 and isinstance(self.loaded.regressor, Elastostatic):
+        if rank == 0 and self.loaded.regressor.referenced:
             what = f"no load acts on any actuator: none of the {parameters} {noun} can be determined"
-        remedy = "Measure more axes or more loads, so that every actuator carries load in some measurement."
-        if not isinstance(self.loaded.regressor, Elastostatic):
-            remedy = "Measure more poses, more axes, or poses that differ more."
-        return NotIdentifiableError(what, where=self.source, remedy=remedy)
+        return NotIdentifiableError(what, where=self.source, remedy=self.loaded.regressor.remedy)

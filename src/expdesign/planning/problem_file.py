@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.linearised import KnownChain
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.estimation.coverage_factor import STANDARD
 from expdesign.io.kinds import require_kind
@@ -16,11 +15,8 @@ from expdesign.io.schema import validate
 from expdesign.io.table import read_table
 from expdesign.io.yaml_reader import KeyPath, YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
-from expdesign.mechanics.loads.load import Load
-from expdesign.mechanics.loads.payload import Payload
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 from expdesign.planning.asked_criterion import NAMES, asked_criteria
 from expdesign.planning.budget import Budget
@@ -29,7 +25,7 @@ from expdesign.planning.calibration_file import load_section, read_regressor
 from expdesign.planning.constraint_file import read_constraints, required
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.criteria.targets import Targets
-from expdesign.planning.found_robot import FoundRobot, robot_of
+from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_stiffness
 from expdesign.planning.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
 from expdesign.planning.options import SearchOptions
 from expdesign.planning.pose_settings import LEFT_OUT
@@ -56,11 +52,11 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     require_kind(document, "run configuration")
     section = validate(RunSection, document)
     robot, written, found = _robot(section, document)
-    if not len(robot.stiffness):
+    if not robot.actuated:
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
         remedy = "`expdesign diagnose` finds from recordings what it stands on."
         raise InputError(what, where=document.where(("robot",)), remedy=remedy)
-    if robot.links is not None and len(robot.links.tree.tips) > 1:
+    if robot.jointed and len(robot.links.tree.tips) > 1:
         remedy = "Name one of them as `tip_link` in a robot file for the plan, the other's joints as `branch_joints`."
         raise InputError(
             "plans are of one tip, and the robot has several", where=document.where(("robot",)), remedy=remedy
@@ -69,14 +65,15 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)
     load = _load(load_section(experiment), robot, document)
-    budget = read_budget(experiment, isinstance(regressor, Elastostatic), document)
+    budget = read_budget(experiment, regressor.referenced, document)
     if budget is not None:  # the search chooses how many of them are taken
         experiment = experiment.model_copy(update={"measurements": budget.largest})
     poses = _poses(experiment, robot, document)
     sources = _sources(experiment, load, document)
-    physics = None if found is None else found.physics
-    _require_plain(physics, experiment, document)
-    loaded = LoadedRobot(robot, load, sources, experiment.geometric_stiffness, regressor, physics)
+    _require_plain(found, experiment, document)
+    if experiment.geometric_stiffness:
+        found = with_geometric_stiffness(robot, found, document.source)
+    loaded = LoadedRobot(robot, load, sources, regressor, None if found is None else found.physics)
     noise = read_noise(experiment.deflection_noise, robot, document)
     targets, wrenches, target_loads = _targets(section, loaded, document)
     space = _space(experiment, robot, load, poses, document, budget)
@@ -148,19 +145,12 @@ def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, Fou
     return robot, part.content, found
 
 
-def _require_plain(physics: KnownChain | None, experiment: ExperimentSection, document: YamlDocument) -> None:
-    """Raise where the physics of a model file meets something that a configuration says about it otherwise."""
-    if physics is None:
-        return
-    where: KeyPath = ("experiment",)
-    if experiment.geometric_stiffness:
-        what = "the model file says how the robot deflects, and `geometric_stiffness` another thing"
-        remedy = "Take the key out; `expdesign diagnose` adds geometric stiffness to a model where it shows."
-        raise InputError(what, where=document.where((*where, "geometric_stiffness")), remedy=remedy)
-    if experiment.calibration != "elastostatic":
+def _require_plain(found: FoundRobot | None, experiment: ExperimentSection, document: YamlDocument) -> None:
+    """Raise where the physics of a model file goes with no other calibration."""
+    if found is not None and found.physics is not None and experiment.calibration != "elastostatic":
         what = "a model with effects is planned for elastostatic calibration only"
         remedy = "Take the key out, or name the robot file."
-        raise InputError(what, where=document.where((*where, "calibration")), remedy=remedy)
+        raise InputError(what, where=document.where(("experiment", "calibration")), remedy=remedy)
 
 
 def _is_file(path: Path) -> bool:
@@ -252,7 +242,7 @@ def _targets(
         loads.append((here, parameters))
         for name, tolerance in target.tolerance.items():
             importance[index, axis_of(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
-    if isinstance(loaded.regressor, Elastostatic) and not np.any(wrenches):
+    if loaded.regressor.referenced and not np.any(wrenches):
         what = "no target carries a load, so that there is nothing to compensate"
         raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.chain.instrument.reference_pose import ReferencedNoise, pose_order
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 
@@ -21,7 +21,7 @@ def protocol_frame(problem: DesignProblem, plan: Plan) -> pd.DataFrame | None:
     frame = plan_frame(plan, loaded, problem.space.tilts)
     # Without the load its other columns, such as a centre of mass, keep their values and mean nothing.
     effective = [name for name in loaded.load.columns if name == "mass_kg" or name in loaded.robot.coordinates.wrench]
-    order = pose_order(plan.series, shared_unloaded=noise.shared_reference, interpolated=noise.interpolated)
+    order = noise.pose_order(plan.series)
     rows = frame.iloc[[row for _, row in order]].reset_index(drop=True)
     kinds = np.array([kind for kind, _ in order])
     rows.loc[kinds != "loaded", effective] = 0.0

@@ -5,11 +5,9 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.identify import Identification, fitted_rows, identify
 from expdesign.estimation.whitening import Whitening
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.problem import DesignProblem
 
@@ -63,7 +61,7 @@ def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:
     Raises:
         InputError: which columns are missing.
     """
-    geometry = not isinstance(problem.loaded.regressor, Elastostatic)
+    geometry = not problem.loaded.regressor.referenced
     if geometry == recordings.poses:
         return
     wanted, columns = ("measured poses", "measured_x_m ...") if geometry else ("deflections", "dx_m ...")
@@ -75,11 +73,8 @@ def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:
 def identified_so_far(problem: DesignProblem, recordings: Recordings) -> Identification:
     """What the recordings identify of what the configuration calibrates; raises as `identify` does."""
     regressor = problem.loaded.regressor
-    calibration: Calibration = "elastostatic"
-    if not isinstance(regressor, Elastostatic):
-        calibration = "both" if regressor.needs_load else "geometric"
     known = regressor.redundant == 0
-    return identify(problem.loaded.robot, recordings, calibration=calibration, frames_known=known)
+    return identify(problem.loaded.robot, recordings, calibration=regressor.calibration, frames_known=known)
 
 
 def estimated_deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:

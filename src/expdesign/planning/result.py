@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
-from expdesign.chain.recordings.references import REFERENCE, reference_names
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
+from expdesign.chain.recordings.columns import REFERENCE
+from expdesign.chain.recordings.references import reference_names
 from expdesign.planning.front import Front
 from expdesign.planning.measuring_time import plan_minutes
 from expdesign.planning.plan import Plan, plan_frame
@@ -66,7 +65,7 @@ def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
     """What the plan of each design takes with its rows for validation (min), shape (d,); None without costs."""
     if problem.costs is None or isinstance(problem.noise, ReferencedNoise):
         return None
-    referenced = isinstance(problem.loaded.regressor, Elastostatic)
+    referenced = problem.loaded.regressor.referenced
     shared, costs = problem.noise.shared_reference, problem.costs
     plans = [_with_validation(problem, decisions) for decisions in front.decisions]
     return np.array([plan_minutes(plan, costs, referenced=referenced, shared=shared) for plan in plans])

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.drawn_errors import drawn_load_errors, drawn_noise
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
@@ -57,13 +56,13 @@ def simulated_deflections(
 def plan_noise(problem: DesignProblem, plan: Plan, seed: int) -> FloatArray:
     """Noise of the measured axes (m, rad) of every row of a plan, shape (N, a)."""
     pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
-    return drawn_noise(problem.noise, plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
+    return problem.noise.drawn(plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
 
 
 def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
     """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error."""
     generator = np.random.default_rng([seed, _LOAD_STREAM])
-    errors: FloatArray = drawn_load_errors(loaded, plan.configurations, plan.loads, 1, generator)[0]
+    errors: FloatArray = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator)[0]
     return errors
 
 

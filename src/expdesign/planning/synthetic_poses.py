@@ -5,7 +5,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.pose import MeasuredPose
+from expdesign.chain.readings.reading import MeasuredPose
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError

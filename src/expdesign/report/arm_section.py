@@ -9,25 +9,25 @@ from expdesign.estimation.accuracy import Errors
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.arm_outcome import Corrected, attached_frames, corrections, origins
 from expdesign.estimation.identify import Identification
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Download, Section, Sentences
+from expdesign.report.blocks import DataTable, Download, PageSection, Sentences
 
 _NAMES = ("mean", "rms", "most", "percentile")
 _HEADINGS = ("mean", "RMS", "maximum", "95 %")
 
 
-def arm_sections(result: Identification) -> list[Section]:
+def arm_sections(result: Identification) -> list[PageSection]:
     """Accuracy before and after, corrected parameters, origins of the joints and frames."""
     found = result.arm
     assert found is not None
-    sections = [Section("accuracy", "Accuracy before and after", [_accuracy_table(found)])]
+    sections = [PageSection("accuracy", "Accuracy before and after", [_accuracy_table(found)])]
     listed = corrections(found, result.geometry)
     if listed:
         blocks = [Sentences(_geometry_texts(listed)), _geometry_table(listed), _origin_table(found)]
-        sections.append(Section("geometry", "Geometry", blocks))
+        sections.append(PageSection("geometry", "Geometry", blocks))
     frames = _frame_table(result, found)
-    return [*sections, *([] if frames is None else [Section("frames", "Tool and base frames", [frames])])]
+    return [*sections, *([] if frames is None else [PageSection("frames", "Tool and base frames", [frames])])]
 
 
 def accuracy_lines(found: ArmCalibration) -> list[str]:

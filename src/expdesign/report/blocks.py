@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import pandas as pd
 from markupsafe import Markup
 
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.report.words import UNDETERMINED
 
 _UNBROKEN = 30
@@ -80,7 +80,7 @@ class Definitions(Block):
 
 
 @dataclass(frozen=True)
-class Steps(Block):
+class NextSteps(Block):
     """What to do, in order: each a sentence and the command for it (or an empty text)."""
 
     kind: ClassVar[str] = "steps"
@@ -209,7 +209,7 @@ class SideBySide(Block):
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A heading and what stands below it."""
 
     id: str

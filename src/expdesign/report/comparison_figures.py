@@ -8,7 +8,7 @@ import pandas as pd
 from expdesign.assurance.comparison.correlation import RankCorrelation
 from expdesign.assurance.comparison.judgement import Judgement
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Figure, Section, table_of
+from expdesign.report.blocks import DataTable, Figure, PageSection, table_of
 from expdesign.report.figures import axis, bars, chart, colour, curve, points, whiskers
 from expdesign.report.page import plot_text
 
@@ -40,7 +40,7 @@ def title_of(judgement: Judgement, index: int) -> str:
 
 def all_configurations(
     names: Sequence[str], judgements: Sequence[Judgement], correlations: Correlations, together: bool
-) -> Section:
+) -> PageSection:
     """The design of each criterion in every configuration, as a figure and a table."""
     shades = ("accent", "load", "recommended", "knee", "total", "noise")
     quantity = "attained" if together else "attained_ratio"
@@ -83,7 +83,7 @@ def all_configurations(
         "with the attained accuracy over random designs."
     )
     frame = pd.DataFrame(table, columns=["criterion", *columns])
-    return Section(
+    return PageSection(
         "several", "All configurations", [figure, table_of("criteria", caption, ["Criterion", *columns], rows, frame)]
     )
 

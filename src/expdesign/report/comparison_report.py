@@ -13,8 +13,8 @@ from expdesign.report.blocks import (
     Definitions,
     KeyFigure,
     KeyFigures,
+    PageSection,
     Paragraph,
-    Section,
     Sentences,
     SideBySide,
     Subheading,
@@ -58,7 +58,7 @@ def comparison_report(
         sections.append(all_configurations(names, judgements, correlations, together))
     for index, (name, judgement, found) in enumerate(zip(names, judgements, correlations, strict=True)):
         sections.append(_configuration(index, name, judgement, found))
-    sections += [Section("words", "What the words mean", [Definitions(_WORDS)]), _settings(judgements, how)]
+    sections += [PageSection("words", "What the words mean", [Definitions(_WORDS)]), _settings(judgements, how)]
     robots = ", ".join(dict.fromkeys(judgement.problem.loaded.robot.name for judgement in judgements))
     designs = words.count(sum(len(judgement.contenders) for judgement in judgements), "design")
     return Page("Comparison of criteria", f"{robots}; {designs} of {', '.join(names)}", sections)
@@ -89,7 +89,7 @@ def agreement(name: str, judgement: Judgement) -> list[str]:
 
 def _summary(
     names: Sequence[str], judgements: Sequence[Judgement], correlations: Correlations, bounds: Sequence[LowerBound]
-) -> Section:
+) -> PageSection:
     figures, sentences = [], []
     for name, judgement, found, bound in zip(names, judgements, correlations, bounds, strict=True):
         best, attained = judgement.best, judgement.attained
@@ -129,10 +129,10 @@ def _summary(
                 f"best (rank correlation {signed(first.coefficient)}), {words.criterion(last.criterion)} least "
                 f"({signed(last.coefficient)})."
             )
-    return Section("summary", "In short", [KeyFigures(figures), Sentences(sentences)])
+    return PageSection("summary", "In short", [KeyFigures(figures), Sentences(sentences)])
 
 
-def _configuration(index: int, name: str, judgement: Judgement, found: list[RankCorrelation]) -> Section:
+def _configuration(index: int, name: str, judgement: Judgement, found: list[RankCorrelation]) -> PageSection:
     problem = judgement.problem
     opening = (
         f"{problem.loaded.robot.name} ({problem.loaded.robot.kind}), "
@@ -146,12 +146,12 @@ def _configuration(index: int, name: str, judgement: Judgement, found: list[Rank
         Subheading("How well each criterion foretells the accuracy"),
     ]
     blocks += [correlation_figure(index, found), correlation_table(index, found)] if found else []
-    return Section(f"configuration-{index + 1}", name, blocks)
+    return PageSection(f"configuration-{index + 1}", name, blocks)
 
 
-def _settings(judgements: Sequence[Judgement], how: Mapping[str, str]) -> Section:
+def _settings(judgements: Sequence[Judgement], how: Mapping[str, str]) -> PageSection:
     sources = ", ".join(judgement.problem.source for judgement in judgements)
-    return Section("run", "About this comparison", [Definitions([("Configurations", sources), *how.items()])])
+    return PageSection("run", "About this comparison", [Definitions([("Configurations", sources), *how.items()])])
 
 
 _WORDS = [

@@ -7,17 +7,17 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import sentences
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.planning.accuracy_map import AccuracyMap
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import target_covariances
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import plan_of
-from expdesign.report import acceptance, accuracy_map, criteria_table, error_ellipses, words
+from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
 from expdesign.report.deviations import PlanDeviations
-from expdesign.report.error_budget import ErrorBudget, decision
+from expdesign.report.error_budget import ErrorBudget, acceptance_rows, decision
 from expdesign.report.robot_view import levers, robot_states, view_data
 
 
@@ -80,7 +80,7 @@ def design_data(
                 "plan": plan_cells(plan),
                 "csv": csv_text(plan),
                 "forces": [words.number(force, 4) for force in forces[design]],
-                "budget": acceptance.rows(accepted[design]),
+                "budget": acceptance_rows(accepted[design]),
                 "sigma": _sigma(budget, design),
                 "sentences": sentences(accepted[design]),
                 "ellipses": error_ellipses.of_design(problem, covariances, design),

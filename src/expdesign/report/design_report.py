@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.planning.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes, pareto_frame
-from expdesign.report import acceptance, accuracy_map, criteria_table, error_ellipses, words
+from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.blocks import (
     Block,
     Buttons,
@@ -17,8 +17,8 @@ from expdesign.report.blocks import (
     KeyFigure,
     KeyFigures,
     Option,
+    PageSection,
     Paragraph,
-    Section,
     Selector,
     Sentences,
     SideBySide,
@@ -35,7 +35,7 @@ from expdesign.report.design_figures import (
 )
 from expdesign.report.design_texts import about_run, lower_bound_sentence, next_steps, poses_text, vocabulary
 from expdesign.report.deviations import PlanDeviations
-from expdesign.report.error_budget import ErrorBudget, decision, error_budget, worst_sentence
+from expdesign.report.error_budget import EXPLAINED, ErrorBudget, decision, error_budget, headings, worst_sentence
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
@@ -99,7 +99,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     )
 
 
-def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget) -> Section:
+def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget) -> PageSection:
     accepted = decision(problem, budget, front.recommended).verdict
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
     minutes = design_minutes(problem, front)
@@ -120,10 +120,10 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], budge
     opening = (
         "What the recommended design achieves. A tolerance is the error that the configuration accepts on an axis."
     )
-    return Section("summary", "In short", (Paragraph(opening), KeyFigures(figures), Sentences(sentences)))
+    return PageSection("summary", "In short", (Paragraph(opening), KeyFigures(figures), Sentences(sentences)))
 
 
-def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Section:
+def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> PageSection:
     names = shown_criteria(front)
     first = tuple(dict.fromkeys((*front.objectives, "duir", "feir", "total")))
     minutes = design_minutes(problem, front)
@@ -159,10 +159,10 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Se
         figures = [*selectors, *figures]
         below.append(parallel_figure(front))
     chosen = Paragraph(design_summary(problem, front, front.recommended), id="chosen-text", live=True)
-    return Section("choice", "Choose another design", (SideBySide(figures, (table, jumps)), *below, chosen))
+    return PageSection("choice", "Choose another design", (SideBySide(figures, (table, jumps)), *below, chosen))
 
 
-def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any]) -> Section:
+def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any]) -> PageSection:
     first = data["designs"][front.recommended]
     number = str(front.recommended + 1)
     plan = DataTable(
@@ -183,26 +183,30 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
         blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *achieved]
     else:
         blocks.append(SideBySide(_robot_blocks(problem, data), achieved))
-    heads = acceptance.headings(decision(problem, budget, front.recommended))
+    heads = headings(decision(problem, budget, front.recommended))
     table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), heads, first["budget"])
     exactness = [
         Subheading("How exactly the plan has to be met"),
         Sentences(first["deviationsText"], id="deviations-text"),
     ]
-    below = (*wide, table, Paragraph(acceptance.EXPLAINED), *exactness)
-    return Section("design", "The plan and what it achieves", (*blocks, *below))
+    below = (*wide, table, Paragraph(EXPLAINED), *exactness)
+    return PageSection("design", "The plan and what it achieves", (*blocks, *below))
 
 
 def _over_workspace(
     problem: DesignProblem, front: Front, data: Mapping[str, Any], maps: list[AccuracyMap]
-) -> tuple[Section, ...]:
+) -> tuple[PageSection, ...]:
     first, number = data["designs"][front.recommended], str(front.recommended + 1)
     ellipses = error_ellipses.ellipse_blocks(problem, first["ellipseTable"], number)
     charts = accuracy_map.map_blocks(problem, maps)
     if ellipses and charts:
         *figure, axes = ellipses
-        return (Section("errors", "In which direction, and elsewhere", (SideBySide(figure, charts), axes)),)
-    return (Section("errors", "In which direction, and elsewhere", (*ellipses, *charts)),) if ellipses or charts else ()
+        return (PageSection("errors", "In which direction, and elsewhere", (SideBySide(figure, charts), axes)),)
+    return (
+        (PageSection("errors", "In which direction, and elsewhere", (*ellipses, *charts)),)
+        if ellipses or charts
+        else ()
+    )
 
 
 def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block]:

@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import HERE, Definitions, Paragraph, Section, Steps
+from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection, Paragraph
 from expdesign.report.criteria_table import criteria_table, shown
 from expdesign.report.robot_view import moving_part
 
 
-def next_steps(problem: DesignProblem, front: Front) -> Section:
+def next_steps(problem: DesignProblem, front: Front) -> PageSection:
     """The way from the plan to a compensated robot, with the commands."""
     config, robot = shlex.quote(problem.source), shlex.quote(problem.robot_file or "ROBOT.yaml")
     which = "" if problem.robot_file else " (ROBOT.yaml is the robot's file)"
@@ -53,17 +52,17 @@ def next_steps(problem: DesignProblem, front: Front) -> Section:
             "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
         ),
     )
-    if not isinstance(problem.loaded.regressor, Elastostatic):
+    if not problem.loaded.regressor.referenced:
         further = (
             "Measure the poses of plan.csv against the commanded ones, and identify the "
             f"{problem.loaded.regressor.noun} "
             "with your own calibration program: expdesign identifies stiffness only, and says here what to expect."
         )
-        return Section("next", "What to do next", (Steps(steps[:1]), Paragraph(further)))
-    return Section("next", "What to do next", (Steps(steps),))
+        return PageSection("next", "What to do next", (NextSteps(steps[:1]), Paragraph(further)))
+    return PageSection("next", "What to do next", (NextSteps(steps),))
 
 
-def vocabulary(problem: DesignProblem, front: Front) -> Section:
+def vocabulary(problem: DesignProblem, front: Front) -> PageSection:
     """The words of the page, for a reader who has not met them."""
     moving = moving_part(problem.loaded.robot)
     items = [
@@ -92,7 +91,7 @@ def vocabulary(problem: DesignProblem, front: Front) -> Section:
     if "meir" in front.criteria:
         text = "The largest error at the targets that physics beyond the model could cause before the plan shows it."
         items.insert(6, ("MEIR", text))
-    return Section("words", "What the words mean", (Definitions(items),))
+    return PageSection("words", "What the words mean", (Definitions(items),))
 
 
 def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str | None:
@@ -135,7 +134,7 @@ def _missing(share: float | None) -> str:
     return f"about {share:.2%} of it, estimated, beside valleys that no round has met"
 
 
-def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Section:
+def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> PageSection:
     """How the designs were searched for, and their further criteria."""
     robot, settings = problem.loaded.robot, problem.optimiser
     point = ", ".join(words.number(float(value)) for value in front.reference_point)
@@ -161,7 +160,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> S
     if versions:
         items.append(("Versions", versions))
     criteria = [criteria_table(front, front.recommended)] if shown(front) else []
-    return Section("run", "About this run", (Definitions(items), *criteria))
+    return PageSection("run", "About this run", (Definitions(items), *criteria))
 
 
 def _clauses(text: str) -> str:

@@ -9,7 +9,6 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
-from expdesign.report.acceptance import acceptance_section
 from expdesign.report.blocks import (
     HERE,
     Block,
@@ -17,18 +16,18 @@ from expdesign.report.blocks import (
     Definitions,
     KeyFigure,
     KeyFigures,
+    NextSteps,
+    PageSection,
     Paragraph,
-    Section,
     Sentences,
     SideBySide,
-    Steps,
     table_of,
 )
-from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, residual_figures
+from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
 from expdesign.report.diagnosis_record import located
 from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, next_recording
+from expdesign.report.error_budget import acceptance_section
 from expdesign.report.hidden_physics import recordings_section
-from expdesign.report.law_figures import law_blocks
 from expdesign.report.page import Page
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
@@ -58,22 +57,22 @@ def diagnosis_report(
     found += [stiffness_table(result)] if added_physics(result) else []
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
-        Section("result", "Result", [Sentences(conclusions(result, hidden_sentence)), _key_figures(result)]),
-        *([Section("physics", "What was left out", found)] if found else []),
-        *([Section("laws", "Laws at ports", laws)] if laws else []),
+        PageSection("result", "Result", [Sentences(conclusions(result, hidden_sentence)), _key_figures(result)]),
+        *([PageSection("physics", "What was left out", found)] if found else []),
+        *([PageSection("laws", "Laws at ports", laws)] if laws else []),
         *(
             []
             if result.verdict == "consistent"
-            else [Section("where", "Where the mismatch is", [*drawn, *_where(result)])]
+            else [PageSection("where", "Where the mismatch is", [*drawn, *_where(result)])]
         ),
         *([] if accepted is None else [acceptance_section(accepted, "the model that was found")]),
         *([] if hidden is None else [recordings_section(hidden)]),
-        Section("errors", "Before and after" if added(result) else "Errors", [errors]),
-        Section("residuals", "Residuals", residual_figures(result)),
-        *([Section("machine", "The robot", drawn)] if drawn and result.verdict == "consistent" else []),
-        Section("considered", "What was considered", _considered(result)),
-        Section("next", "Next steps", [_next_steps(result)]),
-        Section("words", "Words", [Definitions(_WORDS)]),
+        PageSection("errors", "Before and after" if added(result) else "Errors", [errors]),
+        PageSection("residuals", "Residuals", residual_figures(result)),
+        *([PageSection("machine", "The robot", drawn)] if drawn and result.verdict == "consistent" else []),
+        PageSection("considered", "What was considered", _considered(result)),
+        PageSection("next", "Next steps", [_next_steps(result)]),
+        PageSection("words", "Words", [Definitions(_WORDS)]),
     )
     rows = len(result.recordings)
     return Page(
@@ -168,7 +167,7 @@ def _shown(value: object) -> str:
     return "" if value is None else words.number(float(str(value)), 5)
 
 
-def _next_steps(result: Diagnosis) -> Steps:
+def _next_steps(result: Diagnosis) -> NextSteps:
     steps = [
         (
             f"Predict {'with the physics included' if added(result) else 'deflections anywhere'}.",
@@ -183,7 +182,7 @@ def _next_steps(result: Diagnosis) -> Steps:
         steps.insert(0, (MEASURE_NEXT, ""))
     if result.verdict == "unexplained":
         steps.insert(0, (next_recording(result), ""))
-    return Steps(steps)
+    return NextSteps(steps)
 
 
 _WORDS = [

@@ -10,8 +10,8 @@ from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
+from expdesign.report.check_texts import coverage_sentence, diagnosed_fit_sentences
 from expdesign.report.diagnosis_record import located
-from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
 from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import added_physics, stiffness_lines
 

@@ -2,19 +2,82 @@
 
 Standard deviations of the attained pose after compensation: noise √U_ii (theory.md 4.2), load errors √(Z·Σ_F·Zᵀ)_ii
 (5.3), of which each source contributes its own columns of the root; independent parts add in squares.
+
+The section of a report that says what is accepted: uncertainty budgets, tolerances, pass or fail.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import DECISION_RULE, Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.planned import expected_decision
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
+from expdesign.report.blocks import PageSection, Paragraph, Sentences, table_of
+
+EXPLAINED = (
+    f"Every axis by itself: its expanded uncertainty U = k u is compared with its tolerance ({DECISION_RULE}). "
+    "The expected error (total) of the criteria is another figure: the root of the sum over all axes of "
+    "(u / tolerance)², without k, so that it can be above 1 although every axis passes, and below 1 although one fails."
+)
+_UNDECIDED = (
+    "The expanded uncertainties are those of the refuted model, multiplied by the Birge ratio of its residuals. They "
+    "do not bound what the missing physics does at the targets."
+)
+
+
+def acceptance_section(decision: Decision, of: str) -> PageSection:
+    """The section for the identification that `of` names."""
+    frame = pd.json_normalize(
+        [
+            {"target": number} | axis
+            for number, target in enumerate(acceptance_record(decision)["targets"], start=1)
+            for axis in target["axes"]
+        ]
+    )
+    caption = f"Uncertainty budget and acceptance of {of}; u are standard uncertainties (JCGM 100:2008)."
+    table = table_of("acceptance-table", caption, headings(decision), acceptance_rows(decision), frame)
+    explained = Paragraph(EXPLAINED if decision.decided else _UNDECIDED)
+    return PageSection("acceptance", "Acceptance", (Sentences(sentences(decision)), table, explained))
+
+
+def headings(decision: Decision) -> list[str]:
+    """Headings of the table of uncertainty budget and acceptance."""
+    parts = [f"u: {_named(one.name)}" for one in decision.budget.contributions]
+    return ["Target, axis", "Unit", *parts, "u, combined", "k", "U", "Tolerance", "U / tolerance", "Result",
+            "Repetitions needed"]  # fmt: skip
+
+
+def acceptance_rows(decision: Decision) -> list[list[str]]:
+    """Its rows: every axis with a tolerance."""
+    return [_row(decision, int(target), int(axis)) for target, axis in np.argwhere(decision.budget.matters)]
+
+
+def _row(decision: Decision, target: int, axis: int) -> list[str]:
+    budget = decision.budget
+    name, place = budget.axes[axis], (target, axis)
+    repetitions, combined = decision.repetitions[place], 1e6 * float(budget.standard[place])
+    return [
+        f"target {target + 1}, {words.axis(name)}",
+        words.micro_unit(name),
+        *(words.number(1e6 * float(one.deviation[place]), scale=combined) for one in budget.contributions),
+        words.number(combined),
+        words.number(float(budget.factor[place])),
+        words.number(1e6 * float(budget.expanded[place])),
+        words.number(1e6 * float(budget.tolerance[place])),
+        words.number(float(budget.expanded[place] / budget.tolerance[place])),
+        decision.axis_verdict(target, axis),
+        str(int(repetitions)) if np.isfinite(repetitions) else "no number",
+    ]
+
+
+def _named(name: str) -> str:
+    return words.SOURCES.get(name, name)
 
 
 @dataclass(frozen=True)

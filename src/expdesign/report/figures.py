@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.report.blocks import Download, Figure
 
 Trace = dict[str, Any]

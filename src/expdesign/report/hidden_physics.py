@@ -10,7 +10,7 @@ from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenP
 from expdesign.planning.front import Front, non_dominated
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, Section, Sentences, table_of
+from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, table_of
 from expdesign.report.figures import axis, bars_across, chart, level, points
 
 _MOST = 30
@@ -19,7 +19,7 @@ _CHEAP = 0.05
 """Part of the least total error that noticing may cost before it is called dear."""
 
 
-def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
+def hidden_section(problem: DesignProblem, front: Front) -> PageSection | None:
     """The section about the recommended design, or None where the configuration asks for no MEIR."""
     meir = meir_of_problem(problem)
     if meir is None:
@@ -35,7 +35,7 @@ def hidden_section(problem: DesignProblem, front: Front) -> Section | None:
         texts.append(cheap)
     noticing = noticed_by(problem, front, meir, physics)
     blocks: list[Block] = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
-    return Section("hidden", "What the plan would not notice", blocks)
+    return PageSection("hidden", "What the plan would not notice", blocks)
 
 
 def noticed_by(
@@ -57,11 +57,11 @@ def noticed_by(
     return found
 
 
-def recordings_section(found: HiddenByRecordings, stated: str | None = None) -> Section:
+def recordings_section(found: HiddenByRecordings, stated: str | None = None) -> PageSection:
     """The section about recordings that the model explains; `stated` is their accuracy in words, if it is said here."""
     said = [] if stated is None else [Sentences([stated])]
     blocks: list[Block] = [*said, hidden_figure(found.physics), hidden_table(found.physics)]
-    return Section("hidden", "What may still be hidden", blocks)
+    return PageSection("hidden", "What may still be hidden", blocks)
 
 
 def cheapest_sentence(front: Front) -> str | None:

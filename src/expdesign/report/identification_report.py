@@ -14,17 +14,23 @@ from expdesign.report.blocks import (
     Definitions,
     KeyFigure,
     KeyFigures,
-    Section,
+    NextSteps,
+    PageSection,
     Sentences,
-    Steps,
 )
-from expdesign.report.fit_texts import coverage_sentence, fit_sentences
-from expdesign.report.geometry_section import geometry_section
+from expdesign.report.check_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit
-from expdesign.report.identification_tables import measurement_table, stiffness_figure, stiffness_table
+from expdesign.report.identification_tables import (
+    SCRIPT,
+    geometry_section,
+    measurement_table,
+    residual_blocks,
+    residual_data,
+    stiffness_figure,
+    stiffness_table,
+)
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
-from expdesign.report.residual_figure import SCRIPT, residual_blocks, residual_data
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
 
@@ -34,7 +40,7 @@ _PICTURE = "The robot at the middle of the recorded poses."
 
 
 def identification_report(
-    result: Identification, robot_file: str = "", configuration: str = "", further: Sequence[Section] = ()
+    result: Identification, robot_file: str = "", configuration: str = "", further: Sequence[PageSection] = ()
 ) -> Page:
     """The report of an identification.
 
@@ -49,20 +55,20 @@ def identification_report(
     stiffness = bool(robot.actuators) and result.calibration != "geometric"
     drawn, view = picture(robot, at_rest(robot, np.median(train.configurations, axis=0)), note=_PICTURE)
     sections = (
-        Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
+        PageSection("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
         *(
-            [Section("stiffness", "Stiffness", [stiffness_figure(result), stiffness_table(result)])]
+            [PageSection("stiffness", "Stiffness", [stiffness_figure(result), stiffness_table(result)])]
             if stiffness
             else []
         ),
         *(arm_sections(result) if result.arm is not None else []),
         *([geometry_section(result)] if result.geometry is not None and result.arm is None else []),
-        Section("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
+        PageSection("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
         *further,
-        *([Section("measurements", _CONTRIBUTED, [measurement_table(result, train)])] if robot.actuators else []),
-        *([Section("machine", "The robot", drawn)] if drawn else []),
-        Section("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
-        Section("words", "Words", [Definitions(_WORDS)]),
+        *([PageSection("measurements", _CONTRIBUTED, [measurement_table(result, train)])] if robot.actuators else []),
+        *([PageSection("machine", "The robot", drawn)] if drawn else []),
+        PageSection("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
+        PageSection("words", "Words", [Definitions(_WORDS)]),
     )
     return Page(
         title=f"{_TITLES[result.calibration]} of {robot.name}",
@@ -149,11 +155,11 @@ def _tests(result: Identification) -> list[tuple[str, str]]:
     return items
 
 
-def _next_steps(result: Identification, robot_file: str, configuration: str) -> Steps:
+def _next_steps(result: Identification, robot_file: str, configuration: str) -> NextSteps:
     recordings = shlex.quote(result.recordings.source)
     robot, config = shlex.quote(robot_file or "ROBOT.yaml"), shlex.quote(configuration or "CONFIG.yaml")
     targets = f" --targets {config}" if configuration else ""
-    return Steps(
+    return NextSteps(
         [
             (
                 "Predict deflections anywhere (model.yaml lies beside this page).",

@@ -13,9 +13,9 @@ from expdesign.report.blocks import (
     Definitions,
     KeyFigure,
     KeyFigures,
-    Section,
+    NextSteps,
+    PageSection,
     Sentences,
-    Steps,
     table_of,
 )
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
@@ -30,12 +30,14 @@ def montecarlo_report(result: Repeated, plan: str = "plan.csv") -> Page:
     targets = range(len(result.problem.targets.configurations))
     densities: list[Block] = [density_figure(result, target) for target in targets]
     sections = (
-        Section("result", "Result", [Sentences(_conclusions(result)), _key_figures(result), _criteria_table(result)]),
-        Section("agreement", "Axis by axis", [agreement_figure(result), _deviation_table(result)]),
-        Section("densities", "Densities", densities),
-        Section("run", "How it was done", [Definitions(_settings(result))]),
-        Section("words", "Words", [Definitions(_WORDS)]),
-        Section("next", "Next steps", [_next_steps(result.problem.source, plan)]),
+        PageSection(
+            "result", "Result", [Sentences(_conclusions(result)), _key_figures(result), _criteria_table(result)]
+        ),
+        PageSection("agreement", "Axis by axis", [agreement_figure(result), _deviation_table(result)]),
+        PageSection("densities", "Densities", densities),
+        PageSection("run", "How it was done", [Definitions(_settings(result))]),
+        PageSection("words", "Words", [Definitions(_WORDS)]),
+        PageSection("next", "Next steps", [_next_steps(result.problem.source, plan)]),
     )
     return Page(
         title=f"Monte-Carlo of a calibration plan for {robot.name}",
@@ -160,10 +162,10 @@ def _score(value: float) -> str:
     return words.UNDETERMINED if np.isnan(value) else f"{value:+.2f}".replace("-", "−")
 
 
-def _next_steps(source: str, plan: str) -> Steps:
+def _next_steps(source: str, plan: str) -> NextSteps:
     config = shlex.quote(source)
     look = f"expdesign montecarlo {config} {shlex.quote(plan)} --plant equilibrium --out repeated"
-    return Steps(
+    return NextSteps(
         [
             ("Look for a better plan.", f"expdesign run {config} --out results/mine"),
             ("Look at the neglected geometry under load.", look),

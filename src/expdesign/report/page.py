@@ -27,7 +27,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from expdesign.report.blocks import Block, DataTable, Figure, Section, SideBySide
+from expdesign.report.blocks import Block, DataTable, Figure, PageSection, SideBySide
 
 _FOLDER = Path(__file__).parent
 # Tile maps, which no page has, are a third of plotly.js: the source of their web worker, one text of half a megabyte;
@@ -64,7 +64,7 @@ class Page:
 
     title: str
     subtitle: str
-    sections: Sequence[Section]
+    sections: Sequence[PageSection]
     data: Mapping[str, Any] = field(default_factory=dict)
     scripts: Sequence[str] = ()
     footer: str = ""

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from functools import singledispatch
 
 from expdesign.chain.readings.position import HeldMarker
-from expdesign.chain.recordings.remark import Remark
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.remarks import (
     AliasedParameters,
     Averaged,

@@ -1,4 +1,7 @@
-"""Where a robot's legs or joints are: sentences for a terminal, a table, and the numbered picture of reports."""
+"""Where a robot's legs or joints are: sentences for a terminal, a table, and the numbered picture of reports.
+
+The page of `expdesign check`: which leg or joint is which, drawn and in numbers.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,9 +10,12 @@ import numpy as np
 import pandas as pd
 
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, Option, Selector, SideBySide, table_of
-from expdesign.report.robot_view import RobotStates, plan_view, view_data, view_figure
+from expdesign.report.blocks import Block, Option, PageSection, Paragraph, Selector, SideBySide, table_of
+from expdesign.report.design_data import target_levers, target_text
+from expdesign.report.page import Page
+from expdesign.report.robot_view import RobotStates, at_rest, plan_view, robot_states, view_data, view_figure
 
 SCRIPTS = ("robot_view.js", "robot_page.js")
 """Scripts that a page with `picture` needs."""
@@ -18,15 +24,14 @@ _DIRECTIONS = "Directions are seen from above: counter-clockwise from the x axis
 
 def actuator_frame(robot: Robot) -> pd.DataFrame:
     """Places, lengths and limits of the actuators (m, rad, degrees); empty for a robot without any."""
-    if robot.straight_legs is not None:
+    if robot.on_straight_legs:
         return _legs(robot)
-    return _joints(robot) if robot.links is not None else pd.DataFrame()
+    return _joints(robot) if robot.jointed else pd.DataFrame()
 
 
 def _legs(robot: Robot) -> pd.DataFrame:
     drawing, legs = robot.drawing(np.zeros(len(robot.configuration))), robot.straight_legs
     assert drawing is not None
-    assert legs is not None
     base = np.array([drawing.points[drawing.components[name][0]] for name in robot.actuators])
     places = [("base", base)] if base.shape[1] == 2 else [("base", base), ("platform", legs.platform_joints)]
     frame = pd.DataFrame({"actuator": robot.actuators})
@@ -42,7 +47,6 @@ def _legs(robot: Robot) -> pd.DataFrame:
 def _joints(robot: Robot) -> pd.DataFrame:
     drawing, links = robot.drawing(robot.reference_configuration()), robot.links
     assert drawing is not None
-    assert links is not None
     units = robot.configuration[: len(robot.actuators)]
     names = [coordinate.joint for coordinate in links.tree.coordinates]
     frame = pd.DataFrame({"actuator": robot.actuators, "name": names, "column": units})
@@ -58,7 +62,7 @@ def _joints(robot: Robot) -> pd.DataFrame:
 def actuator_sentences(robot: Robot) -> list[str]:
     """A line for every leg or joint, and what the directions mean."""
     frame = actuator_frame(robot)
-    if robot.straight_legs is not None:
+    if robot.on_straight_legs:
         lines = [_leg_sentence(row) for _, row in frame.iterrows()]
         spatial = "base_direction_deg" in frame
         return [*lines, f"{_DIRECTIONS} Base joints in O, platform joints in P (mm)."] if spatial else lines
@@ -154,3 +158,42 @@ def picture(
     options = [Option(str(number), text, number == 0) for number, text in enumerate(choices)]
     shown: list[Block] = [figure, *([Selector("state", "Show", options, step=True)] if options else [])]
     return [SideBySide(shown, [plan_view(robot, states, concerned)])] if space else shown, {"view": view}
+
+
+_NOTE = "The robot in the base frame O at its reference pose, with the numbers by which every report names its parts."
+
+
+def robot_report(robot: Robot, summary: str) -> Page:
+    """The page of a robot's or a model's file."""
+    return _page(robot, summary, at_rest(robot), [], [])
+
+
+def problem_report(problem: DesignProblem, summary: str) -> Page:
+    """The page of a configuration: its robot at rest, and at every target under its load."""
+    robot, targets = problem.loaded.robot, problem.targets.configurations
+    states = robot_states(
+        robot,
+        np.concatenate([robot.reference_configuration()[None], targets]),
+        np.concatenate([np.zeros((1, robot.coordinates.n)), problem.target_wrenches]),
+        np.concatenate([np.zeros((1, robot.coordinates.translations)), target_levers(problem)]),
+    )
+    texts = [f"Target {number + 1}: {target_text(problem, number)}" for number in range(len(targets))]
+    choices = ["Reference pose", *(f"Target {number + 1}" for number in range(len(targets)))]
+    return _page(robot, summary, states, choices, [Paragraph(text) for text in texts])
+
+
+def _page(robot: Robot, summary: str, states: RobotStates | None, choices: list[str], targets: list[Block]) -> Page:
+    blocks, data = picture(robot, states, note=_NOTE, choices=choices)
+    sections = [
+        PageSection(
+            "machine",
+            "The robot",
+            [Paragraph(words.sentence(summary.replace("`", ""))), *blocks, *actuator_blocks(robot)],
+        )
+    ]
+    if targets:
+        sections.append(PageSection("targets", "Targets", targets))
+    return Page(
+        title=robot.name, subtitle=f"{robot.kind}, as its file describes it", sections=sections, data=data,
+        scripts=SCRIPTS if data else (),
+    )  # fmt: skip

@@ -130,7 +130,7 @@ def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) 
         "size": size,
         "moving": moving_part(robot),
         # Tips of an arm are so far apart that the arm would be small beside them.
-        "ghosts": robot.links is None,
+        "ghosts": not robot.jointed,
         "parts": [{"name": part.name, "role": part.role, "paths": part.paths} for part in drawing.parts],
         "loaded": largest > 0.0,
         "origin": count,
@@ -152,7 +152,7 @@ def _size(drawing: Drawing) -> float:
 
 def moving_part(robot: Robot) -> str:
     """What moves under the load: the `tip` of a robot with links, else the `platform`."""
-    return "platform" if robot.links is None else "tip"
+    return "platform" if not robot.jointed else "tip"
 
 
 def view_figure(id: str, dimension: int, title: str, caption: str, height: int) -> Figure:

@@ -15,8 +15,8 @@ from expdesign.report.blocks import (
     Definitions,
     KeyFigure,
     KeyFigures,
+    PageSection,
     Paragraph,
-    Section,
     Sentences,
     table_of,
 )
@@ -41,11 +41,11 @@ def verification_report(
     """
     robot = model.chain.robot
     sections = (
-        Section("statement", "Statement", (_figures(result), Sentences(statement(result)))),
-        Section("subject", "Subject", (Definitions([("Certificate", number), *_subject(model, check, about)]),)),
-        Section("results", "Results", (_table(result, model), Paragraph(_rule(result)))),
-        Section("files", "Files", (_files(files),)),
-        Section("signature", "Signature", (Definitions((("Date", _BLANK), ("Name and signature", _BLANK))),)),
+        PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
+        PageSection("subject", "Subject", (Definitions([("Certificate", number), *_subject(model, check, about)]),)),
+        PageSection("results", "Results", (_table(result, model), Paragraph(_rule(result)))),
+        PageSection("files", "Files", (_files(files),)),
+        PageSection("signature", "Signature", (Definitions((("Date", _BLANK), ("Name and signature", _BLANK))),)),
     )
     return Page(
         title=f"Certificate of verification: {about.robot or robot.name}",

@@ -6,19 +6,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import PathLike, RobotInput, checked_problem, robot_of
+from expdesign.app.api.configuration import checked_problem
+from expdesign.app.api.inputs import PathLike, RobotInput, robot_of
 from expdesign.app.api.referenced import referenced
-from expdesign.app.sweeps.computed_by import computed_by_text
 from expdesign.app.sweeps.runs import SweepRun, sweep_runs
+from expdesign.app.sweeps.store import computed_by_text
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document
+from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.pose_columns import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.structure import check_structure
-from expdesign.chain.recordings.target_readings import with_targets
 from expdesign.copying import Copied
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
@@ -73,7 +74,7 @@ class CheckedRobot(Copied):
 
     def page(self) -> Page:
         """The robot, drawn with its numbers."""
-        from expdesign.report.robot_report import robot_report  # noqa: PLC0415 (slow to import)
+        from expdesign.report.robot_section import robot_report  # noqa: PLC0415 (slow to import)
 
         return robot_report(self.robot, self.summary)
 
@@ -124,7 +125,7 @@ class CheckedProblem(Copied):
 
     def page(self) -> Page:
         """The robot, drawn with its numbers, at rest and at the targets."""
-        from expdesign.report.robot_report import problem_report  # noqa: PLC0415 (slow to import)
+        from expdesign.report.robot_section import problem_report  # noqa: PLC0415 (slow to import)
 
         return problem_report(self.problem, self.summary)
 
@@ -286,11 +287,11 @@ def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool 
         return CheckedRecordings(check_structure(table))
     machine = robot_of(robot).robot
     table = with_targets(with_joint_columns(table, machine), machine)
-    structure = check_structure(table, commanded=len(machine.stiffness) > 0)
+    structure = check_structure(table, commanded=machine.actuated)
     recordings = referenced(recordings_from_table(table, machine), shared_reference)
     require_measured(recordings, machine)
     say(recordings_findings(recordings, machine), str(file))
-    if len(machine.stiffness) == 0:
+    if not machine.actuated:
         return CheckedRecordings(structure, recordings)
     found = identify_recordings(machine, recordings)
     return CheckedRecordings(structure, recordings, found)

@@ -7,19 +7,18 @@ from typing import ClassVar
 
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.app.api.run import Report, silent
-from expdesign.app.sweeps.engine import Engine
-from expdesign.app.sweeps.problem_work import by_engine
+from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.comparison.comparable import require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
 from expdesign.assurance.comparison.correlation import RankCorrelation, rank_correlations
 from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_folder, write_file
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import total_lower_bound
 from expdesign.planning.optimality.refinement import LowerBound
@@ -128,6 +127,7 @@ class ComparisonResult(Result):
         return Path(folder) / PAGE
 
 
+@shows_progress("comparing")
 def compare(
     *configs: Config,
     plans: Mapping[str, TableInput] | None = None,
@@ -137,7 +137,8 @@ def compare(
     generations: int | None = None,
     seed: int = 1,
     engine: Engine | None = None,
-    report: Report = silent,
+    callback: Callback = silent,
+    progress: bool = False,
 ) -> ComparisonResult:
     """Compare the designs that are best by each criterion alone, random ones, and given plans.
 
@@ -151,7 +152,8 @@ def compare(
         seed: of everything.
         engine: that does searches, refinements and repetitions; one after another in this process if left out. The
             results are the same.
-        report: called with the progress.
+        callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
+        progress: whether progress is shown on standard error.
 
     Raises:
         InputError: a file is wrong, or the configurations are not comparable.
@@ -171,7 +173,7 @@ def compare(
     def step(text: str) -> None:
         nonlocal done
         done += 1
-        report("comparing", done, total, text)
+        callback("comparing", done, total, text)
 
     judgements, bounds = [], []
     for problem, name, own in zip(problems, names, given, strict=True):
@@ -233,7 +235,7 @@ def _given(problem: DesignProblem, plans: Mapping[str, TableInput]) -> list[Cont
     found = []
     for name, plan in plans.items():
         table = table_of(plan, name)
-        read = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+        read = read_plan(table, problem.loaded, problem.noise)
         found.append(Contender(name, "given", without_validation(read, table)))
     return found
 

@@ -2,31 +2,20 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import (
-    Config,
-    ModelInput,
-    PathLike,
-    TableInput,
-    model_of,
-    numeric,
-    problem_of,
-    purpose_of,
-    table_of,
-)
+from expdesign.app.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, purpose_of, table_of
 from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
-from expdesign.app.api.targets import calibrated_by, targets_table
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import correction_findings, target_findings
-from expdesign.chain.models.calibrated import Calibrated
+from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.tip import Frame
+from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -40,10 +29,13 @@ from expdesign.estimation.compensation.prediction import in_file_order, require_
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.mechanics.robots.urdf import transform
-from expdesign.planning.problem import DesignProblem
 from expdesign.report.correction_texts import correction_lines, correction_summary
+
+if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
+    from expdesign.app.api.configuration import Config
+    from expdesign.planning.problem import DesignProblem
 
 _CONFIGURATIONS = (".yaml", ".yml")
 
@@ -91,7 +83,7 @@ class CompensationResult(Result):
 
 
 def compensate(
-    model: ModelInput, targets: TableInput | Config, *, other_robot: bool = False, frame: Frame = "base"
+    model: ModelInput, targets: "TableInput | Config", *, other_robot: bool = False, frame: Frame = "base"
 ) -> CompensationResult:
     """Find the commands that bring the platform to the targets under load.
 
@@ -109,34 +101,48 @@ def compensate(
         ConvergenceError: no command is found.
         SingularConfigurationError: the robot is singular at a target.
         InfeasibleError: a command is beyond the robot's limits.
+
+    Example:
+        >>> xd.compensate("identified/model.yaml", "configs/bipod.yaml").summary
+        'largest correction 72.1 um; expected U 0.993 um'
     """
     identified = model_of(model)
     robot = identified.chain.robot
     problem = _configuration(targets)
     if problem is not None:
         require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
-    table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
+    table = _table(targets, problem)
     require_history(identified, table)
     if frame not in get_args(Frame):
         raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
-    commanded = _of_platform if robot.links is None else _of_arm
+    commanded = _of_platform if not robot.jointed else _of_arm
     text, found, corrections, points = commanded(identified, table, frame, problem)
     return CompensationResult(
         text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
     )
 
 
-def _configuration(targets: TableInput | Config) -> DesignProblem | None:
+def _configuration(targets: "TableInput | Config") -> "DesignProblem | None":
     """The run configuration that holds the targets, or None where they are a table."""
     if isinstance(targets, pd.DataFrame | Result):
         return None
     if isinstance(targets, str | Path) and Path(targets).suffix.lower() not in _CONFIGURATIONS:
         return None
+    from expdesign.app.api.configuration import problem_of  # noqa: PLC0415
+
     return problem_of(targets)
 
 
+def _table(targets: "TableInput | Config", problem: "DesignProblem | None") -> Table:
+    if problem is None:
+        return table_of(targets, "targets")  # type: ignore[arg-type]
+    from expdesign.app.api.targets import targets_table  # noqa: PLC0415
+
+    return targets_table(problem)
+
+
 def _of_platform(
-    model: Model, table: Table, frame: Frame, problem: DesignProblem | None
+    model: Model, table: Table, frame: Frame, problem: "DesignProblem | None"
 ) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
     """Poses to command; they are in the base frame."""
     robot = model.chain.robot
@@ -147,7 +153,7 @@ def _of_platform(
     return _with_commands(table.frame.copy(), points, robot, found, corrections), found, corrections, points
 
 
-def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | None) -> Calibrated | None:
+def _calibrated(model: Model, points: LoadedPoints, problem: "DesignProblem | None") -> Calibrated | None:
     """What was calibrated, against which the targets have been judged.
 
     Springs alone act alike wherever the configuration lets them be measured: where its plan stays in some corners, the
@@ -155,6 +161,8 @@ def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | Non
     """
     calibrated = model.calibrated
     if problem is not None and (calibrated is None or not model.chain.effects):
+        from expdesign.app.api.targets import calibrated_by  # noqa: PLC0415
+
         calibrated = calibrated_by(problem).including(calibrated)
     say(target_findings(points, model.chain.robot, calibrated), points.source)
     return calibrated
@@ -188,7 +196,7 @@ def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections:
     columns = {"correction_m": corrections.translation}
     if robot.coordinates.rotations:
         columns["correction_rad"] = corrections.rotation
-    names = SPATIAL.pose if robot.links is not None else robot.coordinates.pose
+    names = SPATIAL.pose if robot.jointed else robot.coordinates.pose
     columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
     for name, values in columns.items():
         (frame[name],) = in_file_order(points, values)
@@ -197,7 +205,7 @@ def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections:
 
 
 def _of_arm(
-    model: Model, table: Table, frame: Frame, problem: DesignProblem | None
+    model: Model, table: Table, frame: Frame, problem: "DesignProblem | None"
 ) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
     """Joint commands, and the pose to ask of a controller that has the nominal geometry."""
     robot = model.chain.robot

@@ -16,14 +16,12 @@ from expdesign.assurance.model_error.prior import usual_size
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.models.effect_entry import effect_classes, effects_of
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.models.offered import effects_of
-from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 
@@ -72,7 +70,7 @@ def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect,
     if not at:
         remedy = "Write e.g. `leg_backlash at leg 4, 5 um`; `expdesign physics ROBOT` lists what can be there."
         raise InputError(f"`{head}` names no place", where=WHERE, remedy=remedy)
-    readings = DEFLECTIONS if isinstance(problem.loaded.regressor, Elastostatic) else POSES
+    readings = DEFLECTIONS if problem.loaded.regressor.referenced else POSES
     effects = _at(physics, place, robot)
     if not any(readings in type(effect).measurands for effect in effects):
         what = f"`{physics}` at `{place}` does not show in {readings.name}, which this configuration measures"

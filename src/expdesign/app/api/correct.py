@@ -11,20 +11,19 @@ from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, 
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.columns import order_in_time
-from expdesign.chain.recordings.measured_poses import measured_poses
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.thermal_correction import (
     CorrectedDeflections,
     Repeatability,
     correct_poses,
     deflections,
+    measured_poses,
     repeatability,
 )
 from expdesign.counted import counted
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import json_text, output_file
+from expdesign.io.output import csv_text, json_text, output_file
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
@@ -109,11 +108,10 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
         InputError: a file is missing or wrong, or the robot has no legs.
     """
     given = robot_of(robot).robot
-    here = given.inverse_kinematics
-    if here is None:
+    if not given.on_legs:
         what = f"`{given.name}` is a {given.kind}; the correction needs the lengths of legs"
         raise InputError(what, remedy="Use a robot on legs.")
-    table = table_of(poses, "poses")
+    here, table = given.inverse_kinematics, table_of(poses, "poses")
     measured = measured_poses(table, here)
     corrected = correct_poses(here, measured, interpolate=interpolate)
     found = deflections(measured, corrected)

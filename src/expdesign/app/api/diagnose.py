@@ -1,14 +1,16 @@
 """`diagnose`: where and why the model and the recordings differ."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import pandas as pd
 
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
+from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.identify import RecordingsInput, recorded_accuracy, recordings_of
-from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of
+from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record
@@ -23,9 +25,8 @@ from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import json_text, output_folder, write_file
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.io.output import csv_text, json_text, output_folder, write_file
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.diagnosis_record import diagnosis_record
 from expdesign.report.diagnosis_texts import terminal_lines
@@ -43,11 +44,7 @@ STAGES = (
     "weighing laws at ports",
     "looking for what may still be hidden",
 )
-"""How the sentences begin that `report` is called with, in their order; not every diagnosis has all of these stages."""
-
-
-def silent(text: str) -> None:
-    """No progress report."""
+"""How the sentences begin that say what is being done, in their order; not every diagnosis has all of these stages."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -151,6 +148,7 @@ class DiagnosisResult(Result):
         return Path(folder) / PAGE
 
 
+@shows_progress("diagnosing")
 def diagnose(
     robot: RobotInput,
     recordings: RecordingsInput,
@@ -161,7 +159,8 @@ def diagnose(
     without: Collection[str] = (),
     other_robot: bool = False,
     interruptible: bool = False,
-    report: Callable[[str], None] = silent,
+    callback: Callback = silent,
+    progress: bool = False,
 ) -> DiagnosisResult:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 
@@ -177,20 +176,30 @@ def diagnose(
             it is then taken for, and how well a law at a port stands in for it.
         other_robot: whether a configuration of another geometry than the robot's is meant.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
-        report: called with a sentence on what is being done (`STAGES`).
+        callback: called with `diagnosing`, the number of the stage, 0 and a sentence on what is being done (`STAGES`).
+        progress: whether progress is shown on standard error.
 
     Raises:
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
+
+    Example:
+        >>> xd.diagnose("configs/robots/bipod.yaml", "recordings.csv").record["verdict"]
+        'consistent'
     """
     if isinstance(without, str):
         raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
     problem = None if targets is None else _problem_for(targets, machine, confirmed=other_robot)
+
+    def told(text: str) -> None:
+        stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
+        callback("diagnosing", stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
+
     measured = referenced(complete_positions(recordings_of(recordings, machine)), shared_reference, problem)
     result = diagnose_recordings(
-        machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=report
+        machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=told
     )
     names = measured.deviation_columns(machine.robot.coordinates)
     model = Model.from_fit(
@@ -205,7 +214,7 @@ def diagnose(
     accepted = None if problem is None else accept_diagnosed(problem, result)
     hidden, accuracy = None, None
     if problem is not None and result.verdict == "consistent" and not result.ended:
-        report("looking for what may still be hidden")
+        told("looking for what may still be hidden")
         try:
             meir = meir_of_problem(problem)
             assumptions = None if meir is None else meir.assumptions

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record
 from expdesign.assurance.acceptance.planned import planned_decision
@@ -96,11 +97,15 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     Raises:
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular, or nearly so, in one of the rows.
+
+    Example:
+        >>> round(xd.evaluate("configs/bipod.yaml", "plan.csv").record["total"], 3)  # tolerances
+        0.615
     """
     problem = problem_of(config)
     table = table_of(plan, "plan")
     require_whole_load(table, problem.loaded)
-    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    given = read_plan(table, problem.loaded, problem.noise)
     # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
     points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
     _require_reachable(problem, given, table)

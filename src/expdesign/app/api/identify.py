@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, problem_of, purpose_of, robot_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of, table_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
@@ -26,13 +27,13 @@ from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.arm_options import ArmOptions, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
 from expdesign.estimation.whitening import Whitening
 from expdesign.io.output import json_text, output_folder, write_file
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.elastostatics.calibration import Calibration
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.identification_record import identification_record, stiffness_unit
 from expdesign.report.page import Page
@@ -108,7 +109,7 @@ class IdentificationResult(Result):
 
     def page(self) -> Page:
         """The report."""
-        from expdesign.report.acceptance import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
@@ -196,6 +197,13 @@ def identify(
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness or the geometry.
+
+    Example:
+        >>> result = xd.identify("configs/robots/bipod.yaml", "recordings.csv")
+        >>> result.stiffness["estimate"].round(-4).tolist()  # N/m
+        [10080000.0, 13030000.0]
+        >>> result.save("identified").name
+        'report.html'
     """
     require_prior(prior)
     machine = robot_of(robot)

@@ -5,9 +5,8 @@ from pathlib import Path
 import pandas as pd
 
 from expdesign.app.api.inputs import PathLike
-from expdesign.io.csv_writer import csv_text
 from expdesign.io.excel import is_excel_name, workbook
-from expdesign.io.output import output_file
+from expdesign.io.output import csv_text, output_file
 from expdesign.io.tables_in_units import in_units
 from expdesign.io.written import Purpose
 

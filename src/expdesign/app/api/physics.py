@@ -8,7 +8,7 @@ import pandas as pd
 from expdesign.app.api.inputs import RobotInput, purpose_of, robot_of
 from expdesign.app.api.result import Result
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.models.offered import Offered, offered, unit_of_parameter
+from expdesign.chain.models.effect_entry import Offered, offered, unit_of_parameter
 from expdesign.counted import counted
 
 

@@ -9,18 +9,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, TableInput, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, purpose_of, table_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.recordings.references import REFERENCE, reference_names
+from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import output_file
+from expdesign.io.output import csv_text, output_file
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -92,6 +93,10 @@ def plan_next(
     Raises:
         InputError: a file is missing or wrong, or a number is out of range.
         SingularConfigurationError: the robot is singular in a row.
+
+    Example:
+        >>> xd.plan_next("configs/bipod.yaml", "recordings.csv", count=2).totals.round(2).tolist()  # tolerances
+        [0.61, 0.54, 0.48]
     """
     _require_sensible(count, accuracy, seed)
     purpose = purpose_of("next", config, recordings)
@@ -123,7 +128,7 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
     """Parameters of the load of every recording, which errors of the load depend on."""
     if not problem.loaded.sources:
         return None
-    plan = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    plan = read_plan(table, problem.loaded, problem.noise)
     loads: FloatArray = plan.loads[np.searchsorted(table.lines, measured.lines)]
     return loads
 

@@ -12,10 +12,9 @@ from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.pose_columns import TARGET
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.target_readings import TARGET
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, measured_names
 from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import (
@@ -90,6 +89,11 @@ def predict(
         InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a
             reading is not known.
         SingularConfigurationError: the robot is singular at a point.
+
+    Example:
+        >>> predicted = xd.predict("identified/model.yaml", "plan.csv").frame
+        >>> (1e6 * predicted["dy_m"]).round(1).tolist()  # µm
+        [-132.6, -73.6, -66.2, -133.8]
     """
     identified = truth_of(model)
     robot = identified.chain.robot
@@ -148,7 +152,7 @@ def _poses(frame: pd.DataFrame) -> BoolArray:
 def _with_target(table: Table, model: Model) -> Table:
     """The table with the name of the target in rows of the kind `pose` that name none."""
     rows = _poses(table.frame)
-    if model.chain.robot.links is None or not rows.any() or TARGET not in model.chain.reading.names:
+    if not model.chain.robot.jointed or not rows.any() or TARGET not in model.chain.reading.names:
         return table
     names = table.frame["marker"].astype(str).str.strip() if table.has("marker") else pd.Series([""] * len(table))
     marker = np.where(rows & (names.to_numpy() == ""), TARGET, names)

@@ -13,18 +13,18 @@ from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, 
 from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
-from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION
 from expdesign.chain.recordings.point_lists import PointSet, read_point_sets
-from expdesign.chain.recordings.references import REFERENCE
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION
 from expdesign.chain.recordings.registered_deflections import (
-    Frame,
+    InstrumentFrame,
     RegisteredDeflection,
     difference_variance,
     registered_deflection,
     suspicion,
 )
-from expdesign.chain.recordings.states import State, matched
+from expdesign.chain.recordings.states import RecordedState, matched
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import json_text, output_file
@@ -173,7 +173,7 @@ def register(
     )
 
 
-def _unmeasured(table: Table, states: list[State], unloaded: BoolArray) -> tuple[int, ...]:
+def _unmeasured(table: Table, states: list[RecordedState], unloaded: BoolArray) -> tuple[int, ...]:
     """Sequence numbers of loaded rows of which there are no points."""
     rows = sorted(set(np.flatnonzero(~unloaded).tolist()) - {state.row for state in states})
     return tuple(int(number) for number in table.integers("sequence")[rows])
@@ -189,16 +189,16 @@ def _read(points: PathLike | Sequence[PathLike], unit: str | None) -> list[Point
     return [item for file in files for item in read_point_sets(Path(file), given)]
 
 
-def _frames(robot: Robot, configurations: FloatArray) -> list[Frame]:
+def _frames(robot: Robot, configurations: FloatArray) -> list[InstrumentFrame]:
     jacobians = robot.jacobians(configurations)
     count = robot.coordinates.n
-    if count != 6 or not len(robot.stiffness):
+    if count != 6 or not robot.actuated:
         what = f"deflections are registered for platforms and arms, not for a {robot.kind}"
         raise InputError(
             what, remedy="Take positions of markers instead (--positions), where the robot moves in space."
         )
     origins, rates = robot.position(configurations), robot.pose_rates(configurations)
-    return [Frame(r, p, t) for r, p, t in zip(jacobians.rotation, origins, rates, strict=True)]
+    return [InstrumentFrame(r, p, t) for r, p, t in zip(jacobians.rotation, origins, rates, strict=True)]
 
 
 def _instrument(robot: Robot, *, base_frame: bool) -> tuple[FloatArray, FloatArray] | None:
@@ -220,7 +220,7 @@ def _without_measured(table: Table, robot: Robot) -> pd.DataFrame:
 
 
 def _deflections(
-    table: Table, states: list[State], found: list[RegisteredDeflection], covariance: FloatArray, robot: Robot
+    table: Table, states: list[RecordedState], found: list[RegisteredDeflection], covariance: FloatArray, robot: Robot
 ) -> pd.DataFrame:
     text = _without_measured(table, robot).iloc[[state.row for state in states]].reset_index(drop=True)
     text[REFERENCE] = [state.reference.name for state in states]
@@ -231,7 +231,7 @@ def _deflections(
     return text
 
 
-def _positions(table: Table, states: list[State], robot: Robot, deviation: float | None) -> pd.DataFrame:
+def _positions(table: Table, states: list[RecordedState], robot: Robot, deviation: float | None) -> pd.DataFrame:
     """One row per state and point, the unloaded state of each first."""
     plan = _without_measured(table, robot)
     loads = [name for name in ("mass_kg", *robot.coordinates.wrench) if table.has(name)]

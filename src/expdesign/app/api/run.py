@@ -9,15 +9,16 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, problem_of, purpose_of
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, purpose_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import acceptance_record
 from expdesign.assurance.acceptance.recommended import recommended_acceptance
 from expdesign.assurance.model_error.planned import recommended_accuracy
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.csv_writer import csv_text
-from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.output import csv_text, json_text, output_folder, write_file
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
 from expdesign.planning.optimality.refinement import LowerBound
@@ -27,13 +28,6 @@ from expdesign.planning.record import run_record
 from expdesign.planning.result import design_minutes, pareto_frame, plan_of, planned, plans_frame
 from expdesign.planning.search import Follow, Progress, joined, search
 from expdesign.report.page import Page
-
-Report = Callable[[str, int, int, str], None]
-"""Called with the stage (one word), the steps done, the steps in all, and a note on what was reached."""
-
-
-def silent(title: str, done: int, total: int, note: str) -> None:
-    """The report of who does not want one."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -126,10 +120,12 @@ class RunResult(Result):
         return Path(folder) / PAGE
 
 
+@shows_progress("searching", "bounding")
 def run(
     config: Config,
     *,
-    report: Report = silent,
+    callback: Callback = silent,
+    progress: bool = False,
     follow: Follow = lambda state: None,
     ended: Callable[[], bool] = lambda: False,
     seconds: float | None = None,
@@ -140,7 +136,8 @@ def run(
 
     Args:
         config: run configuration.
-        report: called with the progress.
+        callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
+        progress: whether progress is shown on standard error.
         follow: called with the state of the search, its front so far; returns True to end it with what is there.
         ended: whether a person wants no more; asked after every generation and every round of bounding.
         seconds: limit of all that is done here and of writing the results; the search ends with what is there, and
@@ -153,6 +150,13 @@ def run(
             was known.
         InfeasibleError: no pose is within the robot's limits.
         NotIdentifiableError: no design identifies what the targets need.
+
+    Example:
+        >>> result = xd.run("configs/bipod.yaml")
+        >>> result.pareto.columns[:4].tolist()
+        ['design', 'duir', 'feir', 'total']
+        >>> bool(result.pareto["total"].min() < 1.13)  # tolerances
+        True
     """
     started = time.perf_counter()
     problem = problem_of(config)
@@ -160,13 +164,13 @@ def run(
         what = "every pose and every load is fixed, so that there is nothing to choose"
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
-    limit = _Limit(seconds, started, lambda state: bool(follow(state)) or ended(), ended, report)
+    limit = _Limit(seconds, started, lambda state: bool(follow(state)) or ended(), ended, callback)
     front = search(problem, limit.searching)
     unbounded = CriterionBounds(LowerBound(None, "not computed yet"), np.inf)
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
     searched(first)
-    duir, total = _bounds(problem, front, report, limit)
+    duir, total = _bounds(problem, front, callback, limit)
     front = joined(problem, front, [bounds.plan for bounds in (duir, total)])
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
     if timed:
@@ -183,19 +187,19 @@ class _Limit:
         started: float,
         follow: Callable[[Progress], bool],
         ended: Callable[[], bool],
-        report: Report,
+        callback: Callback,
     ) -> None:
         # What bounds and results take at the end is kept, as far as the limit allows for it.
         left = np.inf if seconds is None else seconds
         self._search_end = started + left - min(_BOUNDING + _WRITING, 0.4 * left) if seconds is not None else np.inf
         self._end = started + left - min(_WRITING, 0.2 * left) if seconds is not None else np.inf
-        self._follow, self._wanted, self._report = follow, ended, report
+        self._follow, self._wanted, self._callback = follow, ended, callback
         self.ended = ""
 
     def searching(self, state: Progress) -> bool:
         """Report; whether the search is to end."""
         best = f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
-        self._report("searching", state.generation, 0, f"{state.note}: {best}")
+        self._callback("searching", state.generation, 0, f"{state.note}: {best}")
         wanted = self._follow(state) or time.perf_counter() > self._search_end
         if wanted and not self.ended:
             self.ended = f"generation {state.generation}, {state.note}"
@@ -228,14 +232,14 @@ def _result(
 
 
 def _bounds(
-    problem: DesignProblem, front: Front, report: Report, limit: _Limit
+    problem: DesignProblem, front: Front, callback: Callback, limit: _Limit
 ) -> tuple[CriterionBounds, CriterionBounds]:
     found = []
     for place, (name, errors) in enumerate((("DUIR", 0.0), ("total", 1.0))):
-        report("bounding", place, 2, name)
+        callback("bounding", place, 2, name)
         if limit.bounding():
             found.append(CriterionBounds(LowerBound(None, "not computed: the run was ended before"), np.inf))
         else:
             found.append(criterion_bounds(problem, errors, front.decisions, ended=limit.bounding))
-    report("bounding", 2, 2, "DUIR and total")
+    callback("bounding", 2, 2, "DUIR and total")
     return found[0], found[1]

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from expdesign.app.sweeps.schema import SweepSection
+from expdesign.app.sweeps.runs import SweepSection
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.units import QUANTITY

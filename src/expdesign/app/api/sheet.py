@@ -8,16 +8,15 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import Config, PathLike, TableInput, numeric, problem_of, purpose_of, table_of
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, numeric, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.chain.instrument.reference_pose import ReferencedNoise
+from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
 from expdesign.errors import InputError
-from expdesign.io.csv_writer import csv_text
 from expdesign.io.excel import workbook
-from expdesign.io.output import output_folder, write_bytes, write_file
+from expdesign.io.output import csv_text, output_folder, write_bytes, write_file
 from expdesign.io.tables_in_units import in_units
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -111,8 +110,8 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
         raise InputError(what, where=f"{problem.source}, experiment.reference_pose", remedy=remedy)
     table = table_of(plan, "plan")
     shared = problem.noise.shared_reference
-    planned = read_plan(table, problem.loaded, shared_reference=shared)
-    referenced = isinstance(problem.loaded.regressor, Elastostatic)
+    planned = read_plan(table, problem.loaded, problem.noise)
+    referenced = problem.loaded.regressor.referenced
     stated = problem.config["experiment"].get("costs")
     costs = Costs(**stated) if stated else Costs()
     try:

@@ -7,30 +7,21 @@ from pathlib import Path
 import pandas as pd
 
 from expdesign.app.api.concealed import with_concealed
-from expdesign.app.api.inputs import (
-    Config,
-    PathLike,
-    TableInput,
-    TruthInput,
-    numeric,
-    problem_of,
-    purpose_of,
-    table_of,
-    truth_of,
-)
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, numeric, purpose_of, table_of, truth_of
 from expdesign.app.api.outputs import save_table
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_of_robot
-from expdesign.chain.recordings.measurand import measured_names
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.chain.recordings.references import REFERENCE, reference_names
+from expdesign.chain.recordings.recordings import measured_names
+from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
-from expdesign.io.yaml_document import YamlDocument
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.synthetic import simulated_deflections
@@ -92,13 +83,18 @@ def simulate(
 
     Raises:
         InputError: a file is missing or wrong, or the seed is negative.
+
+    Example:
+        >>> recordings = xd.simulate("configs/bipod.yaml", "plan.csv", seed=1)
+        >>> recordings.frame.columns[6:].tolist()
+        ['dx_m', 'dy_m', 'sx_m', 'sy_m']
     """
     if seed < 0:
         raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
     table = table_of(plan, "plan")
-    given = read_plan(table, problem.loaded, shared_reference=problem.noise.shared_reference)
+    given = read_plan(table, problem.loaded, problem.noise)
     complete = completed(table, given, problem.loaded)
     points = points_from_table(complete, problem.loaded.robot, measured=True)
     require_regular_points(problem.loaded.robot, points)
@@ -113,7 +109,7 @@ def simulate(
             problem,
         )
         require_history(identified, complete)
-    if not isinstance(problem.loaded.regressor, Elastostatic):
+    if not problem.loaded.regressor.referenced:
         drawn = simulated_poses(problem, given, points, identified, seed, noise=noise, errors=load_errors)
         return SimulationResult(_measured(complete.frame, drawn, problem, given), purpose=purpose)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
@@ -134,10 +130,7 @@ def _base(problem: DesignProblem) -> Model:
     """What deflects where no model is given: the robot of the configuration."""
     if problem.found is not None:
         return problem.found.model
-    loaded = problem.loaded
-    base = model_of_robot(loaded.robot, YamlDocument(problem.source, Path(), {}))
-    mapping = ["geometric_stiffness at geometry, mapping, 1"] if loaded.geometric_stiffness else []
-    return with_concealed(base, mapping, problem)
+    return model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
 
 
 def _measured(frame: pd.DataFrame, poses: FloatArray, problem: DesignProblem, plan: Plan) -> pd.DataFrame:

@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import pandas as pd
 import yaml
 
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import PathLike, document_of, numeric, purpose_of
 from expdesign.app.api.result import Result
-from expdesign.app.api.run import Report, run, silent
-from expdesign.app.sweeps.computed_by import computed_by, computed_by_text
+from expdesign.app.api.run import run
 from expdesign.app.sweeps.engine import Engine, Serial
 from expdesign.app.sweeps.runs import sweep_runs
-from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, sole_writer
+from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, computed_by, computed_by_text, sole_writer
 from expdesign.counted import counted
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
@@ -52,8 +52,15 @@ class SweepResult(Result):
         return int((self.table["status"] == "failed").sum())
 
 
+@shows_progress("sweeping")
 def sweep(
-    file: PathLike, folder: PathLike, *, engine: Engine | None = None, report: Report = silent, force: bool = False
+    file: PathLike,
+    folder: PathLike,
+    *,
+    engine: Engine | None = None,
+    callback: Callback = silent,
+    progress: bool = False,
+    force: bool = False,
 ) -> SweepResult:
     """Do the runs of a sweep that are not done yet, and keep each as it arrives.
 
@@ -64,7 +71,8 @@ def sweep(
         file: what varies.
         folder: for the results.
         engine: that does the runs; one after another in this process if left out.
-        report: called with the number of finished runs.
+        callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
+        progress: whether progress is shown on standard error.
         force: whether the tables of another sweep in the folder are replaced.
 
     Raises:
@@ -82,12 +90,12 @@ def sweep(
         store = Store(path, runs)
         waiting = store.waiting()
         done = store.count()
-        report("sweeping", done, len(runs), f"{done} were done before" if done else "")
+        callback("sweeping", done, len(runs), f"{done} were done before" if done else "")
         try:
             results = (engine or Serial()).execute(run_files, [item.config for item in waiting])
             for index, (files, seconds) in results:
                 store.put(waiting[index], files, seconds)
-                report("sweeping", store.count(), len(runs), "")
+                callback("sweeping", store.count(), len(runs), "")
             store.write_tables()
         except ExpdesignError as error:
             kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."

@@ -19,9 +19,8 @@ from expdesign.estimation.compensation.c_source import c_source
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.correction_table import CorrectionTable, correction_table
 from expdesign.estimation.compensation.prediction import require_history
-from expdesign.io.csv_writer import csv_text
 from expdesign.io.nearest import nearest
-from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.output import csv_text, json_text, output_folder, write_file
 from expdesign.io.table import Table
 from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.chain.models.calibrated import Calibrated
+from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.io.csv_writer import csv_text
+from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.planning.problem import DesignProblem
 

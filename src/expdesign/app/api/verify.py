@@ -8,16 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from expdesign.app.api.inputs import (
-    Config,
-    ModelInput,
-    PathLike,
-    TableInput,
-    model_of,
-    problem_of,
-    purpose_of,
-    table_of,
-)
+from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.inputs import ModelInput, PathLike, TableInput, model_of, purpose_of, table_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.arrays import FloatArray
@@ -32,7 +24,7 @@ from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
 from expdesign.io.output import json_text, output_folder, write_file
-from expdesign.mechanics.robots.same_robot import require_same_robot
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 
@@ -115,6 +107,11 @@ def verify(
         InputError: a file is missing or wrong.
         SingularConfigurationError: the robot is singular at a command.
         NotIdentifiableError: the model did not determine what a prediction needs.
+
+    Example:
+        >>> checked = xd.verify("identified/model.yaml", "check.csv", config="configs/bipod.yaml")
+        >>> checked.record["verdict"]
+        'not proven'
     """
     if coverage is not None and not 0.0 < coverage < 1.0:
         raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")

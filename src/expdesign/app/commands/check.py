@@ -10,7 +10,7 @@ import expdesign as xd
 from expdesign.app.api.check import FILES, Checked, CheckedModel, CheckedProblem, CheckedRecordings, CheckedRobot, save
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note, note_unknown_columns
-from expdesign.app.commands.writing import Force
+from expdesign.app.commands.writing import Force, SharedReference
 from expdesign.errors import InputError
 from expdesign.io.output import require_writable
 from expdesign.io.written import Purpose, require_free_names
@@ -23,14 +23,7 @@ GROUP = ("way", 2)
 def command(
     file: Annotated[Path, typer.Argument(help="A robot, a configuration or a sweep (YAML), or recordings (CSV).")],
     robot: Annotated[Path | None, typer.Option(help="Robot (YAML) that recordings are of.")] = None,
-    shared_reference: Annotated[
-        bool | None,
-        typer.Option(
-            "--shared-reference/--no-shared-reference",
-            help="Whether rows of one series share the noise of one unloaded reading. "
-            "Default: what the recordings say.",
-        ),
-    ] = None,
+    shared_reference: SharedReference = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for a page with the robot drawn, its legs or joints numbered.")
     ] = None,

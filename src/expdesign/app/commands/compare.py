@@ -8,7 +8,6 @@ import typer
 import expdesign as xd
 from expdesign.app.api.compare import RANDOM, SAMPLES
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.commands.console import stages
 from expdesign.app.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
 from expdesign.app.commands.writing import Force, require_folder
 from expdesign.errors import InputError
@@ -44,7 +43,7 @@ def command(
     folder = out or new_folder("compare")
     require_folder(folder, xd.ComparisonResult, purpose_of("compare", *configs), force=force)
     plans = _plans(plan or [])
-    with engine_of(workers, cluster, default=1) as engine, stages() as report:
+    with engine_of(workers, cluster, default=1) as engine:
         result = xd.compare(
             *configs,
             plans=plans,
@@ -54,7 +53,7 @@ def command(
             generations=generations,
             seed=seed,
             engine=elsewhere(engine),
-            report=report,
+            progress=True,
         )
     page = result.save(folder, force=force)
     print(result.summary)

@@ -7,8 +7,8 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.commands.writing import Force, require_file
-from expdesign.chain.readings.tip import Frame
+from expdesign.app.commands.writing import Force, OtherRobot, Units, require_file
+from expdesign.chain.readings.position import Frame
 
 GROUP = ("way", 7)
 """Where it stands in the list of commands."""
@@ -27,12 +27,8 @@ def command(
     frame: Annotated[
         str, typer.Option(help="Of the poses of an arm's tip: base, or instrument as it was identified.")
     ] = "base",
-    units: Annotated[
-        str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
-    ] = None,
-    other_robot: Annotated[
-        bool, typer.Option("--other-robot", help="A configuration of another geometry than the model's is meant.")
-    ] = False,
+    units: Units = None,
+    other_robot: OtherRobot = False,
     force: Force = False,
 ) -> None:
     """Find the commands that bring the platform to the targets under load.

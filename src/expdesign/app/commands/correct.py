@@ -8,7 +8,7 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.commands.writing import Force, require_file
+from expdesign.app.commands.writing import Force, RobotPath, require_file
 from expdesign.arrays import FloatArray
 
 GROUP = ("data", 2)
@@ -16,7 +16,7 @@ GROUP = ("data", 2)
 
 
 def command(
-    robot: Annotated[Path, typer.Argument(help="Robot (YAML).")],
+    robot: RobotPath,
     poses: Annotated[Path, typer.Argument(help="Measured poses (CSV) with a column `kind`: reference or pose.")],
     out: Annotated[Path, typer.Option(help="File for the recordings, or for the poses where none has a load.")],
     interpolate: Annotated[

@@ -6,37 +6,26 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.app.api.diagnose import STAGES
 from expdesign.app.api.identify import recordings_of
 from expdesign.app.api.inputs import purpose_of, robot_of
-from expdesign.app.commands.console import note, note_unknown_columns, progress
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.console import note, note_unknown_columns
+from expdesign.app.commands.writing import Folder, Force, OtherRobot, RobotPath, SharedReference, require_folder
 
 GROUP = ("way", 6)
 """Where it stands in the list of commands."""
 
 
 def command(
-    robot: Annotated[Path, typer.Argument(help="Robot (YAML).")],
+    robot: RobotPath,
     recordings: Annotated[Path, typer.Argument(help="Recordings (CSV).")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    out: Folder,
     series: Annotated[int, typer.Option(min=1, help="Series of a plan that separates two explanations.")] = 3,
-    shared_reference: Annotated[
-        bool | None,
-        typer.Option(
-            "--shared-reference/--no-shared-reference",
-            help="Whether rows of one series share the noise of one unloaded reading. "
-            "Default: what the recordings or the configuration say.",
-        ),
-    ] = None,
+    shared_reference: SharedReference = None,
     targets: Annotated[
         Path | None,
         typer.Option(help="Run configuration (YAML) at whose targets the model that is found is accepted or not."),
     ] = None,
-    other_robot: Annotated[
-        bool,
-        typer.Option("--other-robot", help="A configuration of another geometry than the robot's is meant."),
-    ] = False,
+    other_robot: OtherRobot = False,
     force: Force = False,
 ) -> None:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -49,22 +38,16 @@ def command(
     machine = robot_of(robot)
     measured = recordings_of(recordings, machine)
     note_unknown_columns(measured)
-    with progress("diagnosing") as bar:
-
-        def report(text: str) -> None:
-            stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
-            bar.update(stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
-
-        result = xd.diagnose(
-            machine,
-            measured,
-            series=series,
-            shared_reference=shared_reference,
-            targets=targets,
-            other_robot=other_robot,
-            interruptible=True,
-            report=report,
-        )
+    result = xd.diagnose(
+        machine,
+        measured,
+        series=series,
+        shared_reference=shared_reference,
+        targets=targets,
+        other_robot=other_robot,
+        interruptible=True,
+        progress=True,
+    )
     page = result.save(out, force=force)
     if result.result.ended:
         note("interrupted: the best model so far is written")

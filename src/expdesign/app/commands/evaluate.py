@@ -1,14 +1,11 @@
 """`expdesign evaluate`: every criterion of one given plan."""
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
 from rich.console import Console
 from rich.table import Table
 
 import expdesign as xd
 from expdesign.app.commands.console import note
+from expdesign.app.commands.writing import Config, Json, PlanPath
 from expdesign.assurance.acceptance.decision import sentences
 from expdesign.io.output import json_text
 
@@ -17,9 +14,9 @@ GROUP = ("research", 4)
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
-    plan: Annotated[Path, typer.Argument(help="Plan (CSV), of any number of rows.")],
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")] = False,
+    config: Config,
+    plan: PlanPath,
+    json: Json = False,
 ) -> None:
     """Judge one plan by every criterion.
 

@@ -10,14 +10,14 @@ import expdesign as xd
 from expdesign.app.api.identify import Frames, recordings_of, require_prior
 from expdesign.app.api.inputs import purpose_of, robot_of
 from expdesign.app.commands.console import note, note_unknown_columns
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.writing import Folder, Force, OtherRobot, RobotPath, SharedReference, require_folder
 from expdesign.assurance.acceptance.decision import sentences
 from expdesign.estimation.arm_options import Loss
-from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import Implausible
+from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.arm_section import accuracy_lines, geometry_line
-from expdesign.report.fit_texts import coverage_sentence, fit_sentences
+from expdesign.report.check_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit
 from expdesign.report.remark_texts import sentence
 
@@ -26,17 +26,10 @@ GROUP = ("way", 5)
 
 
 def command(
-    robot: Annotated[Path, typer.Argument(help="Robot (YAML).")],
+    robot: RobotPath,
     recordings: Annotated[list[Path], typer.Argument(help="Recordings (CSV), in one or more files.")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")],
-    shared_reference: Annotated[
-        bool | None,
-        typer.Option(
-            "--shared-reference/--no-shared-reference",
-            help="Whether rows of one series share the noise of one unloaded reading. "
-            "Default: what the recordings or the configuration say.",
-        ),
-    ] = None,
+    out: Folder,
+    shared_reference: SharedReference = None,
     prior: Annotated[
         float | None, typer.Option(help="Prior relative standard deviation of `actuator_stiffness`, in percent.")
     ] = None,
@@ -50,10 +43,7 @@ def command(
     frames: Annotated[
         str, typer.Option(help="known, or unknown: frames of measured poses are identified as well.")
     ] = "known",
-    other_robot: Annotated[
-        bool,
-        typer.Option("--other-robot", help="A configuration of another geometry than the robot's is meant."),
-    ] = False,
+    other_robot: OtherRobot = False,
     force: Force = False,
     loss: Annotated[
         str, typer.Option(help="Of large residuals of an arm's positions: squares, huber or student.")

@@ -7,18 +7,18 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.commands.console import note, stages
+from expdesign.app.commands.console import note
 from expdesign.app.commands.engines import CLUSTER, WORKERS, elsewhere, engine_of
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.writing import Config, Folder, Force, PlanPath, require_folder
 
 GROUP = ("research", 2)
 """Where it stands in the list of commands."""
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
-    plan: Annotated[Path, typer.Argument(help="Plan (CSV), of any number of rows.")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    config: Config,
+    plan: PlanPath,
+    out: Folder,
     samples: Annotated[int, typer.Option(help="Number of repetitions.")] = 100_000,
     seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 1,
     plant: Annotated[
@@ -37,7 +37,7 @@ def command(
     Example: expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
     require_folder(out, xd.MonteCarloResult, purpose_of("montecarlo", config, plan), force=force)
-    with engine_of(workers, cluster, default=1) as engine, stages() as report:
+    with engine_of(workers, cluster, default=1) as engine:
         done = xd.montecarlo(
             config,
             plan,
@@ -47,7 +47,7 @@ def command(
             distribution=distribution,
             truth=truth,
             engine=elsewhere(engine),
-            report=report,
+            progress=True,
         )
     for remark in done.remarks:
         note(f"expdesign: {remark}")

@@ -9,14 +9,14 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note_unknown_columns
-from expdesign.app.commands.writing import Force, require_file
+from expdesign.app.commands.writing import Config, Force, require_file
 
 GROUP = ("research", 5)
 """Where it stands in the list of commands."""
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
+    config: Config,
     recordings: Annotated[Path, typer.Argument(help="What was measured so far (CSV).")],
     out: Annotated[Path, typer.Option(help="File for the plan of the next measurements.")],
     count: Annotated[

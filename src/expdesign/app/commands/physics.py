@@ -1,12 +1,10 @@
 """`expdesign physics`: what a robot can have beside its base model."""
 
 from itertools import groupby
-from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 import expdesign as xd
+from expdesign.app.commands.writing import Json, RobotPath
 from expdesign.io.output import json_text
 
 GROUP = ("data", 6)
@@ -16,8 +14,8 @@ MOST = 3
 
 
 def command(
-    robot: Annotated[Path, typer.Argument(help="Robot (YAML).")],
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")] = False,
+    robot: RobotPath,
+    json: Json = False,
 ) -> None:
     """List the physics that a robot can have: identifiers, places, forms, parameters with units and usual sizes.
 

@@ -8,7 +8,7 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force, require_file
+from expdesign.app.commands.writing import Force, Units, require_file
 
 GROUP = ("data", 4)
 """Where it stands in the list of commands."""
@@ -24,9 +24,7 @@ def command(
     readings: Annotated[
         bool, typer.Option("--readings", help="Standard deviations with the noise of a reading, to hold measurements.")
     ] = False,
-    units: Annotated[
-        str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
-    ] = None,
+    units: Units = None,
     force: Force = False,
 ) -> None:
     """Predict deflections at points in recordings form.

@@ -8,7 +8,7 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force, require_file
+from expdesign.app.commands.writing import Force, Units, require_file
 from expdesign.errors import InputError
 from expdesign.io.units import quantity
 
@@ -34,9 +34,7 @@ def command(
         bool, typer.Option("--positions", help="Write positions of markers instead of deflections.")
     ] = False,
     record: Annotated[Path | None, typer.Option(help="JSON file for the covariance of every row.")] = None,
-    units: Annotated[
-        str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
-    ] = None,
+    units: Units = None,
     force: Force = False,
 ) -> None:
     """Turn lists of points, measured unloaded and loaded, into recordings.

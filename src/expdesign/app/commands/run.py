@@ -13,10 +13,11 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.app.api.inputs import problem_of, purpose_of
+from expdesign.app.api.configuration import problem_of
+from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands import BEGUN
-from expdesign.app.commands.console import note, stages
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.console import note
+from expdesign.app.commands.writing import Config, Force, require_folder
 from expdesign.assurance.acceptance.decision import sentences
 from expdesign.assurance.acceptance.recommended import recommended_acceptance
 from expdesign.io.output import new_folder
@@ -26,7 +27,7 @@ GROUP = ("way", 3)
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
+    config: Config,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; a new one under results/ if left out.")
     ] = None,
@@ -53,14 +54,13 @@ def command(
         if watch:
             result, page = _watched(config, folder, port, seconds, interrupted, force=force)
         else:
-            with stages(*_STAGES) as report:
-                result = xd.run(
-                    config,
-                    report=report,
-                    ended=interrupted,
-                    seconds=seconds,
-                    searched=lambda run: run.save_plan(folder, force=force),
-                )
+            result = xd.run(
+                config,
+                progress=True,
+                ended=interrupted,
+                seconds=seconds,
+                searched=lambda run: run.save_plan(folder, force=force),
+            )
             page = result.save(folder, force=force)
     print(result.summary)
     for text in sentences(recommended_acceptance(result.problem, result.front)):
@@ -72,9 +72,6 @@ def command(
     if result.protocol is not None:
         note(f"{folder / 'poses.csv'} has every pose to measure, references included; `expdesign correct` reads it")
     print(page)
-
-
-_STAGES = ("searching", "bounding", "writing")
 
 
 @contextmanager
@@ -114,20 +111,15 @@ def _watched(
     with serve(watched, port) as watch:
         note(f"watch it at {watch.address}")
         _open(watch.address)
-        with stages(*_STAGES) as report:
-
-            def both(title: str, done: int, total: int, text: str) -> None:
-                report(title, done, total, text)
-                watched.stage(title, done, total, text)
-
-            result = xd.run(
-                problem,
-                report=both,
-                follow=watched.follow,
-                ended=lambda: interrupted() or watched.wanted,
-                seconds=seconds,
-                searched=lambda run: run.save_plan(folder, force=force),
-            )
+        result = xd.run(
+            problem,
+            callback=watched.stage,
+            progress=True,
+            follow=watched.follow,
+            ended=lambda: interrupted() or watched.wanted,
+            seconds=seconds,
+            searched=lambda run: run.save_plan(folder, force=force),
+        )
         watched.stage("writing", 0, 0, "")
         page = result.save(folder, force=force)
         watched.ended("ended" if "ended_by_hand" in result.record else "finished")

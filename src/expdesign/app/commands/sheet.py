@@ -7,19 +7,17 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.writing import Config, Force, PlanPath, Units, require_folder
 
 GROUP = ("way", 4)
 """Where it stands in the list of commands."""
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
-    plan: Annotated[Path, typer.Argument(help="Plan (CSV).")],
+    config: Config,
+    plan: PlanPath,
     out: Annotated[Path, typer.Option(help="Folder for sheet.html, sheet.csv and sheet.xlsx.")],
-    units: Annotated[
-        str | None, typer.Option(help="Units to write, by what they measure, e.g. mm,mrad; SI if left out.")
-    ] = None,
+    units: Units = None,
     force: Force = False,
 ) -> None:
     """Write a plan as a sheet for the laboratory, in the order that saves changes; `identify` takes it back filled in.

@@ -8,15 +8,15 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force, require_file
+from expdesign.app.commands.writing import Config, Force, OtherRobot, PlanPath, require_file
 
 GROUP = ("data", 3)
 """Where it stands in the list of commands."""
 
 
 def command(
-    config: Annotated[Path, typer.Argument(help="Run configuration (YAML).")],
-    plan: Annotated[Path, typer.Argument(help="Plan (CSV).")],
+    config: Config,
+    plan: PlanPath,
     out: Annotated[Path, typer.Option(help="File for the recordings.")],
     model: Annotated[
         Path | None,
@@ -37,10 +37,7 @@ def command(
     load_errors: Annotated[
         bool, typer.Option("--load-errors/--no-load-errors", help="With the configuration's load errors.")
     ] = True,
-    other_robot: Annotated[
-        bool,
-        typer.Option("--other-robot", help="A model of another geometry than the configuration's robot is meant."),
-    ] = False,
+    other_robot: OtherRobot = False,
     force: Force = False,
 ) -> None:
     """Simulate the recordings of a plan.

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import expdesign as xd
-from expdesign.app.commands.console import note, stages
+from expdesign.app.commands.console import note
 from expdesign.app.commands.engines import CLUSTER, WORKERS, engine_of
 from expdesign.app.commands.writing import Force
 from expdesign.app.sweeps.store import TABLE
@@ -27,8 +27,8 @@ def command(
     Example: expdesign sweep configs/sweep-measurements.yaml --out results/measurements --workers 2
     """
     try:
-        with engine_of(workers, cluster) as engine, stages() as report:
-            result = xd.sweep(sweep, out, engine=engine, report=report, force=force)
+        with engine_of(workers, cluster) as engine:
+            result = xd.sweep(sweep, out, engine=engine, progress=True, force=force)
     except KeyboardInterrupt:
         note("Finished runs are kept; the same command goes on from there.")
         raise

@@ -8,7 +8,7 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force, require_folder
+from expdesign.app.commands.writing import Folder, Force, OtherRobot, SharedReference, require_folder
 from expdesign.assurance.acceptance.about import About, read_about
 
 GROUP = ("way", 8)
@@ -18,24 +18,14 @@ GROUP = ("way", 8)
 def command(
     model: Annotated[Path, typer.Argument(help="Identified model (YAML) with which the commands were found.")],
     recordings: Annotated[Path, typer.Argument(help="Commands of `compensate` with what was measured (CSV).")],
-    out: Annotated[Path, typer.Option(help="Folder for the results.")],
+    out: Folder,
     config: Annotated[
         Path | None, typer.Option(help="Run configuration (YAML) whose targets have the tolerances.")
     ] = None,
     about: Annotated[Path | None, typer.Option(help="Texts of the certificate (YAML).")] = None,
     coverage: Annotated[float | None, typer.Option(help="Of the expanded uncertainty; k = 2 if left out.")] = None,
-    shared_reference: Annotated[
-        bool | None,
-        typer.Option(
-            "--shared-reference/--no-shared-reference",
-            help="Whether rows of one series share the noise of one unloaded reading. "
-            "Default: what the recordings or the configuration say.",
-        ),
-    ] = None,
-    other_robot: Annotated[
-        bool,
-        typer.Option("--other-robot", help="A configuration of another geometry than the model's is meant."),
-    ] = False,
+    shared_reference: SharedReference = None,
+    other_robot: OtherRobot = False,
     operator: Annotated[str, typer.Option(help="Who measured.")] = "",
     instrument: Annotated[str, typer.Option(help="What was measured with.")] = "",
     environment: Annotated[str, typer.Option(help="E.g. the temperature.")] = "",

@@ -5,8 +5,8 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from expdesign.app.sweeps.computed_by import computed_by
 from expdesign.app.sweeps.engine import Engine, Work, WorkersError
+from expdesign.app.sweeps.store import computed_by
 from expdesign.errors import ArgumentError
 
 _LOST = "The runs that are finished are kept; start the cluster again and give the same command."

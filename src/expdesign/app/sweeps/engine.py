@@ -5,8 +5,15 @@ return each result as it arrives. One process does that in two lines. Several pr
 go wrong there: the task of a worker that is killed is repeated by another one; if the command itself is killed, results
 that had not been returned are lost. Runs, files and progress are unknown here, so that none of them can depend on where
 the tasks run.
+
+The parts of a work on a design problem, done by an engine.
+
+A problem holds symbolic expressions, which cannot be sent. It travels as its resolved configuration, from which a
+worker makes the same problem, once for all parts that it is given.
 """
 
+import copy
+import json
 import multiprocessing
 import os
 import signal
@@ -17,10 +24,16 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import lru_cache
 from multiprocessing.connection import wait as wait_for
-from typing import Any, Self
+from pathlib import Path
+from typing import Any, Self, TypeVar
 
 from expdesign.errors import ExpdesignError
+from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.parts import Done, Parts, unnoticed
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import problem_from_document
 
 Work = Callable[[Any], Any]
 """A function of a module, which can be sent to another process by its name."""
@@ -151,3 +164,42 @@ def _settle() -> None:
 def _end_with(sentinel: int) -> None:
     wait_for([sentinel])
     os._exit(1)
+
+
+R = TypeVar("R")
+
+
+def by_engine(problem: DesignProblem, engine: Engine) -> Parts:
+    """Does the parts of a work on `problem`, which came from a configuration, by an engine."""
+    travelling = json.dumps([problem.source, _travelling(problem)])
+
+    def execute(work: Callable[..., R], arguments: Sequence[tuple[Any, ...]], done: Done = unnoticed) -> list[R]:
+        results: dict[int, R] = {}
+        for index, result in engine.execute(part, [(work, travelling, each) for each in arguments]):
+            results[index] = result
+            done(index)
+        return [results[index] for index in range(len(arguments))]
+
+    return execute
+
+
+def part(task: tuple[Callable[..., R], str, tuple[Any, ...]]) -> R:
+    """One part, in a worker."""
+    work, travelling, arguments = task
+    return work(_arrived(travelling), *arguments)
+
+
+@lru_cache(maxsize=8)
+def _arrived(travelling: str) -> DesignProblem:
+    source, config = json.loads(travelling)
+    return problem_from_document(YamlDocument(source, Path(), config))
+
+
+def _travelling(problem: DesignProblem) -> dict[str, Any]:
+    """The resolved configuration, with the place of a URDF file written out."""
+    config = copy.deepcopy(problem.config)
+    folder = Path(problem.robot_file or problem.source).parent
+    for robot in (config["robot"], config["robot"].get("robot")):
+        if isinstance(robot, dict) and isinstance(robot.get("urdf"), str):
+            robot["urdf"] = str((folder / robot["urdf"]).resolve())
+    return config

@@ -12,7 +12,6 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budget
 from expdesign.assurance.acceptance.decision import MOST, Basis, Decision
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.problem import DesignProblem
 
@@ -25,7 +24,7 @@ def planned_decision(problem: DesignProblem, assessment: Assessment) -> Decision
 def expected_decision(problem: DesignProblem, budget: UncertaintyBudget) -> Decision:
     """The decision on a plan with this budget."""
     readings = None
-    if isinstance(problem.loaded.regressor, Elastostatic):
+    if problem.loaded.regressor.referenced:
         readings = check_readings(budget, reading_deviations(problem))
     return Decision(budget, Basis.PLAN, check_readings=readings)
 

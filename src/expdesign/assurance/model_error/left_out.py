@@ -101,8 +101,6 @@ def effects_of_problem(problem: DesignProblem) -> tuple[list[Effect], LoadedPoin
     found = None if problem.found is None else problem.found.physics
     known: set[tuple[Hashable, ...]] = set() if found is None else {effect.slot for effect in found.chain.effects}
     effects = [e for kind in effect_classes() for e in kind.candidates(robot, points) if e.slot not in known]
-    if problem.loaded.geometric_stiffness:
-        effects = [effect for effect in effects if effect.physics != "geometric_stiffness"]
     return effects, points
 
 

@@ -17,7 +17,7 @@ from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.payload import Payload
+from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
 Weighting = Callable[["Sample"], FloatArray]

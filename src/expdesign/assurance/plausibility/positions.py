@@ -19,8 +19,7 @@ from expdesign.assurance.plausibility.options import DEFAULT
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
-from expdesign.chain.recordings.measurand import POSITION
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import POSITION, Recordings
 from expdesign.errors import NotIdentifiableError
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS
 from expdesign.mechanics.robots.robot import Robot
@@ -47,7 +46,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     some = np.flatnonzero(~recordings.test)
     some = some[:: -(-len(some) // _ROWS) or 1]
     train = recordings.rows(some)
-    if robot.links is None:
+    if not robot.jointed:
         return []
     payloads = _payloads(recordings, robot)
     if payloads or len(train) < _FEWEST:
@@ -68,7 +67,6 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
 
 def _payloads(recordings: Recordings, robot: Robot) -> list[Finding]:
     """Payloads of the tip and of other links whose centres of mass are farther away than the robot could hold them."""
-    assert robot.links is not None
     tree, size = robot.links.tree, extent(robot) or 0.0
     centres = {"com_x_m": recordings.payload[:, 1:]} if recordings.payload is not None else {}
     for carrier in tree.carriers:

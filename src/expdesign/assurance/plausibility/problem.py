@@ -1,13 +1,16 @@
 """Run configurations: loads, deflections, noise, ranges and tolerances against each other and against the robot."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Finding, extent, largest
 from expdesign.assurance.plausibility.robot import robot_findings
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.planning.problem import DesignProblem
+
+if TYPE_CHECKING:  # targets of a compensation are judged without it
+    from expdesign.planning.problem import DesignProblem
 
 FAR = 8.0
 """Times the robot's size at which no centre of mass and no pose is."""
@@ -30,15 +33,15 @@ COARSE = (1e-2, 0.2)
 _SAMPLES = 200
 
 
-def problem_findings(problem: DesignProblem) -> list[Finding]:
+def problem_findings(problem: "DesignProblem") -> list[Finding]:
     """What speaks against a run configuration."""
     found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
-    if isinstance(problem.loaded.regressor, Elastostatic):
+    if problem.loaded.regressor.referenced:
         found += [*_centres(problem), *_masses(problem), *_deflections(problem), *_load_errors(problem)]
     return found
 
 
-def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
+def _decoded(problem: "DesignProblem") -> tuple[FloatArray, FloatArray]:
     """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
     decisions = problem.space.sample(_SAMPLES, np.random.default_rng(0))
     poses, loads = problem.space.decode(decisions)
@@ -46,7 +49,7 @@ def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
     return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
 
 
-def _ranges(problem: DesignProblem) -> list[Finding]:
+def _ranges(problem: "DesignProblem") -> list[Finding]:
     corners = np.stack([problem.space.lower, problem.space.upper])
     drawn = problem.space.sample(_SAMPLES, np.random.default_rng(0))
     poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
@@ -74,7 +77,7 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Finding]:
     return found
 
 
-def _noise(problem: DesignProblem) -> list[Finding]:
+def _noise(problem: "DesignProblem") -> list[Finding]:
     robot, noise = problem.loaded.robot, problem.noise
     deviations = np.sqrt(np.diag(noise.covariance))
     found = []
@@ -91,7 +94,7 @@ def _noise(problem: DesignProblem) -> list[Finding]:
     return found[:1]
 
 
-def _tolerances(problem: DesignProblem) -> list[Finding]:
+def _tolerances(problem: "DesignProblem") -> list[Finding]:
     robot, importance = problem.loaded.robot, problem.targets.importance
     found = []
     for target, axis in np.argwhere(importance > 0.0):
@@ -111,7 +114,7 @@ def _tolerances(problem: DesignProblem) -> list[Finding]:
     return found[:1]
 
 
-def _centres(problem: DesignProblem) -> list[Finding]:
+def _centres(problem: "DesignProblem") -> list[Finding]:
     robot = problem.loaded.robot
     size = extent(robot)
     if size is None or not robot.coordinates.centre_of_mass:
@@ -132,7 +135,7 @@ def _centres(problem: DesignProblem) -> list[Finding]:
     ][:1]
 
 
-def _masses(problem: DesignProblem) -> list[Finding]:
+def _masses(problem: "DesignProblem") -> list[Finding]:
     """Loads of the experiment against those of the targets."""
     loaded = problem.loaded
     poses, loads = _decoded(problem)
@@ -153,7 +156,7 @@ def _masses(problem: DesignProblem) -> list[Finding]:
     return found[:1]
 
 
-def _deflections(problem: DesignProblem) -> list[Finding]:
+def _deflections(problem: "DesignProblem") -> list[Finding]:
     loaded, robot = problem.loaded, problem.loaded.robot
     at_targets = problem.targets.observation @ robot.compliance
     poses, loads = _decoded(problem)
@@ -184,7 +187,7 @@ def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Finding 
     return None
 
 
-def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Finding]:
+def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Finding]:
     """Deflections in the plan against the noise: translations and rotations apart."""
     if not len(in_plan):
         return []
@@ -208,7 +211,7 @@ def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Finding]:
     return []
 
 
-def _load_errors(problem: DesignProblem) -> list[Finding]:
+def _load_errors(problem: "DesignProblem") -> list[Finding]:
     size, load = extent(problem.loaded.robot), problem.loaded.load
     _, loads = _decoded(problem)
     heaviest = largest(loads[:, 0]) if load.has_mass else 0.0

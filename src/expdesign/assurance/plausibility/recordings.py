@@ -19,8 +19,7 @@ from expdesign.assurance.plausibility.mistakes import MISTAKES
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.assurance.plausibility.positions import positions_findings
-from expdesign.chain.recordings.measurand import POSITIONS
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import POSITIONS, Recordings
 from expdesign.mechanics.robots.robot import Robot
 
 _SPARE = 4
@@ -31,7 +30,7 @@ def recordings_findings(recordings: Recordings, robot: Robot, options: MistakeOp
     """What speaks against units, signs, frames and single numbers of recordings of deflections or positions."""
     if recordings.measurand is POSITIONS:
         return positions_findings(recordings, robot)
-    if recordings.measurand.absolute or not len(robot.stiffness):
+    if recordings.measurand.absolute or not robot.actuated:
         return []
     evidence = evidence_of(recordings, robot, options)
     enough = evidence.stated.readings.size >= len(robot.stiffness) + _SPARE and len(evidence.stated.readings) >= 2

@@ -77,7 +77,7 @@ def _stiffness(robot: Robot) -> list[Finding]:
     ):
         if not np.isfinite(robot.stiffness).all():
             continue  # none is stated
-        values = robot.stiffness[rotary[: len(robot.stiffness)] == kind] if len(robot.stiffness) else robot.stiffness
+        values = robot.stiffness[rotary[: len(robot.stiffness)] == kind] if robot.actuated else robot.stiffness
         if not values.size:
             continue
         for value in (float(values.min()), float(values.max())):

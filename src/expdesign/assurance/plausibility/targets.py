@@ -5,7 +5,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Finding, extent
 from expdesign.assurance.plausibility.problem import FAR, deflection_finding, pose_findings
-from expdesign.chain.models.calibrated import FORCE, MASS, MOMENT, Calibrated, quantities
+from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 

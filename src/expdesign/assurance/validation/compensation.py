@@ -20,7 +20,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import ConvergenceError
-from expdesign.mechanics.elastostatics.geometric_stiffness import geometric_stiffness_expression
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.symbolic import BatchFunction
 
@@ -47,22 +46,12 @@ class Attained:
 def deflection_map(loaded: LoadedRobot, configuration: ca.SX, wrench: ca.SX) -> ca.SX:
     """Change of the configuration per compliance at a symbolic configuration, n_q×n_p.
 
-    For a robot commanded by its pose A = J̌·diag(JᵀΔF) (thesis 1.18), with geometric stiffness (I + D·K_G)⁻¹·A; for one
-    commanded by its actuators diag(JᵀΔF).
+    For a robot commanded by its pose A = J̌·diag(JᵀΔF) (thesis 1.18), for one commanded by its actuators diag(JᵀΔF).
     """
     robot = loaded.robot
     forward, pose_map, _ = robot.jacobian_expressions(configuration)
     forces = forward.T @ wrench
-    if robot.links is not None:
-        return ca.diag(forces)
-    observation = pose_map @ ca.diag(forces)
-    if not loaded.geometric_stiffness:
-        return observation
-    compliance = pose_map @ ca.diag(ca.SX(robot.compliance)) @ forward.T
-    closed_form = robot.inverse_kinematics
-    assert closed_form is not None
-    stiffness = geometric_stiffness_expression(closed_form, configuration, forces)
-    return ca.solve(ca.SX.eye(configuration.shape[0]) + compliance @ stiffness, observation)
+    return ca.diag(forces) if robot.jointed else pose_map @ ca.diag(forces)
 
 
 def _deflection(
@@ -138,7 +127,7 @@ class ExactCompensation:
     def _pose_errors(self, reached: FloatArray) -> FloatArray:
         """Attained minus wanted pose (s, n) where the configurations (s, n_q) were reached."""
         difference = reached - self.target
-        if self.robot.links is None:
+        if not self.robot.jointed:
             return difference
         halfway = self.robot.jacobians(self.target + difference / 2.0).pose
         errors: FloatArray = (halfway @ difference[..., None])[..., 0]

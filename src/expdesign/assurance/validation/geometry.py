@@ -44,10 +44,8 @@ class GeometricPlant:
             where = f"{problem.source}, experiment.frames"
             remedy = "Take `frames: unknown` out: predicted readings have the same variance then."
             raise InputError(what, where=where, remedy=remedy)
-        closed_form = loaded.robot.inverse_kinematics
-        assert closed_form is not None  # `Geometric.require`
-        self.robot: ParallelRobot = closed_form
-        self.nominal: FloatArray = np.array(closed_form.geometry, dtype=float)
+        self.robot: ParallelRobot = loaded.robot.inverse_kinematics
+        self.nominal: FloatArray = np.array(self.robot.geometry, dtype=float)
         self.actuators = len(loaded.robot.stiffness)
         self.compliance = np.array(loaded.robot.compliance)
         self.stiffness_too = loaded.regressor.needs_load

@@ -11,7 +11,7 @@ from expdesign.assurance.validation.compensation import Attained
 from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.errors import ArgumentError
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.wrench import Wrench
+from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.plan import Plan
 
 
@@ -68,14 +68,13 @@ class EquilibriumPlant(Plant):
 
     def __init__(self, loaded: LoadedRobot, plan: Plan) -> None:
         super().__init__(loaded, plan)
-        closed_form = loaded.robot.inverse_kinematics
-        if closed_form is None:
+        if not loaded.robot.on_legs:
             what = f"the full equilibrium is for robots on legs, not for a {loaded.robot.kind}"
             raise ArgumentError(what, argument="plant", remedy="Use `--plant explicit`.")
         if loaded.under_load is not None:
             what = "the full equilibrium is of legs that stretch alone, and this robot is a model with effects"
             raise ArgumentError(what, argument="plant", remedy="Use `--plant explicit`, which has them.")
-        self._robot = closed_form
+        closed_form = self._robot = loaded.robot.inverse_kinematics
         self._measured = Equilibrium(closed_form, loaded.load, self.true)
         self._used = Equilibrium(closed_form, Wrench(closed_form.coordinates), self.true)
         self._explicit = ExplicitPlant(loaded, plan)

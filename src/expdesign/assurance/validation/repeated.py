@@ -11,8 +11,7 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.comparison import Estimate, mean, root_mean_square, standard_deviation
 from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.assurance.validation.simulation import Batch, Simulation, batch_sizes, joined, simulate
-from expdesign.chain.instrument.drawn_errors import Distribution
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem

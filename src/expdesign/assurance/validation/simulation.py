@@ -8,10 +8,8 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.assurance.validation.geometry import GeometricPlant
 from expdesign.assurance.validation.plants import ExplicitPlant, Plant
-from expdesign.chain.instrument.drawn_errors import Distribution, drawn_load_errors, drawn_noise
 from expdesign.errors import ArgumentError
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
+from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
@@ -142,7 +140,7 @@ def simulated(
 ) -> Batch:
     """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
     assessment = _assessed(problem, plan)
-    if not isinstance(problem.loaded.regressor, Elastostatic):
+    if not problem.loaded.regressor.referenced:
         _require_nominal(plant, truth)
         return _of_geometry(problem, plan, batches, (seed, noise, load_errors), assessment, distribution)
     robot = plant(truth or problem.loaded, plan)
@@ -234,7 +232,7 @@ def _readings(
     if load_errors and problem.loaded.sources:
         generator = np.random.default_rng([*seeds, 1])
         where = (plan.configurations, plan.loads)
-        added = drawn_load_errors(problem.loaded, *where, count, generator, distribution)
+        added = problem.loaded.drawn_errors(*where, count, generator, distribution)
         readings = plant.deflections(added)
     else:
         # The deflections without errors are those of every repetition.
@@ -242,6 +240,6 @@ def _readings(
         readings = np.repeat(plant.deflections(nothing), count, axis=0)
     if noise:
         pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
-        drawn = drawn_noise(problem.noise, plan.series, count, np.random.default_rng([*seeds, 2]), pose_map)
+        drawn = problem.noise.drawn(plan.series, count, np.random.default_rng([*seeds, 2]), pose_map)
         readings[..., problem.noise.axes] += drawn
     return readings

@@ -6,6 +6,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
+from expdesign.mechanics.differentiation import inverse_root, plain
 
 
 class DeflectionNoise:
@@ -41,10 +42,107 @@ class DeflectionNoise:
         deviations = np.sqrt(np.diag(self.covariance))
         return np.broadcast_to(deviations, (*pose_map.shape[:-2], len(deviations)))
 
+    def series(self, configurations: FloatArray) -> IntArray | None:
+        """Series (..., m) of configurations (..., m, n_q) that share an unloaded measurement; None where none do."""
+        return series_by_pose(configurations) if self.shared_reference else None
+
+    def drawn(self, series: IntArray, count: int, generator: np.random.Generator, pose_map: FloatArray) -> FloatArray:
+        """Noise of the k measured components (m, rad) of `count` repetitions, shape (count, m, k).
+
+        With a shared reference half its variance is common to the measurements of a series (`series`, shape (m,)).
+        `pose_map` is J̌ of each measurement, shape (m, n, n_a), on which the noise may depend.
+        """
+        root = np.linalg.inv(self.whitener_at(pose_map))
+        own = generator.standard_normal((count, len(series), root.shape[-1]))
+        if self.shared_reference:
+            _, index = np.unique(series, return_inverse=True)
+            common = generator.standard_normal((count, int(index.max()) + 1, root.shape[-1]))
+            own = np.sqrt(0.5) * (own + common[:, index])
+        drawn: FloatArray = own @ root.T if root.ndim == 2 else np.einsum("skj,kij->ski", own, root)
+        return drawn
+
     @classmethod
     def from_deviations(cls, axes: IntArray, deviations: FloatArray, shared_reference: bool = False) -> Self:
         """Uncorrelated noise (G_U) with the given standard deviations of the measured components."""
         return cls(axes, np.diag(np.asarray(deviations, dtype=float) ** 2), shared_reference)
+
+
+PRICE = {False: 1.0, True: 0.25}
+"""p without and with interpolation."""
+
+
+class ReferencedNoise(DeflectionNoise):
+    """Noise of deflections, each pose freed of thermal deflection by a reference pose before it (theory.md 9.H).
+
+    The legs' thermal elongations Δq are seen at the reference pose X_R, ΔX_R = J̌(X_R)·Δq, and taken off where the pose
+    itself is measured, T·ΔX_R with T = J̌(X)·J̌(X_R)⁻¹. A deflection is a difference of two poses, each with its own
+    reference: the first reference of all cancels, and the covariance V of the deflection becomes V + p·T·V·Tᵀ. The
+    price p is 1 where each pose has one reference before it, and 1/4 where the reference is interpolated between one
+    before and one after each pose, the middle one serving both. It depends on the pose.
+
+    Args:
+        noise: of the deflection without the correction; all pose coordinates are measured.
+        reference: X_R, shape (n,).
+        reference_map: J̌(X_R), shape (n, n).
+        interpolated: whether the reference is interpolated between the one before and the one after.
+
+    Raises:
+        InputError: not all coordinates of the pose are measured, so that Δq is not seen.
+    """
+
+    def __init__(
+        self, noise: DeflectionNoise, reference: FloatArray, reference_map: FloatArray, *, interpolated: bool = False
+    ) -> None:
+        if len(noise.axes) != len(reference_map):
+            what = "a reference pose corrects only what is measured on all axes"
+            raise InputError(what, remedy="Give the noise of every axis, or leave the reference pose out.")
+        super().__init__(noise.axes, noise.covariance, noise.shared_reference)
+        self._inverse = np.linalg.inv(reference_map)
+        self.reference = reference
+        self.interpolated = interpolated
+        self.price = PRICE[interpolated]
+
+    def transfer(self, pose_map: FloatArray) -> FloatArray:
+        """T = J̌(X)·J̌(X_R)⁻¹, shape (..., n, n)."""
+        transfer: FloatArray = pose_map @ self._inverse
+        return transfer
+
+    def covariance_at(self, pose_map: FloatArray) -> FloatArray:
+        """V + p·T·V·Tᵀ of one deflection (m², m·rad, rad²), shape (..., n, n)."""
+        transfer = self.transfer(pose_map)
+        total: FloatArray = self.covariance + self.price * transfer @ self.covariance @ transfer.swapaxes(-1, -2)
+        return total
+
+    def deviations_at(self, pose_map: FloatArray) -> FloatArray:
+        deviations: FloatArray = np.sqrt(np.diagonal(self.covariance_at(pose_map), axis1=-2, axis2=-1))
+        return deviations
+
+    def whitener_at(self, pose_map: FloatArray) -> FloatArray:
+        exists = np.logical_and.reduce(np.isfinite(pose_map), axis=(-2, -1), keepdims=True)
+        covariance = self.covariance_at(np.where(exists, pose_map, 0.0))
+        # The scale is for the factorisation's sake and cancels, so that nothing depends on its derivative.
+        scale = np.sqrt(np.diagonal(plain(covariance), axis1=-2, axis2=-1))
+        scaled = covariance / (scale[..., :, None] * scale[..., None, :])
+        whitener: FloatArray = inverse_root(scaled) / scale[..., None, :]
+        return whitener
+
+    def pose_order(self, series: IntArray) -> list[tuple[str, int]]:
+        """The poses to measure for a plan, in order: what each is, and the row of the plan that it belongs to.
+
+        Each loaded pose follows the unloaded one at the same command, and every pose follows a reference; with
+        interpolation every pair ends with a reference of its own. Where the consecutive rows of a series share their
+        unloaded pose, it is measured once.
+        """
+        order: list[tuple[str, int]] = []
+        last: int | None = None
+        for row, number in enumerate(series):
+            if not (self.shared_reference and last == number):
+                order += [("reference", row), ("unloaded", row)]
+            order += [("reference", row), ("loaded", row)]
+            if self.interpolated:
+                order.append(("reference", row))
+            last = int(number)
+        return order
 
 
 def series_by_pose(configurations: FloatArray) -> IntArray:

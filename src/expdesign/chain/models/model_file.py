@@ -17,14 +17,10 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.models.calibrated import Calibrated
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
-from expdesign.chain.models.estimable import Estimable
-from expdesign.chain.models.estimable_entry import EstimableSection, estimable_entry, subspace_of
-from expdesign.chain.readings.deflection import DEFLECTION
-from expdesign.chain.readings.pose import MeasuredPose
+from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSection, estimable_entry, subspace_of
 from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.copying import Copied
 from expdesign.errors import InputError
@@ -35,7 +31,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
 
 
-class Fitted(Protocol):
+class FittedModel(Protocol):
     """What a model takes from a fit: the chain, its values (p,), their covariance (p, p) and combinations."""
 
     @property
@@ -85,7 +81,7 @@ class Model(Copied):
     @classmethod
     def from_fit(
         cls,
-        fit: Fitted,
+        fit: FittedModel,
         robot: YamlDocument,
         source: str,
         *,

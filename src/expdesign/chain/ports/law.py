@@ -9,13 +9,13 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
+from expdesign.chain.declaration import ONLY, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.ports.features import Basis
 from expdesign.chain.ports.port import Channel, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import ONLY, Variant
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
 

@@ -7,9 +7,9 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import links_of, moment_at, with_links_beyond
+from expdesign.chain.component import links_of, moment_at, with_links_beyond
 from expdesign.chain.row import Row, RowData
-from expdesign.mechanics.moments import frame_turn, twist_transfer
+from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 

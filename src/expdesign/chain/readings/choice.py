@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from expdesign.chain.readings.deflection import DEFLECTION
-from expdesign.chain.readings.pose import MeasuredPose
 from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
 from expdesign.chain.readings.registration import held_coordinates, require_registration, start_of
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.errors import InputError
@@ -41,7 +39,7 @@ def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True)
             what = f"frames that are unknown need a robot with six pose coordinates, and this is a {robot.kind}"
             raise InputError(what, where=points.source, remedy="Leave `--frames unknown` out.")
         return MeasuredPose(frames_known)
-    if robot.coordinates.rotations == 0 and robot.inverse_kinematics is not None:
+    if robot.coordinates.rotations == 0 and robot.on_legs:
         what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"
         raise InputError(what, where=points.source, remedy="Convert them to deflections.")
     places = {name: place for name, place in robot.markers.items() if name in points.markers}

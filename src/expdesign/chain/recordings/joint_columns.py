@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from expdesign.chain.recordings.columns import require_mass
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
@@ -27,7 +28,7 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
     Raises:
         InputError: a joint has two columns, or a column is of a joint that the robot does not have.
     """
-    if robot.links is None:
+    if not robot.jointed:
         return table
     tree = robot.links.tree
     numbered = {
@@ -53,7 +54,7 @@ def require_its_own(table: Table, robot: Robot) -> None:
     first = robot.configuration[0]
     if table.has(first):
         return
-    if robot.links is None:
+    if not robot.jointed:
         given, others = "joints", [name for name in table.columns if _NUMBERED.fullmatch(name)]
     else:
         given, others = "poses", [name for name in robot.coordinates.pose if table.has(name)]
@@ -92,14 +93,10 @@ def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
 def _require_masses(table: Table, tree: KinematicTree) -> None:
     """Raise where a link carries a negative mass."""
     for column in (f"{carrier}_{PAYLOAD_COLUMNS[0]}" for carrier in tree.carriers):
-        wrong = np.flatnonzero(table.numbers((column,))[:, 0] < 0.0)
-        if wrong.size:
-            where = table.where(int(wrong[0]), column)
-            raise InputError("a mass cannot be negative", where=where, remedy="Correct it.")
+        require_mass(table, column)
 
 
 def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
-    assert robot.links is not None
     tree = robot.links.tree
     coordinates = (*tree.coordinates, *tree.branch_coordinates)
     known = f"The robot's columns are {', '.join(robot.configuration)}."

@@ -1,30 +1,41 @@
-"""The columns of measured poses: which axes were measured, and whether they can be poses of the commanded platform."""
+"""The columns of measured poses: which axes were measured, and whether they can be poses of the commanded platform.
 
+Measured full poses of targets on an arm (a camera's board, a T-Mac) as positions of markers with orientations.
+
+A row of measured poses holds `measured_x_m` ... `measured_rz_rad` of the target in the instrument's frame, with `sx_m`
+... `srz_rad`; rotations and their deviations are about the instrument's axes. Where no column `marker` names the target
+it is `tool`. Positions and poses may stand in one file, row by row.
+"""
+
+from dataclasses import replace
+
+import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.recordings.measurand import POSITION, measured_names
-from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.coordinates import Coordinates
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, measured_names
+from expdesign.coordinates import SPATIAL, Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
+from expdesign.mechanics.robots.orientation import rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.symbolic import BatchFunction
 
 FARTHEST = 0.1
 """m or rad; a measured pose farther from its command is in another unit or frame."""
 COMMON = 0.01
 """m or rad; a larger difference from the command that all rows share, to within a tenth of it, is one of frames."""
 _UNITS = {"m": (("mm", 1e3), ("µm", 1e6)), "rad": (("degrees", np.degrees(1.0)), ("mrad", 1e3))}
-_KINDS = ("reference", "pose")
+KINDS = ("reference", "pose")
 
 
 def measures_poses(table: Table, robot: Robot) -> bool:
     """Whether a table is one of measured poses: by its columns `measured_x_m` ..., or by `kind` where those are due."""
-    if robot.inverse_kinematics is None:
+    if not robot.on_legs:
         return False
     if any(table.has(name) for name in measured_names(robot.coordinates)):
         return True
-    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(_KINDS).all())
+    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(KINDS).all())
 
 
 def read_measured(
@@ -46,11 +57,7 @@ def read_measured(
             what = f"there is `{name}` beside the measured poses {names[axes[0]]} ..."
             raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
     if table.has("kind"):
-        kinds = table.frame["kind"].astype(str).str.strip().to_numpy()
-        wrong = np.flatnonzero(~np.isin(kinds, _KINDS))
-        if wrong.size:
-            what = f"`{kinds[wrong[0]]}` is neither `reference` nor `pose`"
-            raise InputError(what, where=table.where(int(wrong[0]), "kind"), remedy="Correct it.")
+        table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`")
     poses = table.numbers(tuple(names[i] for i in axes))[order]
     require_commanded_coordinates(points, poses, axes, coordinates)
     return axes, poses
@@ -98,3 +105,90 @@ def _other_unit(commands: FloatArray, measured: FloatArray, unit: str) -> str | 
         if abs(slope / factor - 1.0) < 0.2 and left < 0.2 * float(np.linalg.norm(own)):
             return name
     return None
+
+
+TARGET = "tool"
+"""Name of a target that has none."""
+_LARGEST = 2.0 * np.pi
+_PLACES, _TURNS = measured_names(SPATIAL)[:3], measured_names(SPATIAL)[3:]
+_KINDS = ("pose", "position", "reference", "")
+
+
+def with_targets(table: Table, robot: Robot) -> Table:
+    """The table with the places of measured poses under the columns of positions; others stay as they are.
+
+    Raises:
+        InputError: a row has both, or is of an unknown kind.
+    """
+    if not robot.jointed or not any(table.has(name) for name in _PLACES):
+        return table
+    if table.has("kind"):
+        table.words("kind", _KINDS, "`{}` is neither `pose` nor `position`")
+    columns = {name: _cells(table, name) for name in (*POSITION, *POSITION_DEVIATION, "marker")}
+    posed = np.any([_cells(table, name) != "" for name in _PLACES], axis=0)
+    positions = np.any([columns[name] != "" for name in POSITION], axis=0)
+    if (posed & positions).any():
+        row = int(np.argmax(posed & positions))
+        remedy = "Give a row of its own to each; they may share `series`."
+        raise InputError("the row has a position and a pose", where=table.where(row, POSITION[0]), remedy=remedy)
+    for name, place, deviation, stated in zip(
+        POSITION, _PLACES, POSITION_DEVIATION, SPATIAL.deviation[:3], strict=True
+    ):
+        columns[name] = np.where(posed, _cells(table, place), columns[name])
+        columns[deviation] = np.where(posed, _cells(table, stated), columns[deviation])
+    columns["marker"] = np.where(posed & (columns["marker"] == ""), TARGET, columns["marker"])
+    kept = {name: cells for name, cells in columns.items() if (cells != "").any()}
+    frame = table.frame.drop(columns=[name for name in _PLACES if table.has(name)]).assign(**kept)
+    written = {name: table.written.get(place, place) for name, place in zip(POSITION, _PLACES, strict=True)}
+    return replace(table, frame=frame, written=table.written | ({} if positions.any() else written))
+
+
+def read_aims(table: Table, order: IntArray) -> FloatArray | None:
+    """Measured orientations A of targets in the instrument's axes (N, 3, 3), the identity where none was measured.
+
+    None where no orientations are read. Raises an `InputError` where an angle is missing or in degrees.
+    """
+    if not any(table.has(name) for name in _TURNS):
+        return None
+    angles = table.numbers_where_filled(_TURNS)
+    seen = np.isfinite(angles)
+    partly = seen.any(axis=1) & ~seen.all(axis=1)
+    if partly.any():
+        row = int(np.argmax(partly))
+        what = "an orientation has three angles"
+        raise InputError(what, where=table.where(row, _TURNS[int(np.argmin(seen[row]))]), remedy="Fill it in.")
+    large = np.abs(np.nan_to_num(angles)) > _LARGEST
+    table.refuse(large, _TURNS, "{:g} cannot be an angle in rad", "Check the unit.", values=angles)
+    return rotations_of(np.nan_to_num(angles))[order] if seen.any() else None
+
+
+def turned(table: Table, order: IntArray) -> FloatArray:
+    """0 where an orientation was measured and NaN elsewhere, shape (N, 3)."""
+    return np.where(np.isfinite(table.numbers_where_filled(_TURNS))[order], 0.0, np.nan)
+
+
+def read_turn_deviations(
+    table: Table, coordinates: Coordinates, rotations: FloatArray, order: IntArray
+) -> FloatArray | None:
+    """Standard deviations of measured rotations (rad), NaN where none was measured, shape (N, 3); None without any."""
+    names = coordinates.deviation[coordinates.translations :]
+    if not any(table.has(name) for name in names):
+        return None
+    deviations = table.numbers_where_filled(names)[order]
+    wrong = np.isfinite(rotations) & ~((deviations > 0.0) & (deviations < 1.0))
+    what = "a standard deviation of an orientation is positive and below 1 rad"
+    table.refuse(wrong, names, what, "Fill it in, or check the unit.", order)
+    return np.where(np.isfinite(rotations), deviations, np.nan)
+
+
+def rotations_of(angles: FloatArray) -> FloatArray:
+    """R = Rz·Ry·Rx of angles (..., 3), shape (..., 3, 3)."""
+    symbol = ca.SX.sym("angles", 3)
+    found: FloatArray = BatchFunction("rotations", [symbol], [rotation_matrix(symbol, "fixed-xyz")])(angles)[0]
+    return found
+
+
+def _cells(table: Table, name: str) -> np.ndarray:
+    if not table.has(name):
+        return np.full(len(table), "", dtype=object)
+    return table.frame[name].astype(str).str.strip().to_numpy(dtype=object)

@@ -18,12 +18,10 @@ from typing import TypeVar
 import numpy as np
 
 from expdesign.arrays import BoolArray, IntArray, TextArray
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.errors import InputError
 from expdesign.io.table import Table
-
-REFERENCE = "reference"
-"""Column that names the unloaded reading of a row; empty where nothing is known of it."""
 
 Points = TypeVar("Points", bound=LoadedPoints)
 

@@ -1,7 +1,7 @@
 """Deflections from points of the platform that were measured unloaded and loaded, with their covariance.
 
 Seen from O, the points p_i (levers from the platform's origin) move by δt + δθ × p_i. The motion that fits the loaded
-points to the unloaded ones best is found by rigid registration (`chain/instrument/registration.py`), and with
+points to the unloaded ones best is found by rigid registration (`chain/readings/registration.py`), and with
 B_i = [I, −[p_i]ₓ], A = (Σ B_iᵀ·B_i)⁻¹·Bᵀ and the covariance Σ of all coordinates, the sum of both measurements',
 
     Cov(δt, δθ) = A·Σ·Aᵀ,        ΔX = T·(δt, δθ),   Cov(ΔX) = T·Cov(δt, δθ)·Tᵀ,
@@ -20,10 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.registration import registered
-from expdesign.chain.recordings.point_lists import PointSet
-from expdesign.chain.recordings.point_names import MarkerFit, marker_fit, near_names, require_own_names
-from expdesign.chain.recordings.states import State
+from expdesign.chain.readings.registration import registered
+from expdesign.chain.recordings.point_lists import MarkerFit, PointSet, marker_fit, near_names, require_own_names
+from expdesign.chain.recordings.states import RecordedState
 from expdesign.errors import InputError
 
 SUSPICIOUS = 25.0
@@ -31,7 +30,7 @@ SUSPICIOUS = 25.0
 
 
 @dataclass(frozen=True)
-class Frame:
+class InstrumentFrame:
     """Where the platform is: T_OP (rotation and origin) and T with Ẋ = T·η, at the command of a row."""
 
     rotation: FloatArray
@@ -70,8 +69,8 @@ class RegisteredDeflection:
 
 
 def registered_deflection(
-    state: State,
-    frame: Frame,
+    state: RecordedState,
+    frame: InstrumentFrame,
     *,
     markers: Mapping[str, FloatArray],
     instrument: tuple[FloatArray, FloatArray] | None,
@@ -143,7 +142,7 @@ def _positions(points: PointSet, names: tuple[str, ...]) -> FloatArray:
     return np.array([points.points[name].position for name in names]).reshape(-1, 3)
 
 
-def _variances(state: State, names: tuple[str, ...], deviation: float | None) -> FloatArray | None:
+def _variances(state: RecordedState, names: tuple[str, ...], deviation: float | None) -> FloatArray | None:
     total = np.zeros((len(names), 3))
     for one in (state.reference, state.loaded):
         stated = [one.points[name].deviation for name in names]
@@ -156,7 +155,7 @@ def _variances(state: State, names: tuple[str, ...], deviation: float | None) ->
     return total
 
 
-def _require_spread(points: FloatArray, state: State) -> None:
+def _require_spread(points: FloatArray, state: RecordedState) -> None:
     where = f"{state.loaded.source}, {state.loaded.name}"
     if len(points) < 3:
         what = f"only {len(points)} points have the same name as in {state.reference.name}"
@@ -169,10 +168,10 @@ def _require_spread(points: FloatArray, state: State) -> None:
 
 
 def _to_base(
-    state: State,
+    state: RecordedState,
     names: tuple[str, ...],
     before: FloatArray,
-    frame: Frame,
+    frame: InstrumentFrame,
     markers: Mapping[str, FloatArray],
     instrument: tuple[FloatArray, FloatArray] | None,
 ) -> tuple[FloatArray, FloatArray]:

@@ -23,7 +23,7 @@ _UNLOADED = re.compile(r"(?:unloaded|reference|ref|zero|u)[ _-]*(?:series)?[ _-]
 
 
 @dataclass(frozen=True)
-class State:
+class RecordedState:
     """A row of the table with its points, loaded and unloaded."""
 
     row: int
@@ -31,7 +31,7 @@ class State:
     reference: PointSet
 
 
-def matched(table: Table, sets: list[PointSet], unloaded: BoolArray) -> list[State]:
+def matched(table: Table, sets: list[PointSet], unloaded: BoolArray) -> list[RecordedState]:
     """The loaded rows for which there are points, in the order of the sequence.
 
     Args:
@@ -52,7 +52,7 @@ def matched(table: Table, sets: list[PointSet], unloaded: BoolArray) -> list[Sta
     by_row = _by_number(named, _LOADED)
     by_series = _by_number(named, _UNLOADED)
     used: set[str] = set()
-    states: list[State] = []
+    states: list[RecordedState] = []
     last: dict[int, PointSet] = {}
     for row in order_in_time(table):
         own = _in_column(table, "points", int(row), named) or by_row.get(int(sequence[row]))
@@ -68,7 +68,7 @@ def matched(table: Table, sets: list[PointSet], unloaded: BoolArray) -> list[Sta
         if reference is None:
             raise _no_reference(table, int(row), own, unloaded)
         used |= {own.name, reference.name}
-        states.append(State(int(row), own, reference))
+        states.append(RecordedState(int(row), own, reference))
     left = [item for item in sets if item.name not in used]
     if left or not states:
         names = ", ".join(f"`{item.name}`" for item in left[:4])

@@ -3,17 +3,142 @@
 The references X_R^k show how the legs have grown, Δq^k = IK(X_R^k) − IK(X_R^0), and a pose measured after them is
 corrected to FK(IK(X^k) − Δq^k). To first order that is X^k − T·(X_R^k − X_R^0) with T = J̌(X)·J̌(X_R)⁻¹, so that every
 result is a known linear combination of independent readings, and its covariance follows.
+
+Forward kinematics of parallel robots: the pose at given leg lengths, by Newton's method from a pose nearby.
+
+q(X + δX) = q(X) + ∂q/∂X·δX (thesis 1.13); from within the workspace it converges quadratically, and where it does not,
+the lengths belong to no pose near the start.
+
+Tables of absolute measured poses, with a reference pose before each of them (theory.md 9.H).
+
+The columns are those of recordings without deflections, and besides:
+
+    kind                      `reference` (always the same command, without load) or `pose`
+    measured_x_m …            the pose as it was measured, in the coordinates of the commanded one
+    sx_m …                    standard deviations of the measured pose (optional)
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
+import casadi as ca
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.recordings.measured_poses import MeasuredPoses
-from expdesign.errors import InputError
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.recordings.columns import order_in_time, read_deviations, require_one_command
+from expdesign.chain.recordings.pose_columns import FARTHEST, KINDS
+from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.errors import ConvergenceError, InputError
+from expdesign.io.table import Table
 from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.symbolic import BatchFunction
+
+_TOLERANCE = 1e-14
+"""m of leg length; rounding of lengths below a metre is 1e-16."""
+_PASSES = 30
+
+
+class ForwardKinematics:
+    """X(q; g) of a parallel robot.
+
+    Args:
+        robot: the robot; its own geometry holds where none is given.
+    """
+
+    def __init__(self, robot: ParallelRobot) -> None:
+        self._robot = robot
+        pose, geometry = ca.SX.sym("X", robot.coordinates.n), ca.SX.sym("g", len(robot.geometry))
+        lengths = robot.actuator_lengths(pose, geometry)
+        self._rates = BatchFunction("rates", [pose, geometry], [lengths, ca.jacobian(lengths, pose)])
+
+    def pose(self, lengths: FloatArray, start: FloatArray, geometry: FloatArray | None = None) -> FloatArray:
+        """Poses (..., n) with the given leg lengths (m), near `start` (..., n).
+
+        Args:
+            lengths: shape (..., n_p).
+            start: poses nearby, shape (..., n).
+            geometry: joint coordinates in the order of `geometry_names` (m), shape (..., n_g); the robot's own if None.
+
+        Raises:
+            ConvergenceError: no pose near the start has these lengths.
+        """
+        coordinates = self._robot.geometry if geometry is None else geometry
+        batch = np.broadcast_shapes(lengths.shape[:-1], start.shape[:-1], coordinates.shape[:-1])
+        pose: FloatArray = np.broadcast_to(start, (*batch, start.shape[-1])).copy()
+        for _ in range(_PASSES):
+            reached, rates = self._rates(pose, coordinates)
+            missing = lengths - reached
+            if not np.isfinite(rates).all():
+                break
+            pose += np.linalg.solve(rates, missing[..., None])[..., 0]
+            if np.abs(missing).max() < _TOLERANCE * max(1.0, float(np.abs(lengths).max()) / 0.1):
+                return pose
+        what = "there is no pose with these leg lengths near the one that is expected"
+        raise ConvergenceError(what, remedy="Check the lengths, or the geometry in the robot file.")
+
+
+@lru_cache(maxsize=32)
+def forward_kinematics(robot: ParallelRobot) -> ForwardKinematics:
+    """The forward kinematics of a robot; its expressions are made once."""
+    return ForwardKinematics(robot)
+
+
+@dataclass(frozen=True)
+class MeasuredPoses:
+    """Measured poses in the order of their sequence.
+
+    Attributes:
+        points: commands and loads of N rows.
+        reference: which rows are references, shape (N,).
+        poses: as measured (m, rad), shape (N, n).
+        deviations: standard deviations of `poses`, shape (N, n), or None where they are not stated.
+    """
+
+    points: LoadedPoints
+    reference: BoolArray
+    poses: FloatArray
+    deviations: FloatArray | None
+
+
+def measured_poses(table: Table, robot: ParallelRobot) -> MeasuredPoses:
+    """Read measured poses.
+
+    Raises:
+        InputError: a column is missing, a reference is loaded or not where the others are, or none stands before the
+            first pose.
+    """
+    names = tuple(f"measured_{name}" for name in robot.coordinates.pose)
+    table.require(("sequence", "series", "kind", *names))
+    points = points_from_table(table, robot)
+    order = order_in_time(table)
+    reference: BoolArray = table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`", order) == "reference"
+    poses = table.numbers(names)[order]
+    what = f"{{:g}} is more than {FARTHEST:g} away from the commanded pose"
+    remedy = "Check the unit (m, rad) and the frame: measured and commanded poses are in the same coordinates."
+    table.refuse(np.abs(poses - points.configurations) > FARTHEST, names, what, remedy, order, poses)
+    _require_references(points, reference)
+    rows = np.flatnonzero(~reference)
+    require_one_command(table, robot.configuration, points.configurations[rows], points.series[rows], order[rows])
+    axes = np.arange(robot.coordinates.n)
+    return MeasuredPoses(points, reference, poses, read_deviations(table, robot.coordinates, axes, order))
+
+
+def _require_references(points: LoadedPoints, reference: BoolArray) -> None:
+    rows = np.flatnonzero(reference)
+    if not rows.size or not reference[0]:
+        what = "there is no reference before the first pose"
+        raise InputError(what, where=points.where(0, "kind"), remedy="Measure the reference pose first.")
+    if not np.any(~reference):
+        raise InputError("there are references alone", where=points.source, remedy="Add rows of the kind `pose`.")
+    loaded = rows[np.any(points.wrenches[rows] != 0.0, axis=1)]
+    if loaded.size:
+        what = "a reference has a load, and would take its deflection for thermal"
+        raise InputError(what, where=points.where(int(loaded[0])), remedy="Measure references without load.")
+    moved = np.abs(points.configurations[rows] - points.configurations[rows[0]]).max(axis=1) > 1e-9
+    if moved.any():
+        what = "the reference pose differs from the first one"
+        raise InputError(what, where=points.where(int(rows[np.argmax(moved)])), remedy="Use one reference pose.")
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.readings.tip import Frame
+from expdesign.chain.readings.position import Frame, MarkerPosition
 from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.target_readings import rotations_of
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.io.table import Table
@@ -112,7 +111,6 @@ def _nominal(robot: Robot, position: FloatArray, rotation: FloatArray, posture: 
     if first is not None:
         return first
     random, joints = np.random.default_rng(_SEED), len(robot.stiffness)
-    assert robot.links is not None
     low = np.where(np.isfinite(robot.links.low), robot.links.low, -np.pi)[:joints]
     high = np.where(np.isfinite(robot.links.high), robot.links.high, np.pi)[:joints]
     found: list[FloatArray] = []
@@ -143,7 +141,6 @@ def _descend(robot: Robot, position: FloatArray, rotation: FloatArray, start: Fl
         q[:joints] += step * min(1.0, _LARGEST / max(float(np.abs(step).max()), 1e-12))
     else:
         return None
-    assert robot.links is not None
     # Turns by whole revolutions are the same posture.
     for index in range(joints):
         if robot.units[index] == "rad":

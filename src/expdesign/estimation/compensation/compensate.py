@@ -64,9 +64,9 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
         InfeasibleError: a command is beyond the robot's limits.
     """
     robot = model.chain.robot
-    if robot.links is not None:
+    if robot.jointed:
         return compensate_arm(model, of_joints(robot, targets))
-    if robot.inverse_kinematics is None and not robot.on_support:
+    if not robot.on_legs and not robot.on_support:
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
     _require_regular(robot, targets, targets.configurations)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.models.calibrated import Beyond, Calibrated
+from expdesign.chain.models.estimable import Calibrated, OutsideRange
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.estimation.compensation.compensate import Compensation
 from expdesign.estimation.coverage_factor import STANDARD
@@ -27,7 +27,7 @@ class Corrections:
     translation: FloatArray
     rotation: FloatArray
     expanded: FloatArray
-    beyond: tuple[tuple[Beyond, ...], ...]
+    beyond: tuple[tuple[OutsideRange, ...], ...]
 
 
 def corrections_of(

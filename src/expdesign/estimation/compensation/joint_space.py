@@ -19,7 +19,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.tip import Frame, TipPose
+from expdesign.chain.readings.position import Frame, TipPose
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.errors import ConvergenceError, SingularConfigurationError
@@ -59,7 +59,6 @@ def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
         SingularConfigurationError: an arm of six or more joints cannot move its tip as the correction demands.
     """
     robot, points = model.chain.robot, targets.points
-    assert robot.links is not None
     joints = len(robot.stiffness)
     scale = np.where(np.isfinite(robot.links.high - robot.links.low), robot.links.high - robot.links.low, 2.0 * np.pi)
     chain, aimed = tip_chain(model, "base"), at_targets(model, targets, "base")

@@ -10,8 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.recordings.measurand import DEFLECTIONS, Measurand
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.io.table import Table

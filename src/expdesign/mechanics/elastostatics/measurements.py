@@ -1,23 +1,66 @@
-"""What a batch of designs measures: the linear model of every reading and of what load errors do to it."""
+"""What a batch of designs measures: the linear model of every reading and of what load errors do to it.
+
+What takes the place of J̌·diag(c)·Jᵀ where a robot is known to do more than stretch its actuators.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Literal, Protocol
 
 import casadi as ca
 import numpy as np
+from scipy.linalg import block_diag
 
 from expdesign.arrays import FloatArray
-from expdesign.mechanics.elastostatics.geometric_stiffness import conservative_maps
+from expdesign.mechanics.elastostatics.calibration import Elastostatic, PoseMaps, Regressor
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_compliance
-from expdesign.mechanics.elastostatics.physics import LoadedPhysics, Physics
-from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
-from expdesign.mechanics.elastostatics.regressors.regressor import PoseMaps, Regressor
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load
 from expdesign.mechanics.robots.robot import Jacobians, Robot
 from expdesign.mechanics.symbolic import BatchFunction
+
+
+class LoadedPhysics(Protocol):
+    """How a robot deflects under one kind of load, about known compliances."""
+
+    @property
+    def linear_in_load(self) -> bool:
+        """Whether the derivative by the compliances is affine in each quantity of the load alone, and that by the
+        wrench does not depend on the load.
+        """
+        ...
+
+    def maps(
+        self, configurations: FloatArray, loads: FloatArray, jacobians: Jacobians
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the deflection (..., n) with respect to the compliances, (..., n, n_p), and the wrench,
+        (..., n, n), at configurations (..., n_q) under loads (..., k).
+        """
+        ...
+
+    def deflections(
+        self, configurations: FloatArray, loads: FloatArray, jacobians: Jacobians, added: FloatArray
+    ) -> FloatArray:
+        """Deflections (..., n) under the loads and added wrenches (..., n)."""
+        ...
+
+    def expression(self, configuration: ca.SX, loads: ca.SX, compliances: ca.SX) -> ca.SX:
+        """Deflection (n,) at a symbolic configuration, load and compliances (m/N or rad/(N·m))."""
+        ...
+
+
+class Physics(Protocol):
+    """How a robot deflects, as its instrument reads it or as its platform moves."""
+
+    def under(self, load: Load, *, instrument: bool) -> LoadedPhysics:
+        """The same under a kind of load; with `instrument` as it is read, else as the platform moves."""
+        ...
+
+
+Distribution = Literal["normal", "uniform"]
+"""Of errors that are drawn; `uniform` has the same standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +89,8 @@ class LoadedRobot:
         robot: the robot.
         load: the kind of load.
         sources: sources of load error.
-        geometric_stiffness: whether the change of geometry under load is taken into account (parallel robots).
         regressor: what is calibrated.
-        physics: how the robot deflects, where it does more than stretch its actuators (elastostatic calibration).
+        physics: how the robot deflects, where it does more than stretch its actuators.
         instrument: whether deflections are as the instrument reads them; else they are those of the platform.
     """
 
@@ -57,7 +99,6 @@ class LoadedRobot:
         robot: Robot,
         load: Load,
         sources: tuple[LoadErrorSource, ...] = (),
-        geometric_stiffness: bool = False,
         regressor: Regressor | None = None,
         physics: Physics | None = None,
         *,
@@ -66,15 +107,13 @@ class LoadedRobot:
         self.robot = robot
         self.load = load
         self.sources = sources
-        self.geometric_stiffness = geometric_stiffness
         self.regressor = Elastostatic() if regressor is None else regressor
         self.physics = physics
         self._under_load = None if physics is None else physics.under(load, instrument=instrument)
 
     def under(self, load: Load, *, instrument: bool = True) -> "LoadedRobot":
         """The same robot under another kind of load, whose errors are not known."""
-        physics = (self.geometric_stiffness, self.regressor, self.physics)
-        return LoadedRobot(self.robot, load, (), *physics, instrument=instrument)
+        return LoadedRobot(self.robot, load, (), self.regressor, self.physics, instrument=instrument)
 
     @property
     def under_load(self) -> LoadedPhysics | None:
@@ -84,9 +123,7 @@ class LoadedRobot:
     @property
     def linear_in_load(self) -> bool:
         """Whether the observation matrix is linear in the load and the compliance does not depend on it."""
-        if self._under_load is not None:
-            return self._under_load.linear_in_load
-        return not self.geometric_stiffness
+        return self._under_load is None or self._under_load.linear_in_load
 
     @cached_property
     def scale(self) -> FloatArray:
@@ -117,7 +154,7 @@ class LoadedRobot:
         configuration = ca.SX.sym("q", len(self.robot.configuration))
         parameters = ca.SX.sym("load", len(self.load.columns))
         kinematics = self.robot.kinematics(configuration)
-        own = {} if self.physics is not None else self.regressor.expressions(self.robot, configuration)
+        own = self.regressor.expressions(self.robot, configuration)
         _, rotation = self.robot.frame(configuration, ca.SX.zeros(self.robot.coordinates.n))
         outputs = [*kinematics, *self._load_expressions(parameters, rotation), *own.values()]
         function = BatchFunction("measured", [configuration, parameters], ca.cse(outputs))
@@ -156,16 +193,13 @@ class LoadedRobot:
         jacobians = self.robot.jacobians_of(*values[:count])
         wrench, own = values[count], len(values) - len(names)
         errors = self._matrix(wrench, values[count + 1 : own])
-        if self._under_load is not None:
-            observation, compliance = self._under_load.maps(configurations, loads, jacobians)
-            return Measurements(observation, compliance, errors, self._columns, jacobians)
         further = dict(zip(names, values[own:], strict=True))
         observation = self.regressor.matrix(PoseMaps(jacobians.pose, actuator_forces(jacobians, wrench), further))
-        closed_form = self.robot.inverse_kinematics
-        if self.geometric_stiffness and closed_form is not None:
-            observation, compliance = conservative_maps(closed_form, configurations, jacobians, wrench, observation)
-        else:
-            compliance = cartesian_compliance(jacobians, self.robot.compliance)
+        compliance = cartesian_compliance(jacobians, self.robot.compliance)
+        if self._under_load is not None:
+            elastic, changed = self._under_load.maps(configurations, loads, jacobians)
+            observation = self.regressor.under_load(observation, elastic, (compliance, changed))
+            compliance = changed
         return Measurements(observation, compliance, errors, self._columns, jacobians)
 
     def deflections(self, configurations: FloatArray, loads: FloatArray, added: FloatArray) -> FloatArray:
@@ -176,3 +210,37 @@ class LoadedRobot:
         nominal = measured.observation @ self.robot.compliance
         deflections: FloatArray = nominal + (measured.compliance @ added[..., None])[..., 0]
         return deflections
+
+    def drawn_errors(
+        self,
+        configurations: FloatArray,
+        loads: FloatArray,
+        count: int,
+        generator: np.random.Generator,
+        distribution: Distribution = "normal",
+    ) -> FloatArray:
+        """Actual minus assumed wrench ε_F = Σ L·δ (N, N·m) of `count` repetitions (theory.md 5.2), shape (count, m, n).
+
+        A shared source has one δ for all m measurements of a repetition; an unloaded measurement has no error.
+
+        Args:
+            configurations: shape (m, n_q).
+            loads: assumed loads, shape (m, k).
+            count: of repetitions.
+            generator: of random numbers.
+            distribution: of δ; `uniform` has the same standard deviations.
+        """
+        wrenches, scaled = self.wrenches(self.robot.jacobians(configurations).rotation, loads)
+        rows = wrenches.size
+        total = np.zeros((count, rows))
+        for source, sensitivity in zip(self.sources, scaled, strict=True):
+            width = sensitivity.shape[-1]
+            spread = sensitivity.reshape(rows, width) if source.shared else block_diag(*sensitivity)
+            if distribution == "normal":
+                delta = generator.standard_normal((count, spread.shape[1]))
+            else:
+                delta = generator.uniform(-np.sqrt(3.0), np.sqrt(3.0), (count, spread.shape[1]))
+            total += delta @ spread.T
+        errors = total.reshape(count, *wrenches.shape)
+        errors[:, (wrenches == 0.0).all(axis=1)] = 0.0
+        return errors

@@ -1,4 +1,9 @@
-"""What a load is: parameters that stand in the columns of a plan, and the wrench that they make."""
+"""What a load is: parameters that stand in the columns of a plan, and the wrench that they make.
+
+A payload: a mass whose centre of mass has a place on the platform (file-formats.md, Conventions; theory.md 5.2).
+
+A free wrench, as a force actuator or a cable applies it; it does not depend on the pose.
+"""
 
 from abc import ABC, abstractmethod
 from typing import ClassVar
@@ -8,6 +13,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
+from expdesign.mechanics.robots.orientation import moment
 
 
 class Load(ABC):
@@ -81,3 +87,75 @@ def small_rotation(vector: ca.SX, angles: ca.SX) -> ca.SX:
     if vector.shape[0] == 2:
         return vector + angles[0] * ca.vertcat(-vector[1], vector[0])
     return vector + ca.cross(ca.vertcat(angles[0], angles[1], 0.0), vector)
+
+
+class Payload(Load):
+    """Weight m·g at R·c from the origin of P; the parameters end with the gravity vector that acts on the mass."""
+
+    kind = "payload"
+    has_mass = True
+
+    def __init__(self, coordinates: Coordinates) -> None:
+        super().__init__(coordinates)
+        self.columns = ("mass_kg", *coordinates.centre_of_mass, *coordinates.gravity)
+        self.tilt = coordinates.tilt
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        return (*self.own, "gravity")
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        return self.columns[: -len(self.gravity_columns)]
+
+    @property
+    def gravity_columns(self) -> tuple[str, ...]:
+        return self.coordinates.gravity
+
+    def payloads(self, loads: FloatArray) -> FloatArray | None:
+        return loads[..., : len(self.own)]
+
+    def centres(self, loads: FloatArray) -> FloatArray:
+        return loads[..., 1 : len(self.own)]
+
+    def gravities(self, loads: FloatArray, gravity: FloatArray) -> FloatArray:
+        return loads[..., -len(gravity) :]
+
+    def turned(self, parameters: ca.SX, rotation: ca.SX, angles: ca.SX) -> ca.SX:
+        dimension = len(self.gravity_columns)
+        gravity = small_rotation(parameters[-dimension:], angles)
+        return self.wrench(ca.vertcat(parameters[:-dimension], gravity), rotation)
+
+    def wrench(self, parameters: ca.SX, rotation: ca.SX) -> ca.SX:
+        dimension, lever = len(self.coordinates.gravity), len(self.coordinates.centre_of_mass)
+        force = parameters[0] * parameters[-dimension:]
+        if not lever:
+            return force
+        return ca.vertcat(force, moment(rotation @ parameters[1 : 1 + lever], force))
+
+    def defaults(self, gravity: FloatArray) -> FloatArray:
+        return np.array([np.nan, *np.zeros(len(self.coordinates.centre_of_mass)), *gravity])
+
+
+class Wrench(Load):
+    """Forces and moments at the origin of P along the axes of O."""
+
+    kind = "wrench"
+
+    def __init__(self, coordinates: Coordinates) -> None:
+        super().__init__(coordinates)
+        self.columns = coordinates.wrench
+
+    def wrench(self, parameters: ca.SX, rotation: ca.SX) -> ca.SX:
+        return parameters
+
+    def turned(self, parameters: ca.SX, rotation: ca.SX, angles: ca.SX) -> ca.SX:
+        split = self.coordinates.translations
+        parts = [small_rotation(parameters[:split], angles)]
+        if parameters.shape[0] > split:
+            # About the normal of the plane a moment stays what it is.
+            parts.append(small_rotation(parameters[split:], angles) if split == 3 else parameters[split:])
+        return ca.vertcat(*parts)
+
+    def defaults(self, gravity: FloatArray) -> FloatArray:
+        return np.zeros(self.coordinates.n)

@@ -4,13 +4,13 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import PLANAR
-from expdesign.io.schema import Number, Positive, invalid, validate
+from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.drawing import Drawing, Part
+from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.hexapod import LimitsSection
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, RobotSection
@@ -21,6 +21,7 @@ Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
 class BipodSection(RobotSection):
     """A bipod's robot file."""
 
+    axes = "xy"
     kind: str = Field(description="The word `bipod`.")
     home: Point = Field(description="Tool point in O at the zero pose, `[x, y]` (m).")
     base_joints: Annotated[list[Point], Field(min_length=2, max_length=2)] = Field(
@@ -31,17 +32,12 @@ class BipodSection(RobotSection):
     )
     limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
 
-    @model_validator(mode="after")
-    def _gravity(self) -> Self:
-        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 2:
-            raise invalid("two components are needed here", "gravity_m_s2", "Write `[gx, gy]` in m/s².")
-        return self
-
 
 class Bipod(ParallelRobot):
     """Two-leg planar robot; pose `[x, y]` of the tool point relative to `home`."""
 
     kind = "bipod"
+    on_straight_legs = True
     coordinates = PLANAR
     configuration = PLANAR.pose
 
@@ -107,8 +103,8 @@ class Bipod(ParallelRobot):
         base = np.broadcast_to(self.base_joints, (*origin.shape[:-1], 2, 2))
         points = np.concatenate([base, origin[..., None, :]], axis=-2)
         parts = (
-            Part("base", "base", ((0, 1),)),
-            Part("legs", "actuator", ((0, 2), (1, 2))),
-            Part("tool point", "platform", ((2,),)),
+            DrawnPart("base", "base", ((0, 1),)),
+            DrawnPart("legs", "actuator", ((0, 2), (1, 2))),
+            DrawnPart("tool point", "platform", ((2,),)),
         )
         return Drawing(points, origin, parts, dict(zip(self.actuators, parts[1].paths, strict=True)))

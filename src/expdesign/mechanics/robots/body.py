@@ -10,11 +10,11 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import SPATIAL
-from expdesign.io.schema import Number, invalid, validate
+from expdesign.io.schema import Number, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.orientation import Orientation, angular_velocity_map, rotation_matrix
 from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
@@ -35,12 +35,6 @@ class BodySection(RobotSection):
         default_factory=lambda: [0.0, 0.0, 0.0],
         description="Origin of the body's frame P in O at the zero pose, `[x, y, z]` (m). Default: the origin of O.",
     )
-
-    @model_validator(mode="after")
-    def _gravity(self) -> Self:
-        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
-            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
-        return self
 
 
 class Body(Robot):

@@ -15,9 +15,8 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.io.yaml_reader import read_text
-from expdesign.mechanics.robots.joint_transforms import moved
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES, KinematicTree
-from expdesign.mechanics.robots.orientation import rotation_matrix
+from expdesign.mechanics.robots.orientation import moved, rotation_matrix
 from expdesign.mechanics.robots.urdf import UrdfJoint, transform
 
 _GIMBAL = 1e-9

@@ -13,7 +13,7 @@ Role = Literal["base", "actuator", "platform"]
 
 
 @dataclass(frozen=True)
-class Part:
+class DrawnPart:
     """Lines of one meaning.
 
     Attributes:
@@ -42,7 +42,7 @@ class Drawing:
 
     points: FloatArray
     origin: FloatArray
-    parts: tuple[Part, ...]
+    parts: tuple[DrawnPart, ...]
     components: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     directions: Mapping[str, FloatArray] = field(default_factory=dict)
 

@@ -5,7 +5,7 @@ multiplied in), the motions J of the joints, and errors E that are zero nominall
 small motions (x, y, z, then a rotation Rz·Ry·Rx) of every link. The error of link k moves the frame at the far end of
 link k, where the next joint sits (after the last joint: the tip), in that frame's own axes; link 0 is the base.
 
-Joints that follow others have no coordinate of their own: theirs is Σ multiplier·q + offset (`joint_rules.py`). A
+Joints that follow others have no coordinate of their own: theirs is Σ multiplier·q + offset (`urdf.py`). A
 coordinate with several joints on the chain has one link, the one that follows the last of them.
 
 Joints of branches (a gripper's fingers, a second arm) have coordinates after those of the chain where they are named:
@@ -27,10 +27,8 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
-from expdesign.mechanics.robots.joint_rules import Motion, leading
-from expdesign.mechanics.robots.joint_transforms import chosen, constant, moved
-from expdesign.mechanics.robots.orientation import rotation_matrix
-from expdesign.mechanics.robots.urdf import Urdf, UrdfJoint
+from expdesign.mechanics.robots.orientation import chosen, constant, moved, rotation_matrix
+from expdesign.mechanics.robots.urdf import Motion, Urdf, UrdfJoint, leading
 
 FRAME_AXES = ("x", "y", "z", "rx", "ry", "rz")
 TIP_COLUMN = "tip"

@@ -12,8 +12,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.differentiation import plain
-from expdesign.mechanics.moments import moments, velocities
-from expdesign.mechanics.robots.orientation import angular_velocity_map
+from expdesign.mechanics.robots.orientation import angular_velocity_map, moments, velocities
 from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, invert
 from expdesign.mechanics.symbolic import BatchFunction
 
@@ -29,6 +28,7 @@ class ParallelRobot(Robot):
         leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
     """
 
+    on_legs = True
     home: FloatArray
     geometry: FloatArray
     geometry_names: tuple[str, ...]

@@ -3,7 +3,7 @@
 A robot is one symbolic expression of its kinematics. From it follow, by differentiation, the two maps on which
 all of elastostatics rests: how small changes of actuator length move the platform (J̌), and how a wrench on the
 platform loads the actuators (Jᵀ). Everything to the right of this package works on these maps and on what a robot
-offers beside them (`capabilities.py`), and does not ask which kind of robot they came from.
+offers beside them (its capabilities), and does not ask which kind of robot they came from.
 
 Who adds a robot derives from `ParallelRobot` where the actuator coordinates are a closed form of the pose, which then
 gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document`. Others derive from `Robot` and give
@@ -16,6 +16,13 @@ gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document
 - limits: `limit_excess` and `limit_message`;
 - where the rates of pose coordinates are not the components of the twist: `pose_rates`;
 - what else they have: own weight, a drawing, and the capabilities.
+
+What a robot may offer beside its Jacobians; effects, readings and fits ask for these and never for its kind.
+
+A robot says which capabilities it has (`Robot.on_legs`, `on_straight_legs`, `jointed`), and returns the object that has
+one from the property of its name, most often itself. A new family of robots offers what it can, and gets the effects
+that need no more than that. The closed form of inverse kinematics, on which most rests, is the abstract class
+`ParallelRobot` itself.
 """
 
 from abc import ABC, abstractmethod
@@ -23,24 +30,66 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
 import casadi as ca
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
-from expdesign.io.schema import Number, Positive, Section
+from expdesign.io.schema import Number, Positive, Section, invalid
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import inverse_with_adjoint
-from expdesign.mechanics.robots.capabilities import Links, StraightLegs
 from expdesign.mechanics.robots.drawing import Drawing
+from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.orientation import Orientation
 from expdesign.mechanics.symbolic import BatchFunction
 
 if TYPE_CHECKING:
     from expdesign.mechanics.robots.parallel import ParallelRobot
+
+
+class StraightLegs(Protocol):
+    """Actuators that are straight legs between a joint of the base and one of the platform.
+
+    Attributes:
+        platform_joints: in the platform's axes (m), shape (n_p, d).
+    """
+
+    platform_joints: FloatArray
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """From base joint to platform joint in base axes (m), d×n_p."""
+        ...
+
+
+class Links(Protocol):
+    """Links one after the other, with their masses and with errors of their geometry: robots commanded in joints.
+
+    Attributes:
+        tree: the kinematics, with all geometric errors and masses.
+        low, high: limits of the joint coordinates (rad or m), infinite where there are none, shape (n_q,).
+    """
+
+    tree: KinematicTree
+    low: FloatArray
+    high: FloatArray
+
+    def tip(self, q: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        """Position (3,) in m and orientation (3×3) of the tip at joint coordinates (n_q,)."""
+        ...
+
+    def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """J, J̌ and R with errors of the geometry."""
+        ...
+
+    def own_weight_expression(
+        self, q: ca.SX, gravity: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None
+    ) -> ca.SX:
+        """Torques about the joints by the links' own weight (N·m or N), shape (n_q,)."""
+        ...
+
 
 #: A configuration whose scaled condition number (`Jacobians.condition`) exceeds this is treated as singular: a unit
 #: error along the best direction becomes a hundred along the worst, and the linear deflection model has no meaning.
@@ -88,8 +137,13 @@ class Jacobians:
 
 
 class RobotSection(Section):
-    """Keys that the files of all kinds of robots share."""
+    """Keys that the files of all kinds of robots share.
 
+    Attributes:
+        axes: of the base frame O.
+    """
+
+    axes: ClassVar[str] = "xyz"
     name: str = Field(description="Name of the robot, for reports.")
     schema_version: Literal[1] = Field(default=1, description="Version of this format.")
     gravity_m_s2: list[Number] | None = Field(
@@ -113,6 +167,14 @@ class RobotSection(Section):
         "(m): prior of a geometric calibration. Default: nothing is known beforehand.",
     )
 
+    @model_validator(mode="after")
+    def _gravity_has_every_axis(self) -> Self:
+        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != len(self.axes):
+            number = {2: "two", 3: "three"}[len(self.axes)]
+            components = ", ".join(f"g{axis}" for axis in self.axes)
+            raise invalid(f"{number} components are needed here", "gravity_m_s2", f"Write `[{components}]` in m/s².")
+        return self
+
 
 class Robot(ABC):
     """One robot: its kinematics, the approximate stiffness of its actuators, and gravity where it stands.
@@ -120,6 +182,9 @@ class Robot(ABC):
     Attributes:
         kind: the word in robot files.
         may_idle: whether an actuator may carry nothing however the robot is loaded, as a joint about the vertical does.
+        on_legs: whether commands are poses, of which the actuators' coordinates are a closed form.
+        on_straight_legs: whether its actuators are straight legs.
+        jointed: whether commands are coordinates of joints between links.
         on_support: whether it rests on something whose yielding is physics to be found, having no actuators that yield.
         coordinates: of the workspace (n pose coordinates, d translations).
         configuration: names of the columns of a command (n_q,).
@@ -134,6 +199,9 @@ class Robot(ABC):
 
     kind: ClassVar[str]
     may_idle: ClassVar[bool] = False
+    on_legs: ClassVar[bool] = False
+    on_straight_legs: ClassVar[bool] = False
+    jointed: ClassVar[bool] = False
     on_support: ClassVar[bool] = False
     coordinates: ClassVar[Coordinates]
     configuration: tuple[str, ...]
@@ -226,19 +294,22 @@ class Robot(ABC):
         return np.broadcast_to(np.eye(n), (*configurations.shape[:-1], n, n))
 
     @property
-    def inverse_kinematics(self) -> "ParallelRobot | None":
-        """The closed form of the actuator coordinates of a pose, where commands are poses and there is one."""
-        return None
+    def inverse_kinematics(self) -> "ParallelRobot":
+        """The closed form of the actuator coordinates of a pose, of a robot `on_legs`."""
+        raise self._lacks("closed form of the actuators' coordinates")
 
     @property
-    def straight_legs(self) -> StraightLegs | None:
-        """The directions of the legs, where the actuators are straight legs."""
-        return None
+    def straight_legs(self) -> StraightLegs:
+        """The directions of the legs, of a robot `on_straight_legs`."""
+        raise self._lacks("straight legs")
 
     @property
-    def links(self) -> Links | None:
-        """The chain of links with their masses, where commands are joint coordinates."""
-        return None
+    def links(self) -> Links:
+        """The chain of links with their masses, of a robot that is `jointed`."""
+        raise self._lacks("links")
+
+    def _lacks(self, what: str) -> NotImplementedError:
+        return NotImplementedError(f"a {self.kind} has no {what}")
 
     def drawing(self, configurations: FloatArray) -> Drawing | None:
         """The robot at configurations of shape (..., n_q) as points and lines; None for a kind that is not drawn."""
@@ -264,6 +335,11 @@ class Robot(ABC):
     def units(self) -> tuple[str, ...]:
         """Unit of each actuator's coordinate: `m` (its force in N) or `rad` (N·m), shape (n_p,)."""
         return ("m",) * len(self.stiffness)
+
+    @property
+    def actuated(self) -> bool:
+        """Whether it has actuators, whose stiffness can be identified."""
+        return len(self.stiffness) > 0
 
     @property
     def actuators(self) -> tuple[str, ...]:

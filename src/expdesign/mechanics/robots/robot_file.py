@@ -1,4 +1,10 @@
-"""Read a robot from its YAML file; the kinds are found by the files that lie beside this one."""
+"""Read a robot from its YAML file; the kinds are found by the files that lie beside this one.
+
+Whether two files are about one robot: its geometry, which says more than its name and its number of actuators.
+
+The two are compared where they stand at the same commands, the reference configuration and some with their angles
+turned, so that places of joints, home, and axes of a chain all show. Identified geometry is that of the same robot.
+"""
 
 import difflib
 from pathlib import Path
@@ -60,7 +66,95 @@ def _read_instrument(robot: Robot, content: dict[str, Any], document: YamlDocume
             raise InputError("six numbers are needed here", where=where, remedy=remedy)
         robot.instrument = np.array(content["instrument"], dtype=float)
     if content.get("geometry_std_m") is not None:
-        if robot.inverse_kinematics is None:
+        if not robot.on_legs:
             what = f"a {robot.kind} has no legs whose geometry is identified"
             raise InputError(what, where=document.where(("geometry_std_m",)), remedy="Take the key out.")
         robot.geometry_std = float(content["geometry_std_m"])
+
+
+SAME = 0.02
+"""Part of the robot's size by which places may differ: identified corrections of joints and links are far smaller."""
+_TURNED = 0.3
+"""rad by which angles are turned, so that a chain shows its axes."""
+_COMMANDS = 4
+
+
+def require_same_robot(robot: Robot, source: str, other: Robot, other_source: str, *, confirmed: bool = False) -> None:
+    """Raise an `InputError` where two files are about different robots.
+
+    Args:
+        robot: of the first file.
+        source: its name.
+        other: of the second file.
+        other_source: its name.
+        confirmed: whether another geometry is meant; a robot with other commands or actuators is never the same.
+    """
+    if (robot.kind, robot.configuration, robot.actuators) != (other.kind, other.configuration, other.actuators):
+        what = f"this is about a {_described(robot)}, and {other_source} about a {_described(other)}"
+        raise InputError(what, where=source, remedy="Give files of one robot.")
+    differs = None if confirmed else difference(robot, other)
+    if differs is not None:
+        what = f"this is about `{robot.name}`, and {other_source} about `{other.name}`, another geometry: {differs}"
+        remedy = "Give files of one robot, or say that another one is meant (--other-robot)."
+        raise InputError(what, where=source, remedy=remedy)
+
+
+def difference(robot: Robot, other: Robot) -> str | None:
+    """What differs most between two robots of one kind, in words; None where they are one robot."""
+    if robot.orientation != other.orientation:
+        return f"the orientation is {robot.orientation} in one and {other.orientation} in the other"
+    commands = _commands(robot)
+    places, others = _places(robot, commands), _places(other, commands)
+    if places.shape != others.shape:  # fixed joints may be drawn in one and not in the other
+        places, others = (each.position(commands)[:, None] for each in (robot, other))
+    apart = np.linalg.norm(places - others, axis=-1)
+    size = float(np.linalg.norm(np.ptp(places.reshape(-1, places.shape[-1]), axis=0)))
+    most = float(apart.max())
+    if most <= SAME * size:
+        return None
+    named = _farthest_joint(robot, other)
+    if named is not None:
+        return named
+    return f"at the same command their parts are up to {most * 1e3:.3g} mm apart"
+
+
+def _described(robot: Robot) -> str:
+    return f"{robot.kind} with {len(robot.stiffness)} actuators and the command {', '.join(robot.configuration)}"
+
+
+def _commands(robot: Robot) -> FloatArray:
+    """Configurations (c, n_q): the reference one, and others whose angles are turned."""
+    generator = np.random.default_rng(0)
+    turned = np.array([_TURNED if name.endswith("_rad") else 0.0 for name in robot.configuration])
+    spread = generator.uniform(-1.0, 1.0, (_COMMANDS, len(turned)))
+    spread[0] = 0.0
+    commands: FloatArray = robot.reference_configuration() + spread * turned
+    return commands
+
+
+def _places(robot: Robot, commands: FloatArray) -> FloatArray:
+    """Places of the platform or tip and of what is drawn, in O (m), shape (c, k, d)."""
+    position = robot.position(commands)[:, None]
+    drawing = robot.drawing(commands)
+    return position if drawing is None else np.concatenate([position, drawing.points], axis=1)
+
+
+def _farthest_joint(robot: Robot, other: Robot) -> str | None:
+    """The joint of a robot on legs whose place differs most, in words; None without one."""
+    if not (robot.on_legs and other.on_legs):
+        return None
+    closed, same = robot.inverse_kinematics, other.inverse_kinematics
+    if closed.geometry_names != same.geometry_names:
+        return None
+    dimension = len(closed.home)
+    differences = {"home": closed.home - same.home}
+    for index, name in enumerate(closed.geometry_names):
+        side, _, axis = name.rpartition(" ")
+        place = differences.setdefault(side, np.zeros(dimension))
+        place["xyz".index(axis)] = closed.geometry[index] - same.geometry[index]
+    distances = {name: float(np.linalg.norm(value)) for name, value in differences.items()}
+    worst = max(distances, key=lambda name: distances[name])
+    if distances[worst] == 0.0:
+        return None
+    label = worst if worst == "home" else "the joint `" + worst + "`"
+    return f"{label} is {distances[worst] * 1e3:.3g} mm apart"

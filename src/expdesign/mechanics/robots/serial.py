@@ -17,20 +17,19 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.schema import Number, Positive, invalid, validate
+from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import plain
-from expdesign.mechanics.robots.drawing import Drawing, Part
-from expdesign.mechanics.robots.joint_rules import CouplingSection, coupled, leading, require_joint
+from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
 from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
-from expdesign.mechanics.robots.urdf import read_urdf
+from expdesign.mechanics.robots.urdf import CouplingSection, coupled, leading, read_urdf, require_joint
 from expdesign.mechanics.symbolic import BatchFunction
 
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -75,12 +74,6 @@ class SerialSection(RobotSection):
         "In the place of the URDF's `<mimic>`.",
     )
 
-    @model_validator(mode="after")
-    def _gravity(self) -> Self:
-        if self.gravity_m_s2 is not None and len(self.gravity_m_s2) != 3:
-            raise invalid("three components are needed here", "gravity_m_s2", "Write `[gx, gy, gz]` in m/s².")
-        return self
-
 
 class SerialRobot(Robot):
     """A chain of revolute and prismatic joints; configuration `q1_rad` (or `q1_m`), `q2_rad`, ...
@@ -91,6 +84,7 @@ class SerialRobot(Robot):
     """
 
     kind = "serial"
+    jointed = True
     may_idle = True
     coordinates = SPATIAL
 
@@ -316,7 +310,11 @@ class SerialRobot(Robot):
                 components.setdefault(f"link {number}", tuple(range(first, last + 1)))
             start += len(path) + 1
         base, links, tips = (tuple(line) for line in lines)
-        parts = (Part("base", "base", base), Part("links", "actuator", links), Part("tip", "platform", tips))
+        parts = (
+            DrawnPart("base", "base", base),
+            DrawnPart("links", "actuator", links),
+            DrawnPart("tip", "platform", tips),
+        )
         directions = {name: axes[..., k, :] for k, name in enumerate(self.actuators)}
         return Drawing(points, self.position(configurations), parts, components, directions)
 

@@ -12,7 +12,6 @@ from operator import add
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.mechanics.differentiation import gradient, independent, plain
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, criterion_values
@@ -113,9 +112,7 @@ class Differentiated:
 def shared_series(problem: DesignProblem, quantities: FloatArray) -> IntArray | None:
     """Series numbers (b, m) of designs whose measurements share their reference, or may be left out; else None."""
     series = problem.space.series(quantities)
-    if series is not None or not problem.noise.shared_reference:
-        return series
-    return series_by_pose(quantities[..., : problem.space.n_pose])
+    return problem.noise.series(quantities[..., : problem.space.n_pose]) if series is None else series
 
 
 def to_variables(problem: DesignProblem, by_quantities: FloatArray) -> FloatArray:

@@ -33,7 +33,6 @@ class Limits:
     @cached_property
     def _lengths(self) -> BatchFunction:
         closed_form = self._robot.inverse_kinematics
-        assert closed_form is not None
         pose = ca.SX.sym("X", closed_form.coordinates.n)
         lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
         return BatchFunction("leg_lengths", [pose], [lengths, ca.jacobian(lengths, pose)])
@@ -56,9 +55,9 @@ class Limits:
         return values, gradient
 
     def _reach(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        robot = self._robot.inverse_kinematics
-        if robot is None:
+        if not self._robot.on_legs:
             return self._excess(poses)
+        robot = self._robot.inverse_kinematics
         if robot.leg_length is None:
             return np.zeros((*poses.shape[:-1], 0)), np.zeros((*poses.shape[:-1], 0, poses.shape[-1]))
         shortest, longest = robot.leg_length

@@ -4,16 +4,14 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from expdesign.chain.component import BASE, Component
-from expdesign.chain.components import symmetric
-from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
+from expdesign.chain.component import BASE, Component, symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.platform.compliance import Shape, compliance_parameters
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
-from expdesign.chain.variant import Variant
-from expdesign.mechanics.moments import twist_transfer
+from expdesign.mechanics.robots.orientation import twist_transfer
 from expdesign.mechanics.robots.robot import Robot
 
 

@@ -6,14 +6,11 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import ENVIRONMENT, Component
-from expdesign.chain.components import legs_and_all
-from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size
+from expdesign.chain.component import ENVIRONMENT, Component, legs_and_all
+from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import DEFLECTIONS
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 

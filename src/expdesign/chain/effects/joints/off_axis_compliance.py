@@ -6,26 +6,38 @@ joint's guide tilts about every direction. In positions the weight of the links 
 
 Bearings of one make yield at all joints, each too little to be named by itself: `all joints` are one hypothesis with a
 compliance for every joint.
+
+A telescope's guide yields more the farther it is extended.
+
+The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M being the moment there and q its coordinate:
+the bearings of a guide that overlaps less stand closer together.
 """
 
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.arm import at_tip, links_of, moment_at, with_links_beyond
-from expdesign.chain.component import ALL_JOINTS, Component
-from expdesign.chain.components import each_joint, turning
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.component import (
+    ALL_JOINTS,
+    Component,
+    at_tip,
+    each_joint,
+    moment_at,
+    sliding_joints,
+    turning,
+    with_links_beyond,
+)
+from expdesign.chain.declaration import Declaration, Extension, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 
-class Directions(StrEnum):
+class OffAxes(StrEnum):
     """Whether the bearing is the same across all directions."""
 
     ALL = ""
@@ -38,6 +50,7 @@ class JointCompliance(Effect):
     Of `all joints` together every bearing is the same across all directions.
     """
 
+    identifier = "joints.off_axis_compliance"
     physics = "joint_compliance"
     declared = Declaration(
         left_out="a joint that yields off its axis",
@@ -54,7 +67,7 @@ class JointCompliance(Effect):
             ),
         ),
     )
-    forms = tuple(Directions)
+    forms = tuple(OffAxes)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -66,11 +79,11 @@ class JointCompliance(Effect):
         return [
             (component, form)
             for component in cls.components(robot)
-            for form in ((Directions.ALL,) if component.several else Directions)
+            for form in ((OffAxes.ALL,) if component.several else OffAxes)
         ]
 
     def describe(self) -> tuple[Parameter, ...]:
-        if self.variant is Directions.TWO:
+        if self.variant is OffAxes.TWO:
             return tuple(Parameter(f"lateral_{i}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for i in (1, 2))
         if self.component.several:
             names = (f"joint_{joint.number}_lateral_rad_per_Nm" for joint in each_joint(self.robot))
@@ -85,12 +98,12 @@ class JointCompliance(Effect):
 
     def _tilt(self, wrench: ca.SX, row: Row, joint: int, one: ca.SX, other: ca.SX) -> ca.SX:
         """Twist (6,) of the tip as the bearing of a joint (index from 0) tilts, with compliances in two directions."""
-        robot = links_of(self.robot)
+        robot = self.robot.links
         point, frame = robot.tree.joint_frame(row.pose, joint)
         load = with_links_beyond(self.robot, wrench, row, joint + 1)
         first, second = across(robot.tree.joints[joint].axis)
         compliances = one * ca.SX(np.outer(first, first)) + other * ca.SX(np.outer(second, second))
-        if not turning(self.robot, (joint,)) and self.variant is Directions.ALL:
+        if not turning(self.robot, (joint,)) and self.variant is OffAxes.ALL:
             compliances = one * ca.SX.eye(3)
         turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
         return at_tip(self.robot, joint, ca.SX.zeros(3), turn, row, point)
@@ -107,3 +120,55 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     return first, np.cross(axis, first)
+
+
+class ExtensionCompliance(Effect):
+    """`lateral_rad_per_Nm` at coordinate 0, and its change per metre of extension."""
+
+    identifier = "joints.extension_compliance"
+    physics = "joint_compliance"
+    declared = Declaration(
+        left_out="a joint that yields off its axis, the more the farther it is drawn out",
+        phrase="a soft bearing of {component}",
+        usually="guides that overlap less",
+        port="joints",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "lateral_rad_per_Nm",
+                0.2,
+                "assumed: a bearing is five times as stiff off the axis as the gear is about it",
+                "actuator compliance",
+            ),
+            Size(
+                "lateral_change_rad_per_Nm_m",
+                0.2,
+                "assumed: over a metre of travel a guide's bearing loses what it has off the axis",
+                "actuator compliance",
+            ),
+        ),
+    )
+    forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return sliding_joints(robot)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return (
+            Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),
+            Parameter("lateral_change_rad_per_Nm_m", 1e-6, low=-1.0, high=1.0),
+        )
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        point, _ = self.robot.links.tree.joint_frame(row.pose, self.component.index)
+        load = with_links_beyond(self.robot, wrench, row, self.component.number)
+        turn = (theta[0] + theta[1] * row.lengths[self.component.index]) * moment_at(load, row, point)
+        return deflection + at_tip(self.robot, self.component.index, ca.SX.zeros(3), turn, row, point)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        own, change = (values[name] for name in ("lateral_rad_per_Nm", "lateral_change_rad_per_Nm_m"))
+        return (
+            f"The guide of {self.component} tilts by {1e6 * own[0]:.3g} µrad per N·m, and by {1e6 * change[0]:+.3g} "
+            f"({1e6 * change[1]:+.3g} to {1e6 * change[2]:+.3g}) more for every metre of extension."
+        )

@@ -10,14 +10,12 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from expdesign.chain.arm import links_of
 from expdesign.chain.component import PLATFORM, Component
-from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.recordings.measurand import POSITIONS
+from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
-from expdesign.chain.variant import ONLY, Variant
-from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 _SMALLEST = 1e-9
@@ -61,7 +59,7 @@ class UnknownTool(Effect):
 
     @classmethod
     def variants(cls, robot: Robot) -> Sequence[Variant]:
-        tips = robot.links.tree.tips if robot.links is not None else ()
+        tips = robot.links.tree.tips if robot.jointed else ()
         return [Tip(number, name) for number, name in enumerate(tips)] if len(tips) > 1 else [ONLY]
 
     @property
@@ -76,13 +74,13 @@ class UnknownTool(Effect):
         weight = ca.vertcat(theta[0] * row.gravity, moment(row.rotation @ theta[1:], row.gravity))
         if not isinstance(self.variant, Tip):
             return wrench + weight
-        return wrench + links_of(self.robot).tree.looked_at(row.pose)[self.variant.number] * weight
+        return wrench + self.robot.links.tree.looked_at(row.pose)[self.variant.number] * weight
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
         """In rows of other tips the tool weighs as a part of the robot."""
         if not isinstance(self.variant, Tip):
             return super().own_weight_change(row, theta)
-        tree = links_of(self.robot).tree
+        tree = self.robot.links.tree
         q = ca.SX.sym("q", len(self.robot.configuration))
         pose = tree.forward(q)[self.variant.name]
         # The first moments are no functions of q: their sum with the mass is m·p, of which gravity makes the torque.

@@ -4,13 +4,12 @@ from enum import StrEnum
 
 import casadi as ca
 
-from expdesign.chain.component import PLATFORM, Component
-from expdesign.chain.components import symmetric
+from expdesign.chain.component import PLATFORM, Component, symmetric
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.row import Row
 from expdesign.coordinates import Coordinates
-from expdesign.mechanics.moments import frame_turn
+from expdesign.mechanics.robots.orientation import frame_turn
 from expdesign.mechanics.robots.robot import Robot
 
 

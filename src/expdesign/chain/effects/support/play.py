@@ -1,14 +1,18 @@
-"""Play in a body's support: the body shifts or rocks by the gap where the load on the support changes sign."""
+"""Play in a body's support: the body shifts or rocks by the gap where the load on the support changes sign.
+
+Play in a body's support that lets it rock: it turns by the gap about an edge or a hinge away from its origin.
+"""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from enum import StrEnum
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
@@ -19,6 +23,7 @@ from expdesign.chain.support import (
     drive_values,
     drives,
     ending,
+    measured_axes,
     over_pose,
     powers,
     split_over,
@@ -27,7 +32,6 @@ from expdesign.chain.support import (
     whole_load,
     with_powers,
 )
-from expdesign.chain.variant import Variant
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -51,6 +55,7 @@ class SupportPlay(Effect):
     tilts a column the more the less its guides overlap.
     """
 
+    identifier = "support.play"
     physics = "joint_backlash"
     declared = Declaration(
         left_out="play of a support",
@@ -134,3 +139,104 @@ class SupportPlay(Effect):
         if self.variant.over is not None:
             text += f"; this is {self.variant.over.sentence}"
         return text + "."
+
+
+_FARTHEST = 50.0
+"""m; an axis farther away than this is a translation."""
+
+
+class Line(StrEnum):
+    """The direction of the line about which the body rocks."""
+
+    X = "rocking about x"
+    Y = "rocking about y"
+
+
+class SupportRocking(Effect):
+    """The body turns by gap·(g(M) − g(M_ref)) about a horizontal axis that is found, as a machine with a short foot.
+
+    M is the moment of the whole load about that axis, M_ref that of the reference state, and g = ½·x/√(1 + x²),
+    x = (M − changeover)/width, as for play about the origin of P. A foot with a gap makes the body rock about the line
+    of the others: the moment has the arm of the forces, and the origin of P moves as well as turns. Variants: `rocking
+    about x` and `rocking about y`, the axis through a point in the plane normal to it.
+    """
+
+    identifier = "support.rocking"
+    physics = "joint_backlash"
+    declared = Declaration(
+        left_out="play of a support",
+        phrase="play in {component}",
+        usually="machines with a short foot",
+        port="supports",
+        inputs=(Input.FORCE,),
+        sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE),),
+    )
+    forms = tuple(Line)
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if not robot.on_support or not np.ptp(points.wrenches[:, :3], axis=0).any():
+            # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
+            return []
+        seen = measured_axes(points)
+        return [(BASE, line) for line, moved in ((Line.X, {1, 2, 3}), (Line.Y, {0, 2, 4})) if len(seen & moved) > 1]
+
+    @property
+    def slot(self) -> tuple[Hashable, ...]:
+        return self.physics, self.component, self.variant
+
+    @property
+    def _axis(self) -> int:
+        return 0 if self.variant is Line.X else 1
+
+    def describe(self) -> tuple[Parameter, ...]:
+        across = "xy"[1 - self._axis]
+        return (
+            Parameter("gap_rad", 1e-5, low=0.0, high=0.1),
+            Parameter(f"axis_{across}_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True),
+            Parameter("axis_z_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True),
+            Parameter("changeover_Nm", 10.0, low=-1e5, high=1e5, shape=True),
+            Parameter("width_Nm", 10.0, neutral=10.0, low=1e-2, high=1e5, shape=True),
+        )
+
+    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        position = self.robot.position(points.configurations).mean(axis=0)
+        across = 1 - self._axis
+        starts = []
+        for height in (0.0, 0.5 * position[2]):
+            arm = position - np.array([position[0], position[1], height])
+            moments = points.absolute[:, 3:] + np.cross(arm, points.absolute[:, :3])
+            moment = moments[:, self._axis]
+            spread = float(np.ptp(moment))
+            places = [0.0] if moment.min() < 0.0 < moment.max() else []
+            places += [float(q) for q in np.quantile(moment, (0.3, 0.7))]
+            starts += [np.array([0.0, position[across], height, place, 0.02 * spread]) for place in places]
+        return starts
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        across = 1 - self._axis
+        arm = ca.SX.zeros(3)
+        arm[across], arm[2] = row.position[across] - theta[1], row.position[2] - theta[2]
+
+        def place(load: ca.SX) -> ca.SX:
+            moment = (load[3:] + ca.cross(arm, load[:3]))[self._axis]
+            x = (moment - theta[3]) / theta[4]
+            return 0.5 * x / ca.sqrt(1.0 + x**2)
+
+        now, before = whole_load(wrench, row)
+        turn = ca.SX.zeros(3)
+        turn[self._axis] = theta[0] * (place(now) - place(before))
+        return deflection + row.rates @ ca.vertcat(ca.cross(turn, arm), turn)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        across = "xy"[1 - self._axis]
+        gap, at = values["gap_rad"], values["changeover_Nm"]
+        return (
+            f"The support has play: the body rocks by {1e6 * gap[0]:.3g} ({1e6 * gap[1]:.3g} to {1e6 * gap[2]:.3g}) "
+            f"µrad about {'xy'[self._axis]}, around {across} = {values[f'axis_{across}_m'][0]:.3g} m, "
+            f"z = {values['axis_z_m'][0]:.3g} m in O, where the moment about that line passes {at[0]:.3g} N·m."
+        )

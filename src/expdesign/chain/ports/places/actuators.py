@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
-from expdesign.chain.component import Component
-from expdesign.chain.components import actuators_and_all
+from expdesign.chain.component import Component, actuators_and_all
 from expdesign.chain.ports.families import (
     Prior,
     memory_of,

@@ -10,7 +10,7 @@ from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
-from expdesign.mechanics.moments import moment
+from expdesign.mechanics.robots.orientation import moment
 
 
 class CentreOfMass(Port):

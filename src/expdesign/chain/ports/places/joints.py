@@ -5,9 +5,7 @@ from collections.abc import Iterator, Sequence
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.arm import at_tip, links_of
-from expdesign.chain.component import Component
-from expdesign.chain.components import each_joint
+from expdesign.chain.component import Component, at_tip, each_joint, links_of
 from expdesign.chain.ports.families import Prior, guide_ends, of_effort, smooth_over
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity

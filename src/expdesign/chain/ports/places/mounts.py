@@ -22,7 +22,7 @@ from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
-from expdesign.mechanics.moments import frame_turn, twist_transfer
+from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 
 _LIMITS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Quantiles of the load at which a mount may give way."""

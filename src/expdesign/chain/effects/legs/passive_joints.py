@@ -1,0 +1,229 @@
+"""A leg's passive joint, or its mount, yields differently along different directions.
+
+Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ, and
+∂q/∂a = −u). A C that is the same in all directions is confounded with the leg's own compliance; what shows is how the
+apparent compliance changes as the leg turns against the frame in which C is fixed.
+
+Joints or flexures that resist rotation.
+
+A leg between two joints with rotational stiffness k bends both of them as the platform moves: with the leg's own
+rotation ω_l = u×ṗ/q (ṗ the velocity of its upper end), the base joint turns by ω_l and the platform joint by ω − ω_l;
+about the leg itself the two joints are in series. This is a stiffness K_J beside that of the legs,
+ΔX = (K_C + K_J)⁻¹·ΔF, i.e. (I + diag(c)·JᵀK_J·J)·Δq = diag(c)·τ.
+
+Flexures that are relaxed at the zero pose are bent at every other one. The legs then carry forces τ₀ without any load,
+and the geometric stiffness of these adds to K_J, which itself follows from the energy of the bent joints.
+"""
+
+from enum import StrEnum
+
+import casadi as ca
+
+from expdesign.chain.component import Component, each_leg, legs_and_all
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effects.legs.geometry import LegEnd
+from expdesign.chain.row import Row
+from expdesign.mechanics.robots.orientation import rotation_vector
+from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import Robot, StraightLegs
+
+
+class PassiveJointCompliance(Effect):
+    """C without the entry that the leg's own compliance stands for; variants `base` and `platform` name the end."""
+
+    identifier = "legs.passive_joint_compliance"
+    physics = "passive_joint_compliance"
+    declared = Declaration(
+        left_out="anisotropic compliance of a leg's joint or its mount",
+        phrase="soft passive joints of {component}",
+        usually="universal and spherical joints, brackets",
+        port="actuators",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "compliance_*",
+                0.2,
+                "assumed: a fifth of the leg's own compliance, which includes the mean of its joints",
+                "actuator compliance",
+            ),
+        ),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return each_leg(robot) if robot.on_straight_legs else []
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        # What a platform that does not turn is joined to yields as a base does.
+        return list(LegEnd) if robot.coordinates.rotations else [LegEnd.BASE]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.translations > 2 else ("xx", "xy")
+        # Differences to the leg's own compliance; a joint that yields by 1 mm under 1 N holds no leg.
+        return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8, low=-1e-3, high=1e-3) for entry in entries)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        # A row of J⁻¹ begins with the direction of the leg.
+        split = self.robot.coordinates.translations
+        direction = row.inverse[self.component.index, :split].T
+        if self.variant is LegEnd.PLATFORM:
+            direction = row.rotation.T @ direction
+        x, y = direction[0], direction[1]
+        if split == 2:
+            along = theta[0] * x**2 + 2.0 * theta[1] * x * y
+        else:
+            z = direction[2]
+            along = theta[0] * x**2 + theta[1] * y**2 + 2.0 * (theta[2] * x * y + theta[3] * x * z + theta[4] * y * z)
+        gained = ca.SX.zeros(elongation.shape[0])
+        gained[self.component.index] = along * force[self.component.index]
+        return elongation + gained, state
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        joint = f"{self.variant} joint of {self.component}"
+        return f"The {joint}, or its mount, yields differently along different directions."
+
+
+class PassiveJoints(StrEnum):
+    """What the joints at the ends of a leg resist."""
+
+    CARDAN = ""
+    BENDING = "bending"
+    BASE = "base"
+    PLATFORM = "platform"
+    FLEXURES = "flexures"
+
+
+class PassiveJointStiffness(Effect):
+    """`joint_Nm_per_rad` at both ends of the legs.
+
+    Variants: empty (joints without preload), `bending` (likewise, free to turn about the leg), `base` and `platform`
+    (bending at that end alone) and `flexures` (relaxed at the zero pose).
+    """
+
+    identifier = "legs.passive_joint_stiffness"
+    physics = "passive_joint_stiffness"
+    declared = Declaration(
+        left_out="resistance of a joint or flexure against rotation",
+        phrase="stiff passive joints of {component}",
+        usually="flexures and preloaded joints",
+        port="actuators",
+        inputs=(Input.FORCE, Input.PLACE),
+        sizes=(
+            Size(
+                "joint_Nm_per_rad", 50.0, "assumed: flexures or preloaded universal joints that turn by 1° under 1 N·m"
+            ),
+        ),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return legs_and_all(robot) if robot.on_straight_legs else []
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        return list(PassiveJoints) if robot.coordinates.rotations == 3 else [PassiveJoints.CARDAN]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        self.changes_geometry = self.variant is PassiveJoints.FLEXURES
+        return (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
+
+    def actuator(
+        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        stiffness = theta[0] * (self._bent(row) if self.variant is PassiveJoints.FLEXURES else self._relaxed(row))
+        added = ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
+        # (I + S)⁻¹·e = e − S·(I + S)⁻¹·e, of which an expression of the derivative at S = 0 is short.
+        return elongation - added @ ca.solve(ca.SX.eye(elongation.shape[0]) + added, elongation), state
+
+    def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        if self.variant is not PassiveJoints.FLEXURES:
+            return pose
+        return pose + row.pose_map @ (compliance * theta[0] * self._preload(row))
+
+    def _relaxed(self, row: Row) -> ca.SX:
+        """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
+        n = self.robot.coordinates.n
+        total = ca.SX.zeros(n, n)
+        for leg in self.actuators:
+            length = row.lengths[leg]
+            if self.robot.coordinates.rotations == 0:
+                u = row.inverse[leg, :].T
+                turning = ca.vertcat(-u[1], u[0]).T / length
+                total += turning.T @ turning
+                continue
+            u = row.inverse[leg, :3].T
+            joint = row.rotation @ ca.SX(self._straight.platform_joints[leg])
+            velocity = ca.horzcat(ca.SX.eye(3), -ca.skew(joint))
+            leg_turn = ca.skew(u) @ velocity / length
+            spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
+            across = (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn
+            if self.variant is not PassiveJoints.PLATFORM:
+                total += leg_turn.T @ leg_turn
+            if self.variant is not PassiveJoints.BASE:
+                total += across.T @ across
+            if self.variant is PassiveJoints.CARDAN:
+                about = u.T @ spin
+                total += 0.5 * about.T @ about
+        return total
+
+    def _bent(self, row: Row) -> ca.SX:
+        """K_J + K_G(τ₀) per unit stiffness in twist coordinates, from the energy of joints relaxed at the zero pose.
+
+        With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the
+        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness of the joints.
+        """
+        robot = self._closed_form
+        pose = ca.SX.sym("X", 6)
+        held = ca.SX.sym("tau", 6)
+        geometry = ca.SX(robot.geometry)
+        lengths = robot.actuator_lengths(pose, geometry)
+        rates = robot.pose_rate_map(pose)
+        bending = rates.T @ ca.gradient(self._energy(pose), pose)
+        wrench = bending + (ca.jacobian(lengths, pose) @ rates).T @ held
+        derivative = ca.jacobian(wrench, pose) @ rates
+        # τ₀ is held constant in the derivative, so it is put in last.
+        return ca.substitute(ca.substitute(derivative, pose, row.pose), held, self._preload(row))
+
+    def _preload(self, row: Row) -> ca.SX:
+        """τ₀ (n_p,) per unit stiffness: actuator forces that hold the bent joints without any load."""
+        pose = ca.SX.sym("X", 6)
+        bending = self._closed_form.pose_rate_map(pose).T @ ca.gradient(self._energy(pose), pose)
+        return -row.forward.T @ ca.substitute(bending, pose, row.pose)
+
+    @property
+    def _straight(self) -> StraightLegs:
+        legs = self.robot.straight_legs
+        return legs
+
+    @property
+    def _closed_form(self) -> ParallelRobot:
+        return self.robot.inverse_kinematics
+
+    def _energy(self, pose: ca.SX) -> ca.SX:
+        """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²)."""
+        geometry = ca.SX(self._closed_form.geometry)
+        vectors = self._straight.leg_vectors(pose, geometry)
+        relaxed = self._straight.leg_vectors(ca.SX.zeros(6), geometry)
+        rotation = self._closed_form.rotation(pose)
+        turned = rotation_vector(rotation)
+        energy = ca.SX(0)
+        for leg in self.actuators:
+            u = vectors[:, leg] / ca.norm_2(vectors[:, leg])
+            home = relaxed[:, leg] / ca.norm_2(relaxed[:, leg])
+            bends = _angle_squared(u, home) + _angle_squared(u, rotation @ home)
+            energy += 0.5 * (bends + 0.5 * ca.dot(u, turned) ** 2)
+        return energy
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        v = values["joint_Nm_per_rad"]
+        return f"The joints of {self.component} resist rotation with {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) N·m/rad."
+
+
+def _angle_squared(a: ca.SX, b: ca.SX) -> ca.SX:
+    """Square of the angle between unit vectors, smooth where it is zero (relative error 1e-5 at 0.5 rad)."""
+    versine = 1.0 - ca.dot(a, b)
+    return 2.0 * versine * (1.0 + versine / 6.0 + 2.0 * versine**2 / 45.0)

@@ -1,0 +1,242 @@
+"""The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
+
+Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
+
+The payload's mass, or the scale of the wrench, is not as assumed.
+
+An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can tell
+from soft legs (theory.md 5.2). What can be seen is one weight that is wrong among others, a mass that was forgotten (an
+adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.component import PAYLOAD, Component
+from expdesign.chain.declaration import Declaration, Input, Size, Variant, rounded
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import Row
+from expdesign.mechanics.loads.load import small_rotation
+from expdesign.mechanics.robots.orientation import moment
+from expdesign.mechanics.robots.robot import Robot
+
+
+class PayloadComOffset(Effect):
+    """The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f."""
+
+    identifier = "load.com_offset"
+    physics = "payload_com_offset"
+    declared = Declaration(
+        left_out="error of the payload's centre of mass",
+        phrase="a centre of mass that is not where it was assumed",
+        usually="liquids, loose parts and drawings",
+        port="centre of mass",
+        inputs=(Input.FORCE,),
+        sizes=(Size("com_d?_m", 1e-3, "assumed: centre of mass from a drawing, 1 mm"),),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD] if robot.coordinates.centre_of_mass else []
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
+        return [] if robot.on_support and points.payload is None else super().shown(robot, points)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"com_d{axis}_m", 1e-3, low=-0.5, high=0.5) for axis in self.robot.coordinates.axes)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        split = self.robot.coordinates.translations
+        return wrench + ca.vertcat(ca.SX.zeros(split), moment(row.rotation @ theta, wrench[:split]))
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        listed = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
+        return (
+            f"The payload's centre of mass lies ({listed}) mm from where it was assumed "
+            "(platform axes); the direction along gravity is the least certain."
+        )
+
+
+class LoadDirectionTilt(Effect):
+    """The force is turned by small angles about x and y of O: a payload's moment follows from its lever, a free
+    wrench turns as a whole.
+    """
+
+    identifier = "load.direction_tilt"
+    physics = "load_direction_tilt"
+    declared = Declaration(
+        left_out="gravity or load in another direction",
+        phrase="a load that is not along its assumed direction",
+        usually="machines that were not levelled, slanting cables",
+        port="payload",
+        inputs=(Input.FORCE,),
+        sizes=(Size("tilt_?_rad", 5e-4, "assumed: a machinist's level, 0.5 mm/m"),),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.translations > 2 else ("tilt_z_rad",)
+        return tuple(Parameter(name, 1e-3, low=-0.5, high=0.5) for name in names)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        split = self.robot.coordinates.translations
+        force = wrench[:split]
+        turned = small_rotation(force, theta)
+        if wrench.shape[0] == split:
+            return turned
+        turning = wrench[split:]
+        as_payload = turning + moment(row.lever, turned - force)
+        # About the normal of the plane a moment stays what it is.
+        as_wrench = small_rotation(turning, theta) if split == 3 else turning
+        return ca.vertcat(turned, row.payload * as_payload + (1.0 - row.payload) * as_wrench)
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        parts = [
+            f"{1e3 * v[0]:.2f} ({1e3 * v[1]:.2f} to {1e3 * v[2]:.2f}) mrad ({name[:6]})" for name, v in values.items()
+        ]
+        return f"The load acts {' and '.join(parts)} away from the assumed direction."
+
+
+_RELATIVE_WIDTH = 0.02
+"""Loads within this fraction of each other count as the same weight."""
+_MOST_WEIGHTS = 12
+_SMALLEST = 1e-9
+"""N; less is no load."""
+
+
+class Wrong(StrEnum):
+    """Which loads are wrong; the values are the ends of their texts."""
+
+    ALL = "forgotten"
+    ONE = " newton"
+    FROM = " newton and more"
+
+
+@dataclass(frozen=True)
+class MassShares:
+    """The loads that are wrong: all, the one of a size, or those from a size on.
+
+    Attributes:
+        wrong: which.
+        size: the least load concerned, N.
+    """
+
+    wrong: Wrong
+    size: float = 0.0
+
+    def __str__(self) -> str:
+        return str(self.wrong) if self.wrong is Wrong.ALL else f"{self.size:.6g}{self.wrong}"
+
+
+def weights_from_text(text: str) -> MassShares:
+    """The loads that a file names; raises `ValueError` for another text."""
+    if text == str(Wrong.ALL):
+        return MassShares(Wrong.ALL)
+    wrong = next((each for each in (Wrong.ONE, Wrong.FROM) if text.endswith(each)), None)
+    if wrong is None:
+        raise ValueError(f"`{text}` names no loads")
+    return MassShares(wrong, float(text.removesuffix(wrong)))
+
+
+class PayloadMassError(Effect):
+    """Variants: `N newton`: the load of that size is wrong by a fraction; `forgotten`: a constant is added to all;
+    `N newton and more`: a constant is added to these, as the discs of a stack are put on one by one.
+    """
+
+    identifier = "load.mass_error"
+    physics = "payload_mass_error"
+    declared = Declaration(
+        left_out="error of a mass or of the scale of a wrench",
+        phrase="masses that are not what was assumed",
+        usually="weights that were not weighed",
+        port="payload",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size(
+                "relative_mass_error",
+                5e-3,
+                "assumed: weights from a gymnasium; class M3 of OIML R 111-1:2004 would be 5e-4",
+            ),
+            Size("forgotten_N", 1.0, "assumed: a shackle or a plate of 0.1 kg"),
+            Size("disc_error_N", 1.0, "assumed: as for what was forgotten"),
+        ),
+    )
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [PAYLOAD]
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        return [MassShares(Wrong.ALL)]  # the loads of recordings decide about the others
+
+    @classmethod
+    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
+        return weights_from_text(text)
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
+        if np.any(points.absolute != points.wrenches):
+            return []  # changes of a load are no weights
+        if robot.on_support and points.payload is None:
+            return []  # what acts on a body without payload columns is what a force plate read, nothing was weighed
+        sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
+        if len(sizes) < 2:
+            return []
+        found = [MassShares(Wrong.ALL)]
+        if len(sizes) <= _MOST_WEIGHTS:
+            found += [MassShares(Wrong.ONE, rounded(size)) for size in sizes]
+            # From the smallest on it is what was forgotten, and the largest alone is one weight.
+            found += [MassShares(Wrong.FROM, rounded(size)) for size in sizes[1:-1]]
+        return [(PAYLOAD, weights) for weights in found]
+
+    def describe(self) -> tuple[Parameter, ...]:
+        if self.variant.wrong is Wrong.ALL:
+            return (Parameter("forgotten_N", 1.0, low=-1e5, high=1e5),)
+        if self.variant.wrong is Wrong.FROM:
+            return (Parameter("disc_error_N", 1.0, low=-1e5, high=1e5),)
+        return (Parameter("relative_mass_error", 0.01, low=-0.9, high=9.0),)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        force = ca.norm_2(row.wrench[: self.robot.coordinates.translations])
+        if self.variant.wrong is Wrong.ONE:
+            concerned = ca.logic_and(
+                force > self.variant.size * (1.0 - 1e-5), force < self.variant.size * (1.0 + _RELATIVE_WIDTH)
+            )
+            return wrench * (1.0 + ca.if_else(concerned, theta[0], 0.0))
+        concerned = force > max(self.variant.size * (1.0 - 1e-5), _SMALLEST)
+        return wrench * (1.0 + ca.if_else(concerned, theta[0] / ca.fmax(force, _SMALLEST), 0.0))
+
+    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+        value, size = next(iter(values.values())), self.variant.size
+        if self.variant.wrong is Wrong.ALL:
+            return f"Every load is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) off, as by a forgotten part."
+        if self.variant.wrong is Wrong.FROM:
+            return (
+                f"Every load of {size:.4g} N and more is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) "
+                "off, as by one disc of a stack."
+            )
+        return (
+            f"The load of {size:.4g} N ({size / 9.80665:.4g} kg of weight) is really {100 * value[0]:+.2f} % "
+            f"({100 * value[1]:+.2f} to {100 * value[2]:+.2f} %) of that heavier."
+        )
+
+
+def _sizes(forces: FloatArray) -> list[float]:
+    """The least of each group of loads of one size, rising."""
+    sizes: list[float] = []
+    for value in np.sort(forces[forces > _SMALLEST]):
+        if not sizes or value > sizes[-1] * (1.0 + _RELATIVE_WIDTH):
+            sizes.append(float(value))
+    return sizes
