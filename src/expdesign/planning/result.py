@@ -1,6 +1,7 @@
 """The tables of a finished search (file-formats.md, Fronts and plans)."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ from expdesign.chain.recordings.references import REFERENCE, reference_names
 from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.planning.front import Front
 from expdesign.planning.measuring_time import plan_minutes
-from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.plan import Plan, plan_columns
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.validation_rows import validation_decisions
 
@@ -50,16 +51,21 @@ def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
 
 def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
     """The plan that decisions (m, g) stand for, in recordings form without the measured columns."""
+    return pd.DataFrame(_columns(problem, decisions))
+
+
+def _columns(problem: DesignProblem, decisions: FloatArray) -> dict[str, Any]:
+    """The columns of a plan by their names."""
     plan = _with_validation(problem, decisions)
     # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
     computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
     shown = replace(plan, loads=np.where(computed, np.round(plan.loads, 12), plan.loads))
-    frame = plan_frame(shown, problem.loaded, problem.space.tilts)
+    columns: dict[str, Any] = plan_columns(shown, problem.loaded, problem.space.tilts)
     if problem.validation:
-        frame["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
+        columns["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
     if problem.noise.shared_reference:
-        frame[REFERENCE] = reference_names(plan.series)
-    return frame
+        columns[REFERENCE] = reference_names(plan.series)
+    return columns
 
 
 def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
@@ -88,9 +94,7 @@ def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:
 
 def plans_frame(problem: DesignProblem, front: Front) -> pd.DataFrame:
     """`plans.csv`: the plans of all designs, one below the other."""
-    frames = []
-    for design in range(len(front)):
-        frame = plan_of(problem, front, design)
-        frame.insert(0, "design", design + 1)
-        frames.append(frame)
-    return pd.concat(frames, ignore_index=True)
+    plans = [_columns(problem, decisions) for decisions in front.decisions]
+    lengths = [len(plan["sequence"]) for plan in plans]
+    joined = {name: np.concatenate([plan[name] for plan in plans]) for name in plans[0]}
+    return pd.DataFrame({"design": np.repeat(np.arange(1, len(front) + 1), lengths), **joined})
