@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-EVALUATION, OPTION = 7.0e-5, 1.0e-6
+EVALUATION, OPTION = 7.0e-5, 4.0e-7
 """s of evaluating a measurement of a design, and of an option of an exchange."""
-STEP, VARIABLE, CUBE = 3.0e-4, 1.1e-5, 3.4e-10
+STEP, VARIABLE, CUBE = 3.0e-4, 8.0e-6, 3.4e-10
 """s of a step of a descent, for a variable, and for the cube of their number (the factorisations of its programs)."""
 CALL = 0.013
 """s of a generation, whatever its operator does."""

@@ -21,7 +21,7 @@ class Pace(NamedTuple):
 
     steps: int
     tolerance: float = 1e-6
-    inner: float = 1e-4
+    inner: float = 1e-3
     radius: float = 0.1
 
 

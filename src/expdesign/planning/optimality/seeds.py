@@ -9,14 +9,13 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.optimality.measurement_pool import Effort
+from expdesign.planning.optimality.measurement_pool import BRIEF
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.start import extreme_measurements
 
 LADDER = (0.0, 10.0)
 _ROUNDS, _DRAWS, _KEPT = 2, 400, 8
-_BRIEF = Effort(samples=1000, starts=16, steps=15, passes=1)
 _REPEATED = (1000, 20, 4)
 """Measurements drawn and paired, and plans of each kind, of repeated measurements."""
 
@@ -29,7 +28,7 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
     # Where variables can be refined afterwards a short list will do.
     listed = 100 if (~space.discrete).any() else 2000
     for factor in LADDER if problem.loaded.sources else LADDER[:1]:
-        certificate = Certificate(problem, factor, _BRIEF, tolerance=1e-3)
+        certificate = Certificate(problem, factor, BRIEF, tolerance=1e-3)
         rounds = list(certificate.refine(known, _ROUNDS))
         if not rounds:
             break
