@@ -9,7 +9,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.criteria.extreme_singular_values import largest_singular_value, smallest_singular_value
+from expdesign.planning.criteria.observability import largest_singular_value, smallest_singular_value
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.search import search

@@ -61,7 +61,7 @@ def cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorB
                 continue
             within = np.ix_(block, block)
             noise, load, total = (
-                principal_axes(part[:, target][:, *within])
+                principal_axes(part[:, target][:, within[0], within[1]])
                 for part in (covariances.noise, covariances.load, covariances.total)
             )
             names = [_name(budget.axes[axis]) for axis in block]

@@ -33,8 +33,7 @@ from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostat
 from expdesign.mechanics.robots.same_robot import require_same_robot
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.synthetic import simulated_deflections
-from expdesign.planning.synthetic_poses import simulated_poses
+from expdesign.planning.synthetic import simulated_deflections, simulated_poses
 
 
 @dataclass(frozen=True, repr=False)

@@ -80,3 +80,14 @@ def _matched(space: DesignSpace, first: FloatArray, second: FloatArray) -> Float
     apart = np.abs(matched - first) / span
     same = (matched == first)[:, space.discrete].all() and bool((apart[:, ~space.discrete] <= _SAME).all())
     return matched if same else None
+
+
+class FrontDescent:
+    """Pursues points along the front from the best designs known for them."""
+
+    name = "gradients"
+
+    def offspring(self, state: State) -> FloatArray:
+        points, steps = state.options.along
+        aims = state.aims(points)
+        return state.descended(state.best(aims), aims, steps)

@@ -13,7 +13,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.operators.operator import State
-from expdesign.planning.optimality.variants import variants
+from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.scalarisation import Aims, achieved
 from expdesign.planning.start import extreme_measurements, reachable_measurements
 
