@@ -137,30 +137,29 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
 
 
 LADDER = (0.0, 10.0)
-_ROUNDS, _DRAWS, _KEPT = 2, 400, 8
 _REPEATED = (1000, 20, 4)
 """Measurements drawn and paired, and plans of each kind, of repeated measurements."""
 
 
 def relaxed_designs(problem: DesignProblem) -> FloatArray:
     """Designs (d, m, g) rounded from optimal weights, the best few of many roundings for each factor."""
-    space = problem.space
+    space, (rounds, draws, kept) = problem.space, problem.optimiser.roundings
     found: list[FloatArray] = []
     known: FloatArray | None = None  # as designs of one measurement each
     # Where variables can be refined afterwards a short list will do.
     listed = 100 if (~space.discrete).any() else 2000
     for factor in LADDER if problem.loaded.sources else LADDER[:1]:
         certificate = Certificate(problem, factor, BRIEF, tolerance=1e-3)
-        rounds = list(certificate.refine(known, _ROUNDS))
-        if not rounds:
+        refined = list(certificate.refine(known, rounds))
+        if not refined:
             break
-        last = rounds[-1]
+        last = refined[-1]
         known = last.shortlist[last.weights > 0.0][:, None]
         generator = np.random.default_rng([problem.optimiser.seed, int(100 * factor)])
         exchange = Exchange(problem, ("total",), factor)
-        plans = rounded(last.weights[:listed], space.measurements, _DRAWS, generator)
+        plans = rounded(last.weights[:listed], space.measurements, draws, generator)
         designs = last.shortlist[np.unique(np.sort(plans, axis=1), axis=0)]
-        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:_KEPT]
+        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:kept]
         better = exchange.singles(designs[best], _total(len(best)), last.shortlist[:listed])
         # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
         found.append(problem.settable(np.concatenate([designs[best], better])))
