@@ -155,7 +155,7 @@ def rms(problem: DesignProblem, errors: FloatArray) -> Estimate:
 
 def predicted(problem: DesignProblem, plan: Plan) -> float:
     """`total` of a plan as the model with which it is identified predicts it."""
-    from expdesign.planning.criteria.total import Total  # noqa: PLC0415
+    from expdesign.planning.criteria.accuracy import Total  # noqa: PLC0415
 
     return float(Total().values(problem.assess(plan.configurations[None], plan.loads[None], plan.series[None]))[0])
 

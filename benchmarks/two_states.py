@@ -24,7 +24,7 @@ EVALUATIONS = """
 import json, sys, time
 from pathlib import Path
 import numpy as np
-from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.start import starting_designs

@@ -27,7 +27,7 @@ from benchmarks.optimality.selection import choose_measurements
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import duir_lower_bound, total_lower_bound
-from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search

@@ -7,9 +7,8 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.errors import InfeasibleError
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.certificate import Certificate
+from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.optimality.refinement import LowerBound
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
 

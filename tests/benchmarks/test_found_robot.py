@@ -5,7 +5,7 @@ from benchmarks.found_robot import attained_errors, rms
 from tests.design.problems import HEXAPOD
 from tests.design.test_found_robot import designs, model_of, planned, written
 
-from expdesign.planning.criteria.total import Total
+from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.plan import Plan
 
 SOFT = {("base_compliance", "base", "diagonal"): [2.5e-8, 3.3e-8, 1.7e-8, 3.3e-7, 5e-7, 2.5e-7]}

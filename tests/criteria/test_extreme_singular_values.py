@@ -9,7 +9,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.criteria.extreme_singular_values import largest_singular_value, smallest_singular_value
+from expdesign.planning.criteria.observability import largest_singular_value, smallest_singular_value
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.search import search
@@ -83,9 +83,9 @@ def test_where_three_coincide_the_pieces_have_the_subgradients_along_them(larges
         assert extreme(assessed(whitened + change, 0))[0] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["o2", "o3"])
-def test_the_end_of_a_front_where_singular_values_coincide_satisfies_its_conditions(name: str) -> None:
-    here = problem(BIPOD, {"objectives": [name, "feir"], "optimiser.polish": True, "optimiser.seed": 3})
+@pytest.mark.parametrize(("name", "seed"), [("o2", 3), ("o3", 2)])  # seeds that meet that end
+def test_the_end_of_a_front_where_singular_values_coincide_satisfies_its_conditions(name: str, seed: int) -> None:
+    here = problem(BIPOD, {"objectives": [name, "feir"], "optimiser.polish": True, "optimiser.seed": seed})
     front = search(here)
     end = int(np.argmax(front.criteria[name]))
     values = here.assess(*here.space.decode(front.decisions[[end]])).singular_values[0]

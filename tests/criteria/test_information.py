@@ -7,7 +7,7 @@ from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information, propagated
-from expdesign.planning.optimality.best_linear import best_linear_total
+from expdesign.planning.optimality.bounds import best_linear_total
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import expected_total, information_of
 from expdesign.planning.start import starting_designs

@@ -40,7 +40,7 @@ class WorstDirection(Criterion):
 def known(monkeypatch: pytest.MonkeyPatch) -> None:
     everything = {**known_criteria(), WorstDirection.name: WorstDirection()}
     monkeypatch.setattr(module, "known_criteria", lambda: everything)
-    for name in ("problem_file", "search", "optimality.gradients", "optimality.objectives"):
+    for name in ("problem_file", "search", "optimality.gradient_check", "optimality.objectives"):
         monkeypatch.setattr(f"expdesign.planning.{name}.known_criteria", lambda: everything)
 
 

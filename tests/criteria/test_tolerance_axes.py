@@ -10,8 +10,8 @@ from expdesign.assurance.validation.comparison import standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
 from expdesign.planning.accuracy_map import accuracy_maps
-from expdesign.planning.body_axes import body_axes
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs

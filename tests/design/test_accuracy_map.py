@@ -9,7 +9,7 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 
 from expdesign.planning.accuracy_map import accuracy_maps
-from expdesign.planning.criteria.total import Total
+from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.start import reachable_measurements
 

@@ -10,14 +10,12 @@ from tests.design.problems import HEXAPOD, problem
 import expdesign
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError
-from expdesign.planning.budget import Budget, Structure
+from expdesign.planning.budget import Budget, Structure, most_minutes, plan_minutes
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.laboratory_sheet import Costs, ordered
-from expdesign.planning.measuring_time import most_minutes, plan_minutes
 from expdesign.planning.plan import Plan
-from expdesign.planning.result import design_minutes, planned
+from expdesign.planning.result import design_minutes, planned, validation_decisions
 from expdesign.planning.search import search
-from expdesign.planning.validation_rows import validation_decisions
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
 FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}

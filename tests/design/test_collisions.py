@@ -9,7 +9,7 @@ from tests.design.problems import HEXAPOD, problem
 
 import expdesign
 from expdesign.errors import InputError
-from expdesign.planning.collisions import Collisions, Primitive
+from expdesign.planning.constraints import Collisions, Primitive
 from expdesign.planning.search import search
 
 pytest.importorskip("coal")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from expdesign.errors import InputError
-from expdesign.planning.laboratory_sheet import Costs, in_plan_order, ordered
-from expdesign.planning.measuring_order import EXACT, best_path, path_cost
+from expdesign.planning.laboratory_sheet import EXACT, Costs, best_path, in_plan_order, ordered, path_cost
 from expdesign.planning.plan import Plan
 
 
@@ -32,7 +31,7 @@ def test_more_stops_than_can_be_exact_come_near(monkeypatch: pytest.MonkeyPatch)
     for seed in range(10):
         cost, start = distances(EXACT, seed)
         exact = path_cost(best_path(cost, start), cost, start)
-        monkeypatch.setattr("expdesign.planning.measuring_order.EXACT", 1)
+        monkeypatch.setattr("expdesign.planning.laboratory_sheet.EXACT", 1)
         near = path_cost(best_path(cost, start), cost, start)
         monkeypatch.undo()
         assert near >= exact - 1e-12

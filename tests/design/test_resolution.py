@@ -12,7 +12,7 @@ from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table
-from expdesign.planning.resolution import Grid, steps_of
+from expdesign.planning.variables import Grid, steps_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FEW = {"population": 8, "generations": 2, "seed": 1, "polish": True}

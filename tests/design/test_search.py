@@ -13,10 +13,10 @@ from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.front import Front
+from expdesign.planning.operators.operator import Credit
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import UNIDENTIFIED, DesignPopulation
 from expdesign.planning.search import Progress, search
-from expdesign.planning.work import Credit
 
 BOUNDS = "experiment.poses.bounds"
 

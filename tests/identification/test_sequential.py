@@ -16,11 +16,11 @@ from expdesign.planning.criteria.information import Information
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.recorded_knowledge import recorded_knowledge
 from expdesign.planning.sequential import (
     expected_total,
     information_of,
     next_measurements,
+    recorded_knowledge,
 )
 from expdesign.planning.start import reachable_measurements
 

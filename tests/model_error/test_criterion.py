@@ -14,10 +14,9 @@ from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
 from expdesign.assurance.model_error.statement import sentence
 from expdesign.errors import InputError
-from expdesign.planning.archive import Archive
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.operators.exchange import Draws
-from expdesign.planning.operators.operator import State
+from expdesign.planning.operators.operator import Archive, State
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem

@@ -31,7 +31,7 @@ from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.protocol import protocol_frame
+from expdesign.planning.result import protocol_frame
 from expdesign.planning.start import starting_designs
 
 REFERENCE = [0.005, 0.0, 0.01, 0.03, 0.0, 0.05]

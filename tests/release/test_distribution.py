@@ -12,7 +12,7 @@ from tests.release.distribution import CODE, ROOT, Distribution, built
 
 import expdesign as xd
 from expdesign.app.templates import kinds
-from expdesign.planning.record import versions
+from expdesign.planning.result import versions
 
 
 @pytest.fixture(scope="module")

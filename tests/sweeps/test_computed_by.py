@@ -45,7 +45,7 @@ def test_the_modules_that_numbers_come_from() -> None:
         "mechanics.elastostatics.measurements",
     }
     by_place = {
-        "planning.criteria.duir",
+        "planning.criteria.accuracy",
         "mechanics.robots.hexapod",
         "mechanics.loads.errors.source",
         "chain.effects.base.compliance",
@@ -59,8 +59,8 @@ def test_the_modules_that_numbers_come_from() -> None:
 @pytest.mark.parametrize(
     ("name", "before", "after"),
     [
-        ("planning/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
-        ("planning/criteria/duir.py", "class ", "ADDED = 1\n\n\nclass "),
+        ("planning/operators/operator.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
+        ("planning/criteria/accuracy.py", "class ", "ADDED = 1\n\n\nclass "),
         ("app/api/run.py", "timed: bool = True", "timed: bool = False"),
     ],
 )
@@ -69,7 +69,7 @@ def test_code_that_decides_about_numbers_counts(copied: Path, name: str, before:
 
 
 def test_a_criterion_of_one_s_own_counts(copied: Path) -> None:
-    shutil.copy(copied / "planning/criteria/o1.py", copied / "planning/criteria/o6.py")
+    shutil.copy(copied / "planning/criteria/observability.py", copied / "planning/criteria/o6.py")
     assert code_digest(copied) != computed_by()["code"]
 
 
@@ -78,7 +78,7 @@ def test_a_criterion_of_one_s_own_counts(copied: Path) -> None:
     [
         ("__init__.py", '__version__ = "', '__version__ = "9'),
         ("planning/search.py", '"""', '"""Other words. '),
-        ("planning/archive.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
+        ("planning/operators/operator.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
         ("report/page.py", "_FOLDER = ", "OTHER = "),
         ("app/commands/run.py", '"""', '"""Other words. '),
     ],

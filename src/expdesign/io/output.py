@@ -5,6 +5,7 @@ Only regular files are renamed onto; devices and pipes are written to. Whether a
 CSV text of a table, reproducible to the byte.
 """
 
+import csv
 import io
 import json
 import logging
@@ -33,7 +34,11 @@ from expdesign.io.written import (
 def csv_text(frame: pd.DataFrame) -> str:
     """CSV text of a frame: shortest decimal numbers that read back as the same floats, line feeds."""
     stream = io.StringIO()
-    frame.map(_cell).to_csv(stream, index=False, lineterminator="\n")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(frame.columns)
+    # Column by column: a table of numbers goes to Python's own types at once.
+    columns = [[_cell(value) for value in frame.iloc[:, place].tolist()] for place in range(frame.shape[1])]
+    writer.writerows(zip(*columns, strict=True))
     return stream.getvalue()
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
-from expdesign.planning.body_axes import body_axes
+from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.variables import Rows
 

@@ -2,6 +2,13 @@
 
 How long a plan takes at most depends on two numbers alone: m measurements at p settings of the robot. Which
 measurements are taken, and which share a setting, the search decides (`pose_settings.py`).
+
+How long a plan takes, in the order of the laboratory sheet, is told without looking for that order. With deflections,
+whatever is measured at one pose stands together, and the number of changes does not depend on the order of the poses: p
+changes of the pose; without shared references 2m readings and 2m − 1 changes of the load (on and off around every
+unloaded reading); with them one more reading for every series, and in every series its distinct loads, with the load
+taken off between series, each of which is a setting of the robot. Absolute poses are put in order by
+`laboratory_sheet.ordered` where both poses and loads vary.
 """
 
 from dataclasses import dataclass
@@ -9,8 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.laboratory_sheet import Costs
-from expdesign.planning.measuring_time import most_minutes
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.errors import InputError
+from expdesign.io.yaml_reader import KeyPath, YamlDocument
+from expdesign.planning.laboratory_sheet import Costs, ordered
+from expdesign.planning.plan import Plan
+from expdesign.planning.schema import ExperimentSection
 
 LARGEST = 200
 """Measurements beyond which a budget alone does not decide."""
@@ -62,3 +73,120 @@ class Budget:
         counts = np.arange(1, limit + 1)
         fit = counts[(self.minutes_of(counts, settings) <= self.minutes) & (counts >= self.least.measurements)]
         return int(fit.max(initial=0))
+
+
+def plan_minutes(plan: Plan, costs: Costs, *, referenced: bool, shared: bool) -> float:
+    """Minutes that a plan takes in the best order that is known.
+
+    Args:
+        plan: what is measured.
+        costs: of changes and readings (min).
+        referenced: whether deflections are measured, which need references without load.
+        shared: whether measurements at one pose share their reference.
+    """
+    if not referenced:
+        alone = Plan(plan.configurations, plan.loads, series_by_pose(plan.configurations))
+        return ordered(alone, costs, referenced=False, shared=False).minutes(costs)
+    poses = len(np.unique(plan.configurations, axis=0))
+    if not shared:
+        return float(minutes_of(costs, poses=poses, load_changes=2 * len(plan) - 1, readings=2 * len(plan)))
+    series = len(np.unique(plan.series))
+    loads = len(np.unique(np.column_stack([plan.series, plan.loads]), axis=0))
+    # Every series is a setting of the robot, also where several are at one pose.
+    return float(minutes_of(costs, poses=series, load_changes=loads + series - 1, readings=len(plan) + series))
+
+
+def most_minutes(
+    measurements: IntArray | int, poses: IntArray | int, costs: Costs, *, referenced: bool, shared: bool
+) -> FloatArray:
+    """Minutes that no plan of m measurements at p settings exceeds in its best order.
+
+    Absolute poses are counted pose by pose, with another load before every reading.
+    """
+    m, p = np.asarray(measurements), np.asarray(poses)
+    if not referenced:
+        return minutes_of(costs, poses=p, load_changes=m, readings=m)
+    if not shared:
+        return minutes_of(costs, poses=p, load_changes=2 * m - 1, readings=2 * m)
+    return minutes_of(costs, poses=p, load_changes=m + p - 1, readings=m + p)
+
+
+def minutes_of(
+    costs: Costs, *, poses: IntArray | int, load_changes: IntArray | int, readings: IntArray | int
+) -> FloatArray:
+    """The time of so many changes and readings (min)."""
+    return np.asarray(poses * costs.pose_change + load_changes * costs.mass_change + readings * costs.reading)
+
+
+_WHERE: KeyPath = ("experiment", "budget")
+
+
+def read_costs(experiment: ExperimentSection) -> Costs | None:
+    """What measuring costs, or None where nothing is said."""
+    stated = experiment.costs
+    return None if stated is None else Costs(stated.pose_change, stated.mass_change, stated.reading)
+
+
+def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlDocument) -> Budget | None:
+    """The budget, or None where there is a number of measurements.
+
+    Args:
+        experiment: as configured.
+        referenced: whether deflections are measured, which need references without load.
+        document: for messages.
+
+    Raises:
+        InputError: neither a budget nor a number is given, costs are missing, or not one measurement fits.
+    """
+    section, costs = experiment.budget, read_costs(experiment)
+    if section is None:
+        if experiment.measurements is None:
+            where = document.where(("experiment", "measurements"))
+            raise InputError("the key is missing", where=where, remedy="Add it, or a `budget` with `costs`.")
+        return None
+    if costs is None or not costs.known:
+        what = "a budget says nothing where measuring costs nothing"
+        remedy = "Add `experiment.costs`, e.g. `{pose_change: 2, mass_change: 10, reading: 0.5}` (min)."
+        raise InputError(what, where=document.where(_WHERE), remedy=remedy)
+    if experiment.reference_pose is not None:
+        what = "with a reference pose every pose stands between references, which a budget does not count"
+        where = document.where(_WHERE)
+        raise InputError(what, where=where, remedy="Give a number of `measurements`.")
+    constraints = experiment.constraints
+    least = Structure(1, 1)
+    if constraints is not None:
+        poses = max(constraints.distinct_poses, len(constraints.poses), 1)
+        least = Structure(max(poses, constraints.distinct_masses, len(constraints.masses_kg)), poses)
+    budget = Budget(
+        minutes=section.minutes,
+        costs=costs,
+        referenced=referenced,
+        shared=experiment.deflection_noise.shared_reference,
+        validation=0 if experiment.validation is None else experiment.validation.measurements,
+        least=least,
+        most=experiment.measurements,
+        poses=section.distinct_poses,
+    )
+    _require_structure(budget, document)
+    return budget
+
+
+def _require_structure(budget: Budget, document: YamlDocument) -> None:
+    where = document.where((*_WHERE, "minutes"))
+    if budget.largest:
+        if budget.largest > LARGEST and budget.most is None:
+            what = f"the budget allows more than {LARGEST} measurements"
+            remedy = "Add `experiment.measurements` as the largest number, or a cost of each reading."
+            raise InputError(what, where=where, remedy=remedy)
+        return
+    least = budget.least
+    needed = float(budget.minutes_of(least.measurements, least.poses))
+    limits = [("measurements", budget.most, least.measurements), ("distinct_poses", budget.poses, least.poses)]
+    for name, limit, wanted in limits:
+        if limit is not None and limit < wanted:
+            what = f"`{name}` allows {limit}, and `constraints` demand {wanted}"
+            raise InputError(what, where=document.where(_WHERE), remedy="Allow more, or demand less.")
+    smallest = "one measurement" if least == Structure(1, 1) else f"the {least.measurements} measurements demanded"
+    more = f" and the {budget.validation} for validation" if budget.validation else ""
+    what = f"{budget.minutes:g} min are too little for {smallest}{more}, which takes {needed:g} min by `costs`"
+    raise InputError(what, where=where, remedy=f"Allow at least {needed:g} min, or correct `costs`.")

@@ -1,18 +1,152 @@
 """What a laboratory demands of a plan beside the robot's limits (`experiment.constraints`).
 
-Of every measurement: nothing of the robot or its load inside a keep-out box, and no actuator beyond its effort. Of the
-plan as a whole: at least so many distinct poses or masses, and poses and masses that have to occur.
+Of every measurement: nothing of the robot or its load inside a keep-out box, no actuator beyond its effort, and the
+parts of the robot and its payload at a distance from each other. Of the plan as a whole: at least so many distinct
+poses or masses, and poses and masses that have to occur.
+
+Legs, or the links of an arm, are capsules around the lines of the robot's drawing; payload, platform and base are one
+primitive each. Parts that are joined to each other are not compared: neighbouring links, legs with platform and base,
+and the payload with platform and last link. Distances are coal's (Gilbert, Johnson & Keerthi, IEEE J. Robot. Autom. 4
+(1988) 193, and the expanding polytope algorithm for depths), negative where parts overlap.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
+from expdesign.errors import InputError
+from expdesign.io.yaml_reader import KeyPath, YamlDocument
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.planning.collisions import Collisions
+from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.robots.drawing import Drawing
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.schema import ConstraintsSection, ExperimentSection, PrimitiveSection
+from expdesign.planning.space import DesignSpace, Required
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A box (edges), a cylinder about z (radius, length) or a sphere (radius), by the number of its sizes (m).
+
+    Attributes:
+        sizes: three, two or one (m).
+        centre: in the frame that it is fixed to (m), shape (3,).
+    """
+
+    sizes: tuple[float, ...]
+    centre: FloatArray
+
+
+@dataclass(frozen=True)
+class Collisions:
+    """What must stay apart.
+
+    Attributes:
+        clearance: between any two parts that are compared (m).
+        radius: of legs or links (m).
+        payload: fixed to the platform, or None.
+        platform: fixed to the platform, or None; compared with the base.
+        base: fixed in O, or None.
+    """
+
+    clearance: float
+    radius: float
+    payload: Primitive | None = None
+    platform: Primitive | None = None
+    base: Primitive | None = None
+
+    def excess(self, robot: Robot, configurations: FloatArray) -> FloatArray:
+        """Clearance less the least distance (m) at configurations (..., n_q), ≤ 0 where all is well, shape (...)."""
+        drawing = robot.drawing(configurations)
+        if drawing is None:
+            return np.full(configurations.shape[:-1], -1.0)
+        library = require_library("experiment.constraints.collisions")
+        segments = list(_segments(drawing))
+        points = drawing.points.reshape(-1, *drawing.points.shape[-2:])
+        origins = robot.position(configurations).reshape(-1, 3)
+        rotations = robot.jacobians(configurations).rotation.reshape(-1, 3, 3)
+        least = [self._least(library, segments, *state) for state in zip(points, origins, rotations, strict=True)]
+        return self.clearance - np.array(least).reshape(configurations.shape[:-1])
+
+    def _least(
+        self,
+        library: ModuleType,
+        segments: list[tuple[int, int]],
+        points: FloatArray,
+        origin: FloatArray,
+        R: FloatArray,
+    ) -> float:
+        capsules = [_capsule(library, points[a], points[b], self.radius) for a, b in segments]
+        apart = [
+            (capsules[i], capsules[j])
+            for i, j in combinations(range(len(segments)), 2)
+            if not set(segments[i]) & set(segments[j])
+        ]
+        base = None if self.base is None else _placed(library, self.base, np.zeros(3), np.eye(3))
+        if self.payload is not None:
+            payload = _placed(library, self.payload, origin, R)
+            # A link that ends where the platform frame stands carries the payload.
+            free = [
+                capsule
+                for capsule, ends in zip(capsules, segments, strict=True)
+                if np.linalg.norm(points[list(ends)] - origin, axis=1).min() > 1e-9
+            ]
+            apart += [(payload, other) for other in free] + ([(payload, base)] if base is not None else [])
+        if self.platform is not None and base is not None:
+            apart.append((_placed(library, self.platform, origin, R), base))
+        request = library.DistanceRequest()
+        request.enable_signed_distance = True
+        distances = [float(library.distance(*one, *two, request, library.DistanceResult())) for one, two in apart]
+        return min(distances, default=np.inf)
+
+
+def require_library(where: str) -> ModuleType:
+    """coal, the library of distances.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        import coal  # noqa: PLC0415 (optional)
+    except ImportError:
+        remedy = "Install it with `pip install 'expdesign[collisions]'`, or take the key out."
+        raise InputError(
+            "collisions need the library coal, which is not installed", where=where, remedy=remedy
+        ) from None
+    library: ModuleType = coal
+    return library
+
+
+def _segments(drawing: Drawing) -> Iterator[tuple[int, int]]:
+    """Ends of the lines that are legs or links, without those of no length."""
+    flat = drawing.points.reshape(-1, *drawing.points.shape[-2:])
+    for part in drawing.parts:
+        for path in part.paths if part.role == "actuator" else ():
+            for start, end in pairwise(path):
+                if np.linalg.norm(flat[:, start] - flat[:, end], axis=1).max(initial=0.0) > 1e-9:
+                    yield start, end
+
+
+def _capsule(library: ModuleType, start: FloatArray, end: FloatArray, radius: float) -> tuple[Any, Any]:
+    line = end - start
+    length = float(np.linalg.norm(line))
+    axis = line / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+    side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    side /= np.linalg.norm(side)
+    frame = np.stack([side, np.cross(axis, side), axis], axis=1)
+    return library.Capsule(radius, length), library.Transform3s(frame, (start + end) / 2.0)
+
+
+def _placed(library: ModuleType, primitive: Primitive, origin: FloatArray, rotation: FloatArray) -> tuple[Any, Any]:
+    kind = {1: library.Sphere, 2: library.Cylinder, 3: library.Box}[len(primitive.sizes)]
+    return kind(*primitive.sizes), library.Transform3s(rotation, origin + rotation @ primitive.centre)
+
 
 _ALONG = np.linspace(0.0, 1.0, 9)
 """Places along a line of the robot that are kept out of boxes."""
@@ -110,3 +244,100 @@ def _points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) 
 def _distinct(values: FloatArray) -> FloatArray:
     """Number of distinct rows of each design, values (b, m, n), shape (b,)."""
     return np.array([len(np.unique(design, axis=0)) for design in values], dtype=float)
+
+
+_WHERE: KeyPath = ("experiment", "constraints")
+
+
+def read_constraints(
+    experiment: ExperimentSection, robot: Robot, load: Load, document: YamlDocument
+) -> Constraints | None:
+    """The constraints, or None where there are none.
+
+    Raises:
+        InputError: they contradict each other, the robot or the number of measurements.
+    """
+    section = experiment.constraints
+    if section is None:
+        return None
+    most = experiment.measurements or 1  # `read_budget` has refused where there is none
+    for name in ("distinct_poses", "distinct_masses"):
+        if getattr(section, name) > most:
+            what = f"{getattr(section, name)} are more than the {most} measurements"
+            raise InputError(what, where=document.where((*_WHERE, name)), remedy="Take fewer, or measure more.")
+    if (section.distinct_masses > 1 or section.masses_kg) and not load.has_mass:
+        remedy = "Take it out, or use `load: {kind: payload}`."
+        raise InputError("a wrench has no mass", where=document.where((*_WHERE, "masses_kg")), remedy=remedy)
+    dimension = len(robot.gravity)
+    boxes = np.zeros((len(section.keep_out), 2, dimension))
+    for index, box in enumerate(section.keep_out):
+        where = document.where((*_WHERE, "keep_out", index))
+        if len(box.low_m) != dimension or len(box.high_m) != dimension:
+            raise InputError(f"{dimension} coordinates are needed for each corner", where=where, remedy="In m, in O.")
+        boxes[index] = box.low_m, box.high_m
+        if (boxes[index, 0] >= boxes[index, 1]).any():
+            raise InputError("the corners are the wrong way round", where=where, remedy="low_m is the lower one.")
+    effort = robot.effort if section.effort else None
+    if section.effort and (effort is None or not np.isfinite(effort).any()):
+        where = document.where((*_WHERE, "effort"))
+        remedy = "Add `effort=` to the <limit> of its joints, or take the key out."
+        raise InputError("the robot states no effort of its actuators", where=where, remedy=remedy)
+    collisions = _collisions(section, robot, document)
+    return Constraints(boxes, effort, section.distinct_poses, section.distinct_masses, collisions)
+
+
+def _collisions(section: ConstraintsSection, robot: Robot, document: YamlDocument) -> Collisions | None:
+    stated = section.collisions
+    if stated is None:
+        return None
+    where = document.where((*_WHERE, "collisions"))
+    if len(robot.gravity) != 3 or robot.drawing(np.zeros((1, len(robot.configuration)))) is None:
+        what = f"collisions of a {robot.kind} are not known, which has no legs or links in space"
+        raise InputError(what, where=where, remedy="Take the key out; `keep_out` boxes may do.")
+    require_library(where)
+    parts = {name: _primitive(getattr(stated, name)) for name in ("payload", "platform", "base")}
+    return Collisions(stated.clearance_m, stated.leg_radius_m, **parts)
+
+
+def _primitive(section: PrimitiveSection | None) -> Primitive | None:
+    if section is None:
+        return None
+    sizes = section.box_m or section.cylinder_m or [section.sphere_m or 0.0]
+    return Primitive(tuple(sizes), np.array(section.at_m))
+
+
+def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robot, document: YamlDocument) -> Required:
+    """Poses and masses that have to occur, as decisions.
+
+    Raises:
+        InputError: one of them cannot be chosen.
+    """
+    if section is None:
+        return Required()
+    m = space.measurements
+    for name, count in (("poses", len(section.poses)), ("masses_kg", len(section.masses_kg))):
+        if count > m:
+            what = f"{count} are more than the {m} measurements"
+            raise InputError(what, where=document.where((*_WHERE, name)), remedy="Name fewer, or measure more.")
+    poses = []
+    for index, pose in enumerate(section.poses):
+        where = document.where((*_WHERE, "poses", index))
+        if len(pose) != space.n_pose:
+            raise InputError(f"{space.n_pose} numbers are needed here", where=where, remedy="Like `targets[].pose`.")
+        if not bool(robot.usable(np.array(pose))):
+            raise InputError("the pose is beyond the limits, or singular", where=where, remedy="Choose another pose.")
+        poses.append(_decisions(space, np.array(pose), 0, where))
+    masses = []
+    for index, mass in enumerate(section.masses_kg):
+        where = document.where((*_WHERE, "masses_kg", index))
+        masses.append(_decisions(space, np.array([mass]), space.n_pose, where))
+    return Required(tuple(poses), tuple(masses))
+
+
+def _decisions(space: DesignSpace, wanted: FloatArray, first: int, where: str) -> FloatArray:
+    """Genes (g,) at which the quantities from `first` on are as wanted; NaN for decisions that others depend on."""
+    found = space.decisions_of(wanted, first)
+    if found is None:
+        remedy = "Only what `experiment.poses` and `experiment.load` allow can occur."
+        raise InputError("this cannot be chosen", where=where, remedy=remedy)
+    return found

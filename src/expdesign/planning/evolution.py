@@ -1,8 +1,8 @@
 """The search: NSGA-II (Deb et al. 2002) whose operators know exchanges of measurements and exact gradients.
 
 A generation asks one operator for designs. Which one is decided by what each has brought per second of counted work
-(`work.py`), so that the same seed gives the same front. Survival is NSGA-II's; every design that nothing dominates is
-kept in an archive beside the population.
+(`operators/operator.py`), so that the same seed gives the same front. Survival is NSGA-II's; every design that nothing
+dominates is kept in an archive beside the population.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,15 +14,12 @@ from pymoo.core.population import Population
 from pymoo.core.termination import Termination
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.archive import Archive
-from expdesign.planning.operators.continuation import Continuation
-from expdesign.planning.operators.descent import FrontDescent
+from expdesign.planning.operators.continuation import Continuation, FrontDescent
 from expdesign.planning.operators.exchange import PairExchange, SingleExchange
-from expdesign.planning.operators.operator import Operator, State
+from expdesign.planning.operators.operator import Archive, Credit, Operator, State
 from expdesign.planning.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation, Recombination
 from expdesign.planning.options import EXPECTED_GAIN, SearchOptions
 from expdesign.planning.pymoo_problem import DesignPopulation
-from expdesign.planning.work import Credit
 
 
 def operators_of(state: State, mate: Callable[[int], Population]) -> list[Operator]:

@@ -34,6 +34,10 @@ class SearchOptions:
         library: measurements of good designs that others are exchanged for.
         pairs: measurements drawn for exchanges of two at once, and how many places of a design are tried.
         drawn: random measurements of which plans are repeated.
+        anywhere: share of the points along the front for which exchanges also begin at designs drawn at random.
+        draws: random measurements, trials of a design, and how often, where exchanges cannot be judged by sums.
+        corrected: designs that are predicted in gaps of the front and then descend.
+        roundings: rounds of the relaxation, plans drawn from its weights, and how many of them the search begins with.
         brief: steps of a descent of a new design; a new valley shows after a few.
         along: points along the front from which descents set out, and their steps.
         settled: KKT proximity below which a design is not descended from again (Deb & Abouhawwash 2016).
@@ -49,7 +53,7 @@ class SearchOptions:
     effort: Effort = "normal"
     bound_seconds: float = 0.0
     most_generations: int = 2000
-    floor: int = 8
+    floor: int = 16
     memory: float = 0.5
     aims: int = 8
     elite: int = 12
@@ -57,6 +61,10 @@ class SearchOptions:
     library: int = 100
     pairs: tuple[int, int] = (150, 3)
     drawn: tuple[int, int] = (500, 60)
+    anywhere: float = 0.3
+    draws: tuple[int, int, int] = (24, 60, 6)
+    corrected: int = 24
+    roundings: tuple[int, int, int] = (2, 400, 8)
     brief: int = 6
     along: tuple[int, int] = (14, 8)
     settled: float = 1e-4

@@ -33,13 +33,18 @@ class Plan:
 
 def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFrame:
     """The plan in recordings form without the measured columns."""
+    return pd.DataFrame(plan_columns(plan, loaded, with_gravity))
+
+
+def plan_columns(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> dict[str, FloatArray | IntArray]:
+    """Its columns (m,) by their names."""
     robot, load = loaded.robot, loaded.load
     columns: dict[str, FloatArray | IntArray] = {"sequence": np.arange(1, len(plan) + 1), "series": plan.series}
     columns.update({name: plan.configurations[:, i] for i, name in enumerate(robot.configuration)})
     for i, name in enumerate(load.columns):
         if with_gravity or name not in robot.coordinates.gravity:
             columns[name] = plan.loads[:, i]
-    return pd.DataFrame(columns)
+    return columns
 
 
 def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan:

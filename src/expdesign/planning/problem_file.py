@@ -19,21 +19,25 @@ from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 from expdesign.planning.asked_criterion import NAMES, asked_criteria
-from expdesign.planning.budget import Budget
-from expdesign.planning.budget_file import read_budget, read_costs
-from expdesign.planning.calibration_file import load_section, read_regressor
-from expdesign.planning.constraint_file import read_constraints, required
+from expdesign.planning.budget import Budget, read_budget, read_costs
+from expdesign.planning.constraints import read_constraints, required
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_stiffness
-from expdesign.planning.measurement_file import axis_of, read_noise, tolerance_axes, with_reference_pose
+from expdesign.planning.measurement_file import (
+    axis_of,
+    load_section,
+    read_noise,
+    read_regressor,
+    tolerance_axes,
+    with_reference_pose,
+)
 from expdesign.planning.options import SearchOptions
 from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.resolution import steps_of
 from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.planning.space import DesignSpace, PoseSet
-from expdesign.planning.variables import Choices, Interval, Quantity, fixed
+from expdesign.planning.variables import Choices, Interval, Quantity, fixed, steps_of
 from expdesign.plugins import implementations
 
 

@@ -1,19 +1,29 @@
-"""The tables of a finished search (file-formats.md, Fronts and plans)."""
+"""The tables and the record of a finished search (file-formats.md, Fronts and plans; run.json).
+
+Rows of a plan that are kept for validation (`split: test`) are far from those that are fitted, and from each other:
+chosen by the maximin distance (Johnson, Moore & Ylvisaker, J. Stat. Plan. Inference 26 (1990) 131), greedily,
+out of measurements within all limits: each further one is the farthest from all before it, poses and loads alike scaled
+to their ranges. Criteria do not see them.
+"""
 
 from dataclasses import replace
+from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+import expdesign
 from expdesign.arrays import FloatArray
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.references import reference_names
+from expdesign.planning.budget import plan_minutes
 from expdesign.planning.front import Front
-from expdesign.planning.measuring_time import plan_minutes
-from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.optimality.bounds import CriterionBounds
+from expdesign.planning.plan import Plan, plan_columns, plan_frame
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.validation_rows import validation_decisions
+from expdesign.planning.start import reachable_measurements
 
 
 def pareto_frame(front: Front, minutes: FloatArray | None = None) -> pd.DataFrame:
@@ -49,16 +59,21 @@ def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
 
 def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
     """The plan that decisions (m, g) stand for, in recordings form without the measured columns."""
+    return pd.DataFrame(_columns(problem, decisions))
+
+
+def _columns(problem: DesignProblem, decisions: FloatArray) -> dict[str, Any]:
+    """The columns of a plan by their names."""
     plan = _with_validation(problem, decisions)
     # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
     computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
     shown = replace(plan, loads=np.where(computed, np.round(plan.loads, 12), plan.loads))
-    frame = plan_frame(shown, problem.loaded, problem.space.tilts)
+    columns: dict[str, Any] = plan_columns(shown, problem.loaded, problem.space.tilts)
     if problem.validation:
-        frame["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
+        columns["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
     if problem.noise.shared_reference:
-        frame[REFERENCE] = reference_names(plan.series)
-    return frame
+        columns[REFERENCE] = reference_names(plan.series)
+    return columns
 
 
 def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
@@ -87,9 +102,96 @@ def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:
 
 def plans_frame(problem: DesignProblem, front: Front) -> pd.DataFrame:
     """`plans.csv`: the plans of all designs, one below the other."""
-    frames = []
-    for design in range(len(front)):
-        frame = plan_of(problem, front, design)
-        frame.insert(0, "design", design + 1)
-        frames.append(frame)
-    return pd.concat(frames, ignore_index=True)
+    plans = [_columns(problem, decisions) for decisions in front.decisions]
+    lengths = [len(plan["sequence"]) for plan in plans]
+    joined = {name: np.concatenate([plan[name] for plan in plans]) for name in plans[0]}
+    return pd.DataFrame({"design": np.repeat(np.arange(1, len(front) + 1), lengths), **joined})
+
+
+_POOL = 400
+
+
+def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> FloatArray:
+    """Genes (v, g) of the rows for validation of a design (m, g); the same design and seed give the same rows."""
+    space = problem.space.alone()
+    if problem.validation == 0 or space.decisions == 0:
+        return (
+            np.zeros((0, space.decisions))
+            if problem.validation == 0
+            else np.repeat(decisions[:1], problem.validation, 0)
+        )
+    generator = np.random.default_rng([problem.optimiser.seed, 2])
+    pool = reachable_measurements(problem, _POOL, generator)
+    robot = problem.loaded.robot
+    pool = space.settable(pool[:, None], robot.limit_excess)[:, 0]
+    poses, loads = space.decode(pool)
+    allowed = robot.usable(poses)
+    if problem.constraints is not None:
+        allowed &= problem.constraints.allowed(problem.loaded, poses, loads)
+    pool = pool[allowed]
+    span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
+    distance = np.linalg.norm((pool[:, None] - decisions[None]) / span, axis=-1).min(axis=1)
+    chosen: list[int] = []
+    for _ in range(problem.validation):
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm((pool - pool[chosen[-1]]) / span, axis=-1))
+    return pool[chosen]
+
+
+def protocol_frame(problem: DesignProblem, plan: Plan) -> pd.DataFrame | None:
+    """Every pose of a plan in the order of measuring, for `expdesign correct` (docs/reference-poses.md).
+
+    Before every pose stands the reference; what is measured is filled in as `measured_x_m …`. None where the
+    configuration has no reference pose.
+    """
+    noise = problem.noise
+    if not isinstance(noise, ReferencedNoise):
+        return None
+    loaded = problem.loaded
+    frame = plan_frame(plan, loaded, problem.space.tilts)
+    # Without the load its other columns, such as a centre of mass, keep their values and mean nothing.
+    effective = [name for name in loaded.load.columns if name == "mass_kg" or name in loaded.robot.coordinates.wrench]
+    order = noise.pose_order(plan.series)
+    rows = frame.iloc[[row for _, row in order]].reset_index(drop=True)
+    kinds = np.array([kind for kind, _ in order])
+    rows.loc[kinds != "loaded", effective] = 0.0
+    rows.loc[kinds == "reference", list(loaded.robot.configuration)] = noise.reference
+    rows["sequence"] = np.arange(1, len(rows) + 1)
+    if not noise.shared_reference:
+        rows["series"] = [row + 1 for _, row in order]
+    rows.insert(2, "kind", np.where(kinds == "reference", "reference", "pose"))
+    return rows
+
+
+PACKAGES = ("casadi", "numpy", "pandas", "pymoo", "scipy")
+"""On whose versions the numbers depend, beside this one."""
+
+
+def versions() -> dict[str, str]:
+    """The versions of the packages on which the numbers depend."""
+    return {"expdesign": expdesign.__version__} | {name: version(name) for name in PACKAGES}
+
+
+def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, total: CriterionBounds) -> dict[str, Any]:
+    """The content of `run.json` but for the time; `duir` and `total` are bounds of these criteria."""
+    record: dict[str, Any] = {
+        "config": problem.config,
+        "seed": problem.optimiser.seed,
+        "versions": versions(),
+        "evaluations": front.evaluations,
+        "duir_lower_bound": duir.lower.value,
+        "duir_lower_bound_certified_on": duir.lower.certified_on,
+        "total_lower_bound": total.lower.value,
+        "total_lower_bound_certified_on": total.lower.certified_on,
+        "whole_plans": {"duir": duir.record, "total": total.record},
+        "objectives": list(front.objectives),
+        "hypervolume": front.hypervolume,
+        "missing_hypervolume": front.missing,
+        "reference_point": front.reference_point.tolist(),
+        "designs": len(front),
+        "recommended": front.recommended + 1,
+        "knee": front.knee + 1,
+    }
+    for criterion in problem.further:
+        record[criterion.name] = float(front.criteria[criterion.name][front.recommended])
+    return record

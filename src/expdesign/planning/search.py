@@ -1,11 +1,16 @@
-"""The search for the Pareto front, which can be asked for what it has at any moment (theory.md 6)."""
+"""The search for the Pareto front, which can be asked for what it has at any moment (theory.md 6).
+
+A front is followed by predictions between its designs, of which those in the widest gaps alone are corrected. What is
+written is pursued at last to where the optimality conditions hold; a design that is still rough then is left out where
+the front can do without it.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.errors import InfeasibleError, InputError
 from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
 from expdesign.planning.evolution import Evolution, evolution, expected_gain
@@ -19,13 +24,19 @@ from expdesign.planning.front import (
     reference_point,
     spread,
 )
-from expdesign.planning.optimality.enumeration import every_design
+from expdesign.planning.operators.operator import State
 from expdesign.planning.optimality.kktpm import kktpm
-from expdesign.planning.optimality.seeds import relaxed_designs, repeated_designs
+from expdesign.planning.optimality.objectives import Pace, descended
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
-from expdesign.planning.settling import settle
-from expdesign.planning.start import require_identifiable, starting_designs
+from expdesign.planning.scalarisation import at_points, spans
+from expdesign.planning.start import (
+    every_design,
+    relaxed_designs,
+    repeated_designs,
+    require_identifiable,
+    starting_designs,
+)
 
 
 @dataclass(frozen=True)
@@ -248,3 +259,29 @@ def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, Flo
     assessment = problem.assessed(decisions)
     known = {**known_criteria(), **{criterion.name: criterion for criterion in problem.further}}
     return {name: criterion_values(criterion, assessment) for name, criterion in known.items()}
+
+
+_PACE = Pace(steps=30, tolerance=1e-8, inner=1e-7)
+
+
+def settle(state: State, chosen: FloatArray) -> None:
+    """Pursue those of designs (d, m, g) that do not satisfy the optimality conditions to the end, in the archive."""
+    space, archive = state.problem.space, state.archive
+    # In coarse steps, or held by other constraints, an optimum does not satisfy the conditions of a continuous one.
+    coarse = bool((space.grid.steps > state.options.settled * (space.upper - space.lower)).any())
+    if not state.smooth or coarse or state.problem.constraints is not None or len(chosen) == 0:
+        return
+    rough = chosen[~(kktpm(state.problem, chosen) <= state.options.settled)]
+    if len(rough) == 0:
+        return
+    values, _ = state.population.criteria(rough)
+    aims = at_points(values[:, : archive.objectives], spans(archive.values)[: archive.objectives], values.shape[1])
+    found, _ = descended(state.objectives, rough, aims, _PACE)
+    archive.add(*state.evaluated(found))
+    known = {design.tobytes(): place for place, design in enumerate(archive.designs)}
+    left = [known[design.tobytes()] for design in rough if design.tobytes() in known]
+    ends = set(np.argmin(archive.values, axis=0).tolist())
+    drop: BoolArray = np.zeros(len(archive), dtype=bool)
+    drop[[place for place in left if place not in ends]] = True
+    if not drop.all():
+        archive.designs, archive.values = archive.designs[~drop], archive.values[~drop]

@@ -18,8 +18,7 @@ from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.pose_settings import PoseSettings, nearness
-from expdesign.planning.resolution import Grid
-from expdesign.planning.variables import Choices, Interval, Quantity, Rows, Variable, variables_for
+from expdesign.planning.variables import Choices, Grid, Interval, Quantity, Rows, Variable, variables_for
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,12 @@
-"""The first designs of a search: drawn at random from the measurements that the robot can reach."""
+"""The first designs of a search: drawn at random from the measurements that the robot can reach, rounded from the
+convex relaxation's optimal weights (theory.md 10.1, 10.4), or all that there are where the space is small enough.
+
+The relaxation is solved for DUIR² + s²·FEIR² with a ladder of factors s, so that the designs lie along the whole front.
+The roundings are improved by exchanging measurements, which finds better plans than gradients do from the roundings.
+"""
+
+from itertools import combinations_with_replacement
+from math import comb
 
 import numpy as np
 from scipy.optimize import minimize
@@ -6,7 +14,13 @@ from scipy.optimize import minimize
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from expdesign.planning.front import non_dominated
+from expdesign.planning.optimality.certificate import Certificate
+from expdesign.planning.optimality.exchange import Exchange, rounded
+from expdesign.planning.optimality.measurement_pool import BRIEF
+from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
 
 _BATCH = 2000
 _BATCHES = 25
@@ -120,3 +134,91 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
     else:
         what = "the robot is singular, or nearly so, at every pose in `experiment.poses`"
     raise InfeasibleError(what, where=problem.source, remedy="Widen the poses, or correct the robot file.")
+
+
+LADDER = (0.0, 10.0)
+_REPEATED = (1000, 20, 4)
+"""Measurements drawn and paired, and plans of each kind, of repeated measurements."""
+
+
+def relaxed_designs(problem: DesignProblem) -> FloatArray:
+    """Designs (d, m, g) rounded from optimal weights, the best few of many roundings for each factor."""
+    space, (rounds, draws, kept) = problem.space, problem.optimiser.roundings
+    found: list[FloatArray] = []
+    known: FloatArray | None = None  # as designs of one measurement each
+    # Where variables can be refined afterwards a short list will do.
+    listed = 100 if (~space.discrete).any() else 2000
+    for factor in LADDER if problem.loaded.sources else LADDER[:1]:
+        certificate = Certificate(problem, factor, BRIEF, tolerance=1e-3)
+        refined = list(certificate.refine(known, rounds))
+        if not refined:
+            break
+        last = refined[-1]
+        known = last.shortlist[last.weights > 0.0][:, None]
+        generator = np.random.default_rng([problem.optimiser.seed, int(100 * factor)])
+        exchange = Exchange(problem, ("total",), factor)
+        plans = rounded(last.weights[:listed], space.measurements, draws, generator)
+        designs = last.shortlist[np.unique(np.sort(plans, axis=1), axis=0)]
+        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:kept]
+        better = exchange.singles(designs[best], _total(len(best)), last.shortlist[:listed])
+        # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
+        found.append(problem.settable(np.concatenate([designs[best], better])))
+    return np.concatenate(found) if found else np.zeros((0, space.measurements, space.decisions))
+
+
+def repeated_designs(problem: DesignProblem) -> FloatArray:
+    """Designs (d, m, g) of one or two measurements, repeated, with the least FEIR and `total` of those drawn.
+
+    Load errors of their own in every measurement average out over repetitions, so that such plans are the best towards
+    FEIR's end, and among designs at random there are none.
+    """
+    space = problem.space
+    if not problem.loaded.sources or problem.budget is not None or problem.constraints is not None:
+        return np.zeros((0, space.measurements, space.decisions))
+    generator = np.random.default_rng([problem.optimiser.seed, 2])
+    number, paired, kept = _REPEATED
+    drawn = extreme_measurements(problem, number, 0.5, generator)
+    aims = Aims(np.zeros((2, 2)), np.eye(2))
+    return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, kept, paired)[0])
+
+
+def _total(count: int) -> Aims:
+    return Aims(np.zeros((count, 1)), np.ones((count, 1)))
+
+
+ENUMERABLE = 40_000
+"""Largest number of designs that are all looked at."""
+_TOGETHER = 5_000
+
+
+def every_design(problem: DesignProblem) -> FloatArray | None:
+    """The designs (d, m, g) that no other one dominates, in a space of finitely many; None where they are too many."""
+    space = problem.space
+    if (
+        not space.discrete.all()
+        or (space.settings is not None and space.settings.budget is not None)
+        or space.required.poses
+        or space.required.masses
+    ):
+        return None
+    levels = [int(high) + 1 for high in space.upper]
+    count, m = int(np.prod(levels, dtype=np.float64)), space.measurements
+    if comb(count + m - 1, m) > ENUMERABLE:
+        return None
+    axes = np.meshgrid(*(np.arange(number, dtype=float) for number in levels), indexing="ij")
+    measurements = np.stack([axis.ravel() for axis in axes], axis=1)
+    measurements = measurements[problem.loaded.robot.usable(space.decode(measurements)[0])]
+    plans = np.array(list(combinations_with_replacement(range(len(measurements)), m)), dtype=np.int64)
+    objectives = Objectives(problem)
+    best = np.zeros((0, m, space.decisions))
+    for start in range(0, len(plans), _TOGETHER):
+        listed = np.unique(space.canonical(measurements[plans[start : start + _TOGETHER]]), axis=0)
+        designs = np.concatenate([best, listed])
+        values = objectives.values(designs)
+        finite = np.isfinite(values).all(axis=1)
+        if problem.constraints is not None:
+            broken = problem.constraints.violations(problem.loaded, *space.decode(designs)) > 0.0
+            finite &= ~broken.any(axis=1)
+        designs, values = designs[finite], values[finite]
+        best = designs[non_dominated(values)] if len(designs) else best
+    return best

@@ -1,10 +1,20 @@
-"""Design variables: what may be chosen about one measurement, one file entry per variable."""
+"""Design variables: what may be chosen about one measurement, one file entry per variable.
 
+Continuous quantities are set in whole steps, so that a plan means what it says. A search moves poses by 1e-11 m where
+that pays on paper (two poses that are equal to any controller then count as two, each with an unloaded measurement of
+its own). Designs are therefore rounded to whole steps before they are judged: measurements whose poses differ by less
+than a step are at the same pose, and every criterion is that of the plan as it is written. Choices, candidates and
+fixed values are taken as they are given.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
+from itertools import product
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -75,3 +85,114 @@ def variables_for(quantities: dict[int, Quantity]) -> list[Variable]:
         elif quantity.low < quantity.high:
             variables.append(Variable((column,), quantity))
     return variables
+
+
+FINEST = {"_m": 1e-6, "_rad": 1e-6, "_kg": 1e-4, "_N": 1e-3, "_Nm": 1e-4}
+"""Steps by the unit at the end of a quantity's name, where the configuration states none."""
+_PARTS = 1000
+"""A step that the configuration does not state is at most this part of its interval."""
+_DIMENSIONS = 8
+_FURTHER, _REACH = 256, 4
+
+
+def steps_of(names: tuple[str, ...], widths: FloatArray, given: Mapping[str, float]) -> FloatArray:
+    """The step of each quantity, shape (n_q,): as given, or by its unit, finer where its interval is short.
+
+    Args:
+        names: of the quantities, which end in their unit.
+        widths: of the intervals in which they may be chosen, shape (n_q,); 0 where they are fixed.
+        given: steps that the configuration states.
+    """
+    steps = np.empty(len(names))
+    for index, (name, width) in enumerate(zip(names, widths, strict=True)):
+        usual = FINEST["_" + name.rsplit("_", 1)[-1]]
+        short = 10.0 ** np.floor(np.log10(width / _PARTS)) if width > 0.0 else usual
+        steps[index] = given.get(name, min(usual, float(f"{short:.0e}")))
+    return steps
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The values that continuous decisions can be set to: whole multiples of a step between two bounds.
+
+    Attributes:
+        steps: of each decision, shape (g,); 0 for a decision that is an index.
+        lower: smallest multiple within the bounds, shape (g,).
+        upper: largest multiple within the bounds, shape (g,).
+        decimals: digits behind the point that a multiple has at most, shape (g,).
+    """
+
+    steps: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    decimals: IntArray
+
+    @classmethod
+    def between(cls, steps: FloatArray, lower: FloatArray, upper: FloatArray) -> "Grid":
+        """The grid of steps (g,) within bounds (g,); where no multiple lies between them, `lower` exceeds `upper`."""
+        stepped = steps > 0.0
+        safe = np.where(stepped, steps, 1.0)
+        # A bound that is a multiple but for rounding is one.
+        low, high = np.ceil(lower / safe - 1e-9), np.floor(upper / safe + 1e-9)
+        exponents = [Decimal(repr(float(step))).normalize().as_tuple().exponent for step in safe]
+        decimals = np.array([max(0, -int(exponent)) for exponent in exponents], dtype=np.int64)
+        grid = cls(steps, lower, upper, decimals)
+        bounds = [
+            np.where(stepped, grid._decimal(count * safe), bound) for count, bound in ((low, lower), (high, upper))
+        ]
+        return cls(steps, bounds[0], bounds[1], decimals)
+
+    @property
+    def empty(self) -> BoolArray:
+        """Whether no value can be set, shape (g,)."""
+        return (self.steps > 0.0) & (self.lower > self.upper)
+
+    def nearest(self, decisions: FloatArray) -> FloatArray:
+        """The nearest values that can be set, of decisions (..., g)."""
+        stepped = self.steps > 0.0
+        safe = np.where(stepped, self.steps, 1.0)
+        rounded = self._decimal(np.rint(decisions / safe) * safe)
+        return np.where(stepped, np.clip(rounded, self.lower, self.upper), decisions)
+
+    def _decimal(self, values: FloatArray) -> FloatArray:
+        """The doubles nearest to decimal numbers, so that 0.02 is not written as 0.019999999999999997."""
+        result = values.copy()
+        for digits in np.unique(self.decimals):
+            columns = self.decimals == digits
+            result[..., columns] = np.round(values[..., columns], int(digits))
+        return result + 0.0
+
+    def inward(
+        self, decisions: FloatArray, wanted: FloatArray, moved: BoolArray, excess: Callable[[FloatArray], FloatArray]
+    ) -> FloatArray:
+        """Genes (r, g) that can be set and are within limits, each the nearest to what was `wanted` (r, g).
+
+        The corners of the cell of the grid around what was wanted are tried, then multiples within a few steps. Where
+        none is within the limits, the nearest multiple stays.
+
+        Args:
+            decisions: rounded, beyond the limits.
+            wanted: within the limits, not rounded.
+            moved: the decisions that limits depend on, shape (g,).
+            excess: over the limits, of decisions (..., g); at most 0 within.
+        """
+        free = np.flatnonzero(moved & (self.steps > 0.0))
+        if not free.size:
+            return decisions
+        generator = np.random.default_rng(0)
+        further = generator.integers(-_REACH, _REACH + 1, size=(_FURTHER, len(free))).astype(float)
+        corners = np.array(list(product((0.0, 1.0), repeat=len(free)))) if len(free) <= _DIMENSIONS else further
+        result = decisions.copy()
+        for row, (start, aim) in enumerate(zip(decisions, wanted, strict=True)):
+            cell = np.floor(aim[free] / self.steps[free])
+            for offsets in (corners, further):
+                tried = np.repeat(start[None], len(offsets), axis=0)
+                tried[:, free] = (cell + offsets) * self.steps[free]
+                tried = self.nearest(tried)
+                distance = (((tried - aim)[:, free] / self.steps[free]) ** 2).sum(axis=1)
+                distance[excess(tried) > 0.0] = np.inf
+                best = int(np.argmin(distance))
+                if np.isfinite(distance[best]):
+                    result[row] = tried[best]
+                    break
+        return result

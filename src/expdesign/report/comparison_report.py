@@ -6,7 +6,7 @@ import numpy as np
 
 from expdesign.assurance.comparison.correlation import RankCorrelation
 from expdesign.assurance.comparison.judgement import AGREEMENT, Judgement
-from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,

@@ -13,7 +13,7 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import target_covariances
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.result import plan_of
+from expdesign.planning.result import plans_frame
 from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
 from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
 from expdesign.report.deviations import PlanDeviations
@@ -68,23 +68,27 @@ def design_data(
     view, forces = _view(problem, front)
     covariances = target_covariances(assessment)
     compliances = accuracy_map.of_designs(assessment)
-    plans = [plan_of(problem, front, design) for design in range(len(front))]
+    plans = plans_frame(problem, front)
+    rows_of = np.split(np.arange(len(plans)), np.flatnonzero(np.diff(plans["design"])) + 1)
+    plans = plans.drop(columns="design")
+    shown, (heading, *lines) = plan_cells(plans), csv_text(plans).splitlines(keepends=True)
+    ellipses = error_ellipses.cells(problem, covariances, budget)
     accepted = [decision(problem, budget, design) for design in range(len(front))]
     designs = []
-    for design, plan in enumerate(plans):
+    for design, (first, last) in enumerate((own[0], own[-1] + 1) for own in rows_of):
         designs.append(
             {
                 "number": design + 1,
                 "summary": design_summary(problem, front, design),
                 "hover": hover_text(front, design),
-                "plan": plan_cells(plan),
-                "csv": csv_text(plan),
+                "plan": shown[first:last],
+                "csv": "".join([heading, *lines[first:last]]),
                 "forces": [words.number(force, 4) for force in forces[design]],
                 "budget": acceptance_rows(accepted[design]),
                 "sigma": _sigma(budget, design),
                 "sentences": sentences(accepted[design]),
                 "ellipses": error_ellipses.of_design(problem, covariances, design),
-                "ellipseTable": error_ellipses.cells(problem, covariances, budget, design),
+                "ellipseTable": ellipses[design],
                 "deviationsText": deviations.sentences(design),
                 "criteria": criteria_table.cells(front, design),
                 "compliance": compliances[design],
@@ -99,7 +103,7 @@ def design_data(
         "objectives": front.objectives if len(front.objectives) > 1 else plotted(front),
         "parallel": len(front.objectives) > 2,
         "criteria": {name: {"values": front.criteria[name], "title": criterion_title(name)} for name in names},
-        "columns": plan_headings(plans[0]),
+        "columns": plan_headings(plans),
         "budget": {
             "rows": [[target + 1, budget.axes[axis], budget.tolerance[target, axis]] for target, axis in rows],
             "bars": [rows.index(row) for row in budget.rows_that_matter()],

@@ -55,22 +55,26 @@ def headings(decision: Decision) -> list[str]:
 
 def acceptance_rows(decision: Decision) -> list[list[str]]:
     """Its rows: every axis with a tolerance."""
-    return [_row(decision, int(target), int(axis)) for target, axis in np.argwhere(decision.budget.matters)]
+    repetitions, expanded = decision.repetitions, decision.budget.expanded
+    return [
+        _row(decision, int(target), int(axis), float(expanded[target, axis]), float(repetitions[target, axis]))
+        for target, axis in np.argwhere(decision.budget.matters)
+    ]
 
 
-def _row(decision: Decision, target: int, axis: int) -> list[str]:
+def _row(decision: Decision, target: int, axis: int, expanded: float, repetitions: float) -> list[str]:
     budget = decision.budget
     name, place = budget.axes[axis], (target, axis)
-    repetitions, combined = decision.repetitions[place], 1e6 * float(budget.standard[place])
+    combined = 1e6 * float(budget.standard[place])
     return [
         f"target {target + 1}, {words.axis(name)}",
         words.micro_unit(name),
         *(words.number(1e6 * float(one.deviation[place]), scale=combined) for one in budget.contributions),
         words.number(combined),
         words.number(float(budget.factor[place])),
-        words.number(1e6 * float(budget.expanded[place])),
+        words.number(1e6 * expanded),
         words.number(1e6 * float(budget.tolerance[place])),
-        words.number(float(budget.expanded[place] / budget.tolerance[place])),
+        words.number(expanded / float(budget.tolerance[place])),
         decision.axis_verdict(target, axis),
         str(int(repetitions)) if np.isfinite(repetitions) else "no number",
     ]

@@ -52,30 +52,31 @@ def of_design(problem: DesignProblem, covariances: TargetCovariances, design: in
     return entries
 
 
-def cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorBudget, design: int) -> list[list[str]]:
-    """Rows of the table of one design: per target, translations and rotations."""
-    rows = []
+def cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorBudget) -> list[list[list[str]]]:
+    """Rows of the table of every design: per target, translations and rotations."""
+    tables: list[list[list[str]]] = [[] for _ in covariances.noise]
     for target in range(len(problem.targets.weights)):
         for block in _blocks(problem):
             if len(block) < 2:
                 continue
             within = np.ix_(block, block)
             noise, load, total = (
-                principal_axes(part[design, target][within])
+                principal_axes(part[:, target][:, within[0], within[1]])
                 for part in (covariances.noise, covariances.load, covariances.total)
             )
             names = [_name(budget.axes[axis]) for axis in block]
-            largest = 1e6 * float(total[0][0])
-            rows.append(
-                [
-                    f"target {target + 1}, {' '.join(names)}",
-                    words.micro_unit(budget.axes[block[0]]),
-                    *(words.number(1e6 * float(part[0][0]), scale=largest) for part in (noise, load, total)),
-                    words.number(1e6 * float(total[0][-1]), scale=largest),
-                    _direction(total[1][:, 0]),
-                ]
-            )
-    return rows
+            for design, rows in enumerate(tables):
+                largest = 1e6 * float(total[0][design, 0])
+                rows.append(
+                    [
+                        f"target {target + 1}, {' '.join(names)}",
+                        words.micro_unit(budget.axes[block[0]]),
+                        *(words.number(1e6 * float(one[0][design, 0]), scale=largest) for one in (noise, load, total)),
+                        words.number(1e6 * float(total[0][design, -1]), scale=largest),
+                        _direction(total[1][design, :, 0]),
+                    ]
+                )
+    return tables
 
 
 def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) -> list[Block]:

@@ -98,8 +98,9 @@ def render(page: Page) -> str:
 
 
 def packed(text: str) -> Markup:
-    """A text compressed, as characters that can stand in a `<script>` element: base 85 with `,` for `<`."""
-    return Markup(base64.b85encode(gzip.compress(text.encode(), mtime=0)).decode("ascii").replace("<", ","))
+    """A text compressed, as characters that can stand in a `<script>` element."""
+    # Level 9 takes a quarter longer than 6, for a page that is 0.2 % shorter.
+    return Markup(base64.urlsafe_b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii"))
 
 
 def content_of(page: str) -> Any:
@@ -107,7 +108,7 @@ def content_of(page: str) -> Any:
     match = re.search(r'<script type="text/plain" id="report-content">(.*?)</script>', page, flags=re.DOTALL)
     if match is None:
         raise ValueError("this is no report page")
-    return json.loads(gzip.decompress(base64.b85decode(match[1].replace(",", "<"))))
+    return json.loads(gzip.decompress(base64.urlsafe_b64decode(match[1])))
 
 
 @lru_cache(maxsize=1)
@@ -138,14 +139,17 @@ def embedded_json(content: Any) -> Markup:
 
 
 def _plain(value: Any) -> Any:
+    kind = type(value)
+    if kind is str or kind is int:  # nearly all that a page has
+        return value
+    if kind is float:
+        return value if math.isfinite(value) else None
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
     if isinstance(value, Mapping):
         return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
     return value
 
 

@@ -102,6 +102,13 @@ def page_from_text(text: str, source: str) -> Page:
 
 
 def _encoded(value: Any) -> Any:
+    kind = type(value)
+    if kind is str or kind is int:  # nearly all that a page has
+        return value
+    if kind is float:
+        return value if math.isfinite(value) else None
+    if isinstance(value, list | tuple):
+        return [_encoded(entry) for entry in value]
     if dataclasses.is_dataclass(value):
         fields = {field.name: _encoded(getattr(value, field.name)) for field in dataclasses.fields(value)}
         return {_PART: type(value).__name__, **fields}
@@ -111,10 +118,6 @@ def _encoded(value: Any) -> Any:
         return {str(key): _encoded(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return _encoded(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_encoded(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
     return value
 
 

@@ -1,20 +1,8 @@
-// Unpacks what the page carries compressed (base 85 with `,` for `<`, gzip), then runs its scripts in their order.
+// Unpacks what the page carries compressed (base 64 of RFC 4648 for file names, gzip), then runs its scripts in order.
 "use strict";
 (async () => {
-  const alphabet = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;,=>?@^_`{|}~";
-  const digit = new Uint8Array(128);
-  for (let index = 0; index < 85; index++) digit[alphabet.charCodeAt(index)] = index;
-
   function bytes(text) {
-    const padding = (5 - (text.length % 5)) % 5;
-    const whole = text + "~".repeat(padding);
-    const out = new DataView(new ArrayBuffer((whole.length / 5) * 4));
-    for (let group = 0; 5 * group < whole.length; group++) {
-      let word = 0;
-      for (let place = 0; place < 5; place++) word = word * 85 + digit[whole.charCodeAt(5 * group + place)];
-      out.setUint32(4 * group, word);
-    }
-    return new Uint8Array(out.buffer, 0, out.byteLength - padding);
+    return Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
   }
 
   const unpacked = (text) =>

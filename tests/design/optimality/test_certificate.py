@@ -10,9 +10,8 @@ from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.certificate import duir_lower_bound, total_lower_bound
+from expdesign.planning.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
 from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.refinement import LowerBound
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs

@@ -9,7 +9,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.criteria.total import Total
+from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.optimality.deviations import plan_deviations
 
 

@@ -9,12 +9,10 @@ from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.additive import additive
-from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.optimality.seeds import relaxed_designs
-from expdesign.planning.optimality.variants import variants
+from expdesign.planning.optimality.exchange import Exchange, rounded, variants
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import starting_designs
+from expdesign.planning.start import relaxed_designs, starting_designs
 
 SHARED = {"experiment.deflection_noise.shared_reference": True}
 

@@ -12,8 +12,7 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.optimality import differentiated
 from expdesign.planning.optimality.differentiated import Differentiated
-from expdesign.planning.optimality.gradient_check import gradient_check, gradient_table
-from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.optimality.gradient_check import criterion_gradients, gradient_check, gradient_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs
 

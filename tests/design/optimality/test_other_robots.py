@@ -12,7 +12,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.optimality.certificate import duir_lower_bound
-from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs

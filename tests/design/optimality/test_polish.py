@@ -11,14 +11,12 @@ from tests.oracle import Array
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.front import hypervolume, non_dominated
-from expdesign.planning.optimality.descents import Pace, descended
-from expdesign.planning.optimality.enumeration import every_design
 from expdesign.planning.optimality.kktpm import kktpm
-from expdesign.planning.optimality.limits import Limits
-from expdesign.planning.optimality.objectives import Objectives
+from expdesign.planning.optimality.objectives import Objectives, Pace, descended
+from expdesign.planning.optimality.sqp import Limits
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import starting_designs
+from expdesign.planning.start import every_design, starting_designs
 
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, {}),

@@ -7,9 +7,7 @@ from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.bounds import criterion_bounds
-from expdesign.planning.optimality.descents import Pace, descended
-from expdesign.planning.optimality.objectives import Objectives
-from expdesign.planning.optimality.pose_groups import PoseGroups
+from expdesign.planning.optimality.objectives import Objectives, Pace, PoseGroups, descended
 from expdesign.planning.result import planned
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search

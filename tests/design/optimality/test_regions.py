@@ -12,8 +12,7 @@ from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality import region_tree, regions
-from expdesign.planning.optimality.best_linear import best_linear_total
-from expdesign.planning.optimality.bounds import GAP, criterion_bounds
+from expdesign.planning.optimality.bounds import GAP, best_linear_total, criterion_bounds
 from expdesign.planning.optimality.information import MeasurementInformation
 from expdesign.planning.optimality.measurement_pool import usable
 from expdesign.planning.optimality.region_bound import Node, bounded

@@ -9,7 +9,6 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import Effort
 from expdesign.planning.optimality.series import longer, quadratic, sizes
 from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
 from expdesign.planning.optimality.weights import Dual, dual_of
@@ -25,7 +24,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def pool_and_dual(here: DesignProblem, factor: float) -> tuple[SeriesPool, Dual, Array]:
     information = MeasurementInformation(here, factor)
     assert takes_series(information)
-    pool = SeriesPool(information, Effort(samples=100))
+    pool = SeriesPool(information, 100)
     candidates = pool.first(None)
     relaxation, count = information.relaxation(), len(candidates)
     dual = dual_of(relaxation, pool.rows(candidates), np.full(count, 1.0 / count), np.ones(len(relaxation.targets)))

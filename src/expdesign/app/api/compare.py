@@ -20,8 +20,7 @@ from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.certificate import total_lower_bound
-from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.optimality.certificate import LowerBound, total_lower_bound
 from expdesign.planning.parts import one_after_another
 from expdesign.planning.plan import plan_frame, read_plan, without_validation
 from expdesign.planning.problem import DesignProblem

@@ -25,8 +25,7 @@ from expdesign.io.output import csv_text, output_file
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.recorded_knowledge import identified_so_far, recorded_knowledge, require_readings_of
-from expdesign.planning.sequential import next_measurements
+from expdesign.planning.sequential import identified_so_far, next_measurements, recorded_knowledge, require_readings_of
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""

@@ -21,11 +21,17 @@ from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, json_text, output_folder, write_file
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
-from expdesign.planning.optimality.refinement import LowerBound
+from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.protocol import protocol_frame
-from expdesign.planning.record import run_record
-from expdesign.planning.result import design_minutes, pareto_frame, plan_of, planned, plans_frame
+from expdesign.planning.result import (
+    design_minutes,
+    pareto_frame,
+    plan_of,
+    planned,
+    plans_frame,
+    protocol_frame,
+    run_record,
+)
 from expdesign.planning.search import Follow, Progress, joined, search
 from expdesign.report.page import Page
 

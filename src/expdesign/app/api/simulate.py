@@ -24,8 +24,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.synthetic import simulated_deflections
-from expdesign.planning.synthetic_poses import simulated_poses
+from expdesign.planning.synthetic import simulated_deflections, simulated_poses
 
 
 @dataclass(frozen=True, repr=False)

@@ -17,8 +17,8 @@ from expdesign.planning.space import DesignSpace
 
 _SAME = 0.5
 """Part of a variable's range by which neighbours of one valley differ at most."""
-_MOST, _CORRECTED = 100, 24
-"""Predictions, and corrections of them, of one generation."""
+_MOST = 100
+"""Predictions of one generation."""
 
 
 class Continuation:
@@ -54,7 +54,7 @@ class Continuation:
         predicted = np.array(designs)
         if not state.smooth:
             return predicted
-        chosen = np.argsort(-np.array(weights), kind="stable")[:_CORRECTED]
+        chosen = np.argsort(-np.array(weights), kind="stable")[: state.options.corrected]
         aims = at_points(np.array(points)[chosen], spans(archive.values)[:2], archive.values.shape[1])
         corrected = state.descended(predicted[chosen], aims, state.options.brief)
         return np.concatenate([predicted, corrected])
@@ -80,3 +80,14 @@ def _matched(space: DesignSpace, first: FloatArray, second: FloatArray) -> Float
     apart = np.abs(matched - first) / span
     same = (matched == first)[:, space.discrete].all() and bool((apart[:, ~space.discrete] <= _SAME).all())
     return matched if same else None
+
+
+class FrontDescent:
+    """Pursues points along the front from the best designs known for them."""
+
+    name = "gradients"
+
+    def offspring(self, state: State) -> FloatArray:
+        points, steps = state.options.along
+        aims = state.aims(points)
+        return state.descended(state.best(aims), aims, steps)

@@ -13,15 +13,12 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.operators.operator import State
-from expdesign.planning.optimality.variants import variants
+from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.scalarisation import Aims, achieved
 from expdesign.planning.start import extreme_measurements, reachable_measurements
 
-_STOCK, _RANDOM, _DRAWN, _DRAWS = 100, 24, 60, 6
-_ANYWHERE = 0.3
-"""Share of the points along the front for which exchanges also begin at designs drawn at random."""
-_ASKED = (0, 4, 12, 28, _DRAWN)
-"""How many draws are asked for costly criteria, the most promising first."""
+_ASKED = (0, 4, 12, 28)
+"""Draws that are asked for costly criteria one lot after the other, the most promising first; then all others."""
 
 
 class SingleExchange:
@@ -35,7 +32,7 @@ class SingleExchange:
         found, of = [], []
         if state.sums and len(state.library):
             # From anywhere too for what everything else hangs on; for points along the front in turn.
-            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < _ANYWHERE))
+            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < state.options.anywhere))
             own = np.concatenate([np.arange(len(aims)), random])
             found.append(self._by_sums(state, parents, aims[own], len(random)))
             of.append(own)
@@ -54,7 +51,7 @@ class SingleExchange:
         space = state.problem.space
         offered = state.library
         if state.gridded:
-            drawn = extreme_measurements(state.problem, _STOCK, 1.0, state.generator)
+            drawn = extreme_measurements(state.problem, state.options.library, 1.0, state.generator)
             offered = np.concatenate([offered, np.unique(drawn, axis=0)])
         plans = _random_plans(len(offered), random, space.measurements, state.generator)
         designs = np.concatenate([parents, offered[plans]])
@@ -164,8 +161,9 @@ class Draws:
 
     def __init__(self, state: State) -> None:
         self._state, self._space = state, state.problem.space
-        random = reachable_measurements(state.problem, _RANDOM, state.generator)
-        self._common = np.concatenate([state.library, random]) if len(state.library) else random
+        random, self._drawn, self._times = state.options.draws
+        measurements = reachable_measurements(state.problem, random, state.generator)
+        self._common = np.concatenate([state.library, measurements]) if len(state.library) else measurements
 
     def exchanged(self, parents: FloatArray, aims: Aims) -> FloatArray:
         """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
@@ -173,7 +171,7 @@ class Draws:
         """
         found, score = self._best(parents, aims)
         moving = np.arange(len(parents))
-        for _ in range(_DRAWS if self._state.gridded else 0):
+        for _ in range(self._times if self._state.gridded else 0):
             tried, reached = self._best(found[moving], aims[moving])
             better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
             moving, tried = moving[better], tried[better]
@@ -186,15 +184,15 @@ class Draws:
         """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
         batch, m, _ = parents.shape
         draw, own = self._state.generator.integers, variants(self._state.problem, parents)
-        trials = np.repeat(parents[:, None], _DRAWN, axis=1)
-        first, second = np.indices((batch, _DRAWN))
-        place = draw(m, size=(batch, _DRAWN))
-        varied = own[first, place, draw(own.shape[2], size=(batch, _DRAWN))]
-        listed = self._common[draw(len(self._common), size=(batch, _DRAWN))]
+        trials = np.repeat(parents[:, None], self._drawn, axis=1)
+        first, second = np.indices((batch, self._drawn))
+        place = draw(m, size=(batch, self._drawn))
+        varied = own[first, place, draw(own.shape[2], size=(batch, self._drawn))]
+        listed = self._common[draw(len(self._common), size=(batch, self._drawn))]
         shared = self._state.problem.noise.shared_reference
         if shared:
             # Another load at the pose of a measurement that the plan has: they share their reference.
-            there = parents[first, draw(m, size=(batch, _DRAWN))]
+            there = parents[first, draw(m, size=(batch, self._drawn))]
             listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
         new = np.where((second % 2 == 0)[..., None], varied, listed)
         if shared:
@@ -225,7 +223,7 @@ class Draws:
         order = np.argsort(score, axis=1, kind="stable")
         lower = score.copy()
         score[asked] = np.inf
-        for start, end in pairwise(_ASKED):
+        for start, end in pairwise((*_ASKED, self._drawn)):
             places = order[:, start:end]
             chance = np.take_along_axis(lower, places, axis=1) < score.min(axis=1, keepdims=True)
             row, column = np.nonzero(chance & asked[:, None])

@@ -1,4 +1,11 @@
-"""What an operator of the search is, and what it knows."""
+"""What an operator of the search is, what it knows, and which is asked next.
+
+A search keeps the designs that no other one dominates, and the best of each criterion (`Archive`). What it has done is
+counted so that it does not depend on the machine: evaluations of designs, steps of descents and options of exchanges at
+fixed rates in seconds of a processor, fitted to searches of the shipped configurations on a server of 2026. Operators
+are asked by what they brought per second of that (adaptive operator selection by adaptive pursuit of the best,
+Thierens, GECCO 2005), each at least every so many generations.
+"""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -7,16 +14,138 @@ from typing import Protocol
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.archive import Archive
-from expdesign.planning.optimality.descents import Pace, descended
+from expdesign.planning.front import hypervolume, non_dominated, reference_point
 from expdesign.planning.optimality.exchange import Exchange, exchanges_are_sums
-from expdesign.planning.optimality.objectives import Objectives
+from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.options import SearchOptions
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.scalarisation import Aims, along, ends
 from expdesign.planning.start import extreme_measurements
-from expdesign.planning.work import Work
+
+TOTAL_WEIGHT = 10.0
+"""What a share of `total` counts against the same share of the hypervolume: a search ends where a second's work brings
+0.1 % of the one and 0.01 % of the other."""
+
+
+class Archive:
+    """Non-dominated designs, without a limit to their number.
+
+    Args:
+        shape: m and g of a design.
+        objectives: number of criteria that span the front.
+        criteria: number of criteria in all, the others being kept at their least alone.
+
+    Attributes:
+        designs: shape (d, m, g).
+        values: of the criteria, minimised, shape (d, k).
+        objectives: see above.
+    """
+
+    def __init__(self, shape: tuple[int, int], objectives: int, criteria: int) -> None:
+        self.designs: FloatArray = np.zeros((0, *shape))
+        self.values: FloatArray = np.zeros((0, criteria))
+        self.objectives = objectives
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    @property
+    def front(self) -> FloatArray:
+        """Objectives (d, k) of the designs."""
+        return self.values[:, : self.objectives]
+
+    def add(self, designs: FloatArray, values: FloatArray) -> float:
+        """Take designs (b, m, g) with criteria (b, k) into account; the gain that they bring.
+
+        The gain is the share of the hypervolume, or of the only objective, and `TOTAL_WEIGHT` times the share by which
+        the last criterion, `total` as a rule, falls; 1 for the first designs.
+        """
+        if len(designs) == 0:
+            return 0.0
+        before = self.values
+        together, both = np.concatenate([self.designs, designs]), np.concatenate([self.values, values])
+        kept = np.concatenate([non_dominated(both[:, : self.objectives]), np.argmin(both, axis=0)])
+        kept = np.unique(kept)
+        self.designs, self.values = together[kept], both[kept]
+        return 1.0 if len(before) == 0 else self._gain(before)
+
+    def _gain(self, before: FloatArray) -> float:
+        least, now = before.min(axis=0), self.values.min(axis=0)
+        falls = (least - now) / np.maximum(np.abs(least), 1e-300)
+        gain = TOTAL_WEIGHT * float(np.clip(falls[-1], 0.0, 1.0))
+        if self.objectives == 1:
+            return gain + (TOTAL_WEIGHT * float(np.clip(falls[0], 0.0, 1.0)) if before.shape[1] > 1 else 0.0)
+        point = reference_point(self.front[non_dominated(self.front)])
+        volume = hypervolume(self.front, point)
+        if volume <= 0.0:
+            return gain
+        return gain + max(0.0, 1.0 - hypervolume(before[:, : self.objectives], point) / volume)
+
+
+EVALUATION, OPTION = 7.0e-5, 4.0e-7
+"""s of evaluating a measurement of a design, and of an option of an exchange."""
+STEP, VARIABLE, CUBE = 3.0e-4, 8.0e-6, 3.4e-10
+"""s of a step of a descent, for a variable, and for the cube of their number (the factorisations of its programs)."""
+CALL = 0.013
+"""s of a generation, whatever its operator does."""
+
+
+@dataclass
+class Work:
+    """Counted seconds."""
+
+    seconds: float = 0.0
+
+    def called(self) -> None:
+        """An operator."""
+        self.seconds += CALL
+
+    def evaluated(self, designs: int, measurements: int) -> None:
+        """So many designs of m measurements."""
+        self.seconds += EVALUATION * designs * measurements
+
+    def descended(self, steps: int, variables: int) -> None:
+        """So many steps of single designs with n free variables."""
+        self.seconds += steps * (STEP + VARIABLE * variables + CUBE * variables**3)
+
+    def exchanged(self, options: int) -> None:
+        """So many options were judged by their sums."""
+        self.seconds += OPTION * options
+
+
+@dataclass
+class Credit:
+    """What operators have brought per second of work, and which to ask.
+
+    Attributes:
+        count: number of operators.
+        floor: generations after which each is asked again.
+        memory: weight of the last gain in the average.
+    """
+
+    count: int
+    floor: int
+    memory: float
+    rates: list[float] = field(default_factory=list)
+    waiting: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.rates, self.waiting = [np.inf] * self.count, [0] * self.count
+
+    def choose(self) -> int:
+        """The operator to ask: one that waited too long, else the one that has brought most."""
+        longest = int(np.argmax(self.waiting))
+        chosen = longest if self.waiting[longest] >= max(self.floor, self.count) else int(np.argmax(self.rates))
+        self.waiting = [0 if index == chosen else waited + 1 for index, waited in enumerate(self.waiting)]
+        return chosen
+
+    def learn(self, operator: int, gain: float, seconds: float) -> None:
+        """What an operator brought for so much work."""
+        rate, before = gain / seconds, self.rates[operator]
+        mixed = self.memory * rate + (1.0 - self.memory) * before
+        self.rates[operator] = rate if np.isinf(before) else mixed
+
 
 USUAL = 8
 """Measurements beyond which fewer aims are pursued at a time."""

@@ -8,16 +8,62 @@ sure the search was.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import THOROUGH, Effort, MeasurementPool, Pool
-from expdesign.planning.optimality.refinement import LowerBound, Refinement
+from expdesign.planning.optimality.measurement_pool import BRIEF, THOROUGH, Effort, MeasurementPool, Pool
 from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
-from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
+from expdesign.planning.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
+
+
+class LowerBound(NamedTuple):
+    """A number that no plan can beat (None where there is none), and what it was certified on, in words."""
+
+    value: float | None
+    certified_on: str
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """One round.
+
+    Attributes:
+        shortlist: candidates with weight, and the most sensitive of the others, shape (j, g).
+        weights: of the shortlist, shape (j,).
+        value: optimum of the relaxation over the candidates so far, the criterion squared.
+        bound: lower bound over the whole design space, the criterion squared.
+        words: how the largest sensitivity was found.
+        count: m.
+        dual: Q of the bound.
+        largest: ‖R·Q‖² of any candidate per measurement is at most.
+    """
+
+    shortlist: FloatArray
+    weights: FloatArray
+    value: float
+    bound: float
+    words: str
+    count: int
+    dual: Dual
+    largest: float
+
+    @property
+    def support(self) -> FloatArray:
+        """The weights that count, falling."""
+        found: FloatArray = np.sort(self.weights[self.weights > 0.01])[::-1]
+        return found
+
+    @property
+    def needs_parts(self) -> bool:
+        """Whether the optimum takes measurements a number of times that is not whole."""
+        times = self.count * self.support
+        return len(times) > self.count or bool(np.abs(times - np.rint(times)).max() > 0.1)
+
 
 TOLERANCE = 1e-3
 """Relative gap of the squared criterion at which the refinement of candidates ends."""
@@ -47,7 +93,7 @@ class Certificate:
     Args:
         problem: the design problem.
         load_errors: see `MeasurementInformation`.
-        effort: of the search for the largest d over a continuum.
+        effort: of the searches for the largest d over a continuum on which a bound rests.
         tolerance: of the relaxation over the present candidates, relative to the criterion squared.
         candidates: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
     """
@@ -60,13 +106,13 @@ class Certificate:
         tolerance: float = 1e-6,
         candidates: FloatArray | None = None,
     ) -> None:
-        self._problem, self._tolerance = problem, tolerance
+        self._problem, self._effort, self._tolerance = problem, effort, tolerance
         self.information = MeasurementInformation(problem, load_errors)
         self.relaxation: Relaxation = self.information.relaxation()
         self.pool: Pool = (
-            SeriesPool(self.information, effort)
+            SeriesPool(self.information, effort.samples)
             if candidates is None and takes_series(self.information)
-            else MeasurementPool(self.information, effort, candidates)
+            else MeasurementPool(self.information, effort.samples, candidates)
         )
 
     @property
@@ -82,7 +128,7 @@ class Certificate:
         if not (self.relaxation.targets != 0.0).any():
             return LowerBound(None, "no axis of any target has a tolerance")
         best, words, gap, last = 0.0, "", np.inf, None
-        for last in self.refine(front, _ROUNDS):
+        for last in self.refine(front, _ROUNDS, ended):
             if last.bound > best:
                 best, words = last.bound, last.words
             gap = 1.0 - best / last.value
@@ -90,23 +136,34 @@ class Certificate:
                 break
         if last is None:
             return LowerBound(None, "no measurement within the robot's limits was found")
+        if best == 0.0:
+            return LowerBound(None, "not computed: the run was ended before")
         # Rounding in d and in the traces is below 1e-9 of the bound.
         return LowerBound(float(np.sqrt(best * (1.0 - 1e-9))), self._text(words, gap, last))
 
-    def refine(self, front: FloatArray | None, rounds: int) -> Iterator[Refinement]:
-        """Solve the relaxation over candidates, search for better ones, add them, and so on."""
+    def refine(
+        self, front: FloatArray | None, rounds: int, ended: Callable[[], bool] = lambda: False
+    ) -> Iterator[Refinement]:
+        """Solve the relaxation over candidates, search for better ones, add them, and so on.
+
+        A brief search is enough to find better candidates. Where it finds none, in the last round, and where `ended`
+        says so, a search with all effort follows, on which alone a bound can rest.
+        """
         pool = self.pool
         candidates = pool.first(front)
         candidates = candidates if pool.complete else pool.distinct(candidates)
         known: FloatArray | None = None
         tolerance, best = self._tolerance, 0.0
         rows = pool.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
-        for _ in range(rounds if len(candidates) else 0):
+        for left in reversed(range(rounds if len(candidates) else 0)):
             weights = optimal_weights(self.relaxation, rows, tolerance, known)
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
-            found = pool.largest(dual, candidates, rows)
-            bound = dual.bound(found.largest)
+            found = pool.largest(dual, candidates, rows, BRIEF)
+            closed = dual.bound(found.largest) >= (1.0 - TOLERANCE) * weights.value or left == 0 or ended()
+            if closed and self._effort != BRIEF and not pool.complete:
+                found = pool.largest(dual, candidates, rows, self._effort)
+            bound = dual.bound(found.largest) if closed or pool.complete else 0.0
             # Near singular information Q hangs on weights that hardly count for the value.
             tolerance = tolerance if bound > best else max(0.1 * tolerance, _FINEST)
             best = max(bound, best)

@@ -1,4 +1,5 @@
-"""A check of the exact gradients that anyone can run on a configuration: central differences at several step sizes.
+"""Exact gradients of every criterion with respect to every continuous design variable, and a check of them that anyone
+can run on a configuration: central differences at several step sizes.
 
 No single step suits every variable: the error of a central difference is of the order of h² by truncation and of ε/h by
 rounding. An exact gradient shows as differences that shrink with the step and grow again, a wrong one as differences
@@ -15,8 +16,26 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.gradients import criterion_gradients
+from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
+
+
+def criterion_gradients(
+    problem: DesignProblem, variables: FloatArray, names: Sequence[str]
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Values (b,) and gradients (b, m, g) of criteria of designs with variables (b, m, g).
+
+    The gradient with respect to a discrete variable is 0. Where a design leaves parameters unidentified the value is
+    NaN and the gradient 0. Where a criterion is a maximum, the gradient is that of its largest piece. Measurements that
+    share their unloaded measurement are differentiated as if they kept sharing it.
+    """
+    designs = Differentiated.of_designs(problem, variables)
+    found = {}
+    for name in names:
+        piece = designs.pieces(known_criteria()[name])[0]
+        found[name] = (piece.value, piece.gradient())
+    return found
+
 
 STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Sizes of the steps, in parts of a variable's range."""

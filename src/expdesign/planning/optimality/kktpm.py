@@ -15,9 +15,8 @@ from scipy.optimize import nnls
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.differentiated import Differentiated
-from expdesign.planning.optimality.limits import MARGIN, Limits
-from expdesign.planning.optimality.objectives import Objectives
-from expdesign.planning.optimality.pose_groups import PoseGroups
+from expdesign.planning.optimality.objectives import Objectives, PoseGroups
+from expdesign.planning.optimality.sqp import MARGIN, Limits
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import spans as objective_spans
 

@@ -38,7 +38,7 @@ class Effort(NamedTuple):
     passes: int = 3
 
 
-THOROUGH = Effort()
+THOROUGH, BRIEF = Effort(), Effort(samples=1000, starts=16, steps=15, passes=1)
 
 
 class Pool(Protocol):
@@ -56,7 +56,7 @@ class Pool(Protocol):
     def rows(self, candidates: FloatArray) -> FloatArray:
         """Maps R (j, k, q) with RᵀR the information of a candidate per measurement in it."""
 
-    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found:
+    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Effort) -> Found:
         """The largest ‖R·Q‖² of all that could be a candidate, and candidates that come near it."""
 
     def distinct(self, candidates: FloatArray) -> FloatArray:
@@ -126,12 +126,12 @@ class MeasurementPool:
 
     Args:
         information: maps of single measurements.
-        effort: of the search over a continuum.
+        samples: number of random measurements among the first candidates over a continuum.
         given: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
     """
 
-    def __init__(self, information: MeasurementInformation, effort: Effort, given: FloatArray | None) -> None:
-        self._information, self._problem, self._effort = information, information.problem, effort
+    def __init__(self, information: MeasurementInformation, samples: int, given: FloatArray | None) -> None:
+        self._information, self._problem, self._samples = information, information.problem, samples
         self._generator = np.random.default_rng(information.problem.optimiser.seed)
         self._loads = information.load_variables()
         self._given = given is not None
@@ -153,7 +153,7 @@ class MeasurementPool:
         space = self._problem.space
         if self._whole is not None:
             return self._whole
-        sampled = space.sample(self._effort.samples, self._generator)
+        sampled = space.sample(self._samples, self._generator)
         if self._information.convex_in_load and self._loads.index.size:
             drawn = self._generator.integers(len(self._loads.vertices), size=len(sampled))
             sampled[:, self._loads.index] = self._loads.vertices[drawn]
@@ -166,7 +166,7 @@ class MeasurementPool:
         _, first = np.unique(np.round((candidates - space.lower) / span, 6), axis=0, return_index=True)
         return candidates[np.sort(first)]
 
-    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found:
+    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Effort) -> Found:
         known = dual.sensitivities(rows)
         order = np.argsort(-known, kind="stable")
         if self._whole is not None:
@@ -174,8 +174,8 @@ class MeasurementPool:
             if not self._given and self._information.convex_in_load and self._loads.index.size:
                 words += " with extreme loads, where it is largest because it is convex in the load"
             return Found(candidates[order[:20]], float(known[order[0]]), words)
-        starts = candidates[promising(order, self._effort.starts, self._generator)]
-        return self._ascend(dual, starts, float(known[order[0]]))
+        starts = candidates[promising(order, effort.starts, self._generator)]
+        return self._ascend(dual, starts, float(known[order[0]]), effort)
 
     def _enumerated(self) -> FloatArray | None:
         """Every measurement that can be extreme (j, g), where the design space has finitely many; else None."""
@@ -189,8 +189,8 @@ class MeasurementPool:
         variables[..., index] = vertices
         return variables.reshape(-1, poses.shape[1])
 
-    def _ascend(self, dual: Dual, starts: FloatArray, known: float) -> Found:
-        information, effort = self._information, self._effort
+    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: Effort) -> Found:
+        information = self._information
         size = max(known, 1e-300)
 
         def pieces(variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -200,7 +200,7 @@ class MeasurementPool:
         search = MinimaxSearch(self._problem, pieces)
         variables = self._at_best_load(dual, starts)
         for _ in range(effort.passes):
-            ends = search.minimise(variables[:, None], iterations=effort.steps, tolerance=1e-6, inner=1e-7)[:, 0]
+            ends = search.minimise(variables[:, None], iterations=effort.steps, tolerance=1e-6, inner=1e-4)[:, 0]
             variables = self._at_best_load(dual, ends)
             if np.array_equal(variables[:, self._loads.index], ends[:, self._loads.index]):
                 break

@@ -1,10 +1,17 @@
-"""The objectives of a front, all to be minimised, as smooth pieces."""
+"""The objectives of a front, all to be minimised, as smooth pieces, and descents of designs along their exact gradients
+(`sqp.py`). Measurements of one setting of the robot stay at one pose together while gradients move it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
-from expdesign.planning.optimality.differentiated import Differentiated, Piece, weighted_gradient
+from expdesign.planning.optimality.differentiated import Differentiated, Piece, shared_series, weighted_gradient
+from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
 
@@ -127,3 +134,72 @@ class Scalarised:
 
 _ABSENT = -1e4
 """Value of a piece that is left out: far below the others, so that it is never the largest."""
+
+
+@dataclass(frozen=True)
+class PoseGroups:
+    """Which measurements of some designs are at one pose.
+
+    Attributes:
+        problem: the design problem.
+        numbers: of the groups, shape (b, m).
+    """
+
+    problem: DesignProblem
+    numbers: IntArray
+
+    @classmethod
+    def of(cls, problem: DesignProblem, designs: FloatArray) -> "PoseGroups | None":
+        """The groups of designs (b, m, g); None where neither references are shared nor poses have a cost."""
+        series = shared_series(problem, problem.space.quantities(designs))
+        return None if series is None else cls(problem, series)
+
+    def tied(self, steps: FloatArray, index: IntArray) -> FloatArray:
+        """Changes of variables (c, m, g) of the designs with these indices (c,), the same for all poses of a group."""
+        return np.where(self.problem.space.of_pose, self._mean[index] @ steps, steps)
+
+    @cached_property
+    def _mean(self) -> FloatArray:
+        """What takes measurements to the means of their groups, shape (b, m, m)."""
+        same = (self.numbers[:, :, None] == self.numbers[:, None, :]).astype(float)
+        return same / same.sum(axis=2, keepdims=True)
+
+    def apart(self, designs: FloatArray) -> FloatArray:
+        """Designs (b, m, g) whose groups keep references of their own also where they meet at one pose."""
+        settings = self.problem.space.settings
+        if settings is None or not settings.shared:
+            return designs
+        found = designs.copy()
+        own = settings.first + self.numbers - 1.0
+        found[..., settings.gene] = np.where(self.numbers > 0, own, designs[..., settings.gene])
+        return found
+
+
+class Pace(NamedTuple):
+    """How far descents go.
+
+    Attributes:
+        steps: largest number of them.
+        tolerance: expected relative gain at which they end.
+        inner: precision of the programs of every step.
+        radius: how far the first step may go, in parts of the ranges.
+    """
+
+    steps: int
+    tolerance: float = 1e-6
+    inner: float = 1e-3
+    radius: float = 0.1
+
+
+def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace) -> tuple[FloatArray, int]:
+    """Designs (b, m, g) nearer to their aims than the starts (b, m, g), and how many steps of single designs it took.
+
+    Measurements that share their reference keep sharing it, and no others do.
+    """
+    groups = PoseGroups.of(objectives.problem, starts)
+    series, tie = (None, None) if groups is None else (groups.numbers, groups.tied)
+    search = MinimaxSearch(objectives.problem, objectives.scalarised(aims, series), tie)
+    found = search.minimise(
+        starts, iterations=pace.steps, radius=pace.radius, tolerance=pace.tolerance, inner=pace.inner
+    )
+    return (found if groups is None else groups.apart(found)), search.steps

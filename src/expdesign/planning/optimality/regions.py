@@ -13,8 +13,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.limits import Limits
 from expdesign.planning.optimality.series import SeriesInformation
+from expdesign.planning.optimality.sqp import Limits
 from expdesign.planning.variables import Rows
 
 Span = tuple[float, float]

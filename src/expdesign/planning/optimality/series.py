@@ -12,11 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
-from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.optimality.information import CHUNK, MeasurementInformation
 from expdesign.planning.optimality.weights import Dual
 
@@ -56,17 +56,11 @@ class SeriesInformation:
         return rows.reshape(*variables.shape[:-1], *found.shape[1:])
 
     def rows(self, series: FloatArray) -> FloatArray:
-        """Roots R (j, q, q) with RᵀR = N_s/n of series (j, n, g)."""
+        """Roots R (j, r, q) with RᵀR = N_s/n of series (j, n, g)."""
         rows, k = self.reference_rows(series), self.readings
         stacked = rows.reshape(len(series), -1, rows.shape[-1])
-        q = stacked.shape[-1] - k
-        # The reference comes first, so that the last rows of the triangle are what is left once it is eliminated.
-        ordered = np.concatenate([stacked[..., q:], stacked[..., :q]], axis=-1)
-        prior = np.broadcast_to(np.sqrt(2.0) * np.eye(k, q + k), (len(series), k, q + k))
-        padding = np.zeros((len(series), max(0, q - stacked.shape[1]), q + k))
-        triangle: Any = np.linalg.qr(np.concatenate([prior, ordered, padding], axis=1), mode="r")
-        roots: FloatArray = triangle[:, k : k + q, k:] / np.sqrt(sizes(series))[:, None, None]
-        return roots
+        left = Information.beside(stacked[..., :-k], stacked[..., -k:], np.full(k, np.sqrt(2.0)))
+        return left.root / np.sqrt(sizes(series))[:, None, None]
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class SeriesPool:
 
     Args:
         information: maps of single measurements.
-        effort: of the search over a continuum.
+        samples: number of random measurements among the first candidates over a continuum.
 
     Attributes:
         information: maps of series.
@@ -44,14 +44,14 @@ class SeriesPool:
 
     complete = False
 
-    def __init__(self, information: MeasurementInformation, effort: Effort) -> None:
-        self._problem, self._effort = information.problem, effort
+    def __init__(self, information: MeasurementInformation, samples: int) -> None:
+        self._problem, self._samples = information.problem, samples
         self.information = SeriesInformation(information)
         self._generator = np.random.default_rng(information.problem.optimiser.seed)
         self._loads = information.load_variables()
         self._poses = enumerated(self._problem, self._loads.index)
         self._maps: FloatArray | None = None
-        poses = effort.samples if self._poses is None else len(self._poses)
+        poses = samples if self._poses is None else len(self._poses)
         self.multisets = Multisets(len(self._loads.vertices), self._problem.space.measurements, poses)
 
     def caveat(self) -> str:
@@ -87,13 +87,13 @@ class SeriesPool:
         _, first = np.unique(flat, axis=0, return_index=True)
         return candidates[np.sort(first)]
 
-    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found:
+    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Effort) -> Found:
         if self._poses is not None:
             return self._over_all(dual)
         known = dual.sensitivities(rows)
         order = np.argsort(-known, kind="stable")
-        starts = candidates[promising(order, self._effort.starts, self._generator)]
-        return self._ascend(dual, starts, float(known[order[0]]))
+        starts = candidates[promising(order, effort.starts, self._generator)]
+        return self._ascend(dual, starts, float(known[order[0]]), effort)
 
     def _over_all(self, dual: Dual) -> Found:
         """The best series at every pose of a finite set."""
@@ -113,7 +113,7 @@ class SeriesPool:
         series = self._series(self._poses[order], best.chosen[order])
         return Found(series, float(best.bound.max()), words)
 
-    def _ascend(self, dual: Dual, starts: FloatArray, known: float) -> Found:
+    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: Effort) -> Found:
         size = max(known, 1e-300)
         series = self._at_best_loads(dual, starts[:, 0])[0]
 
@@ -122,8 +122,8 @@ class SeriesPool:
             return -values[:, None] / size, -slopes[:, None, None, :] / size
 
         search = MinimaxSearch(self._problem, pieces)
-        for _ in range(self._effort.passes):
-            ends = search.minimise(series[:, :1].copy(), iterations=self._effort.steps, tolerance=1e-8)[:, 0]
+        for _ in range(effort.passes):
+            ends = search.minimise(series[:, :1].copy(), iterations=effort.steps, tolerance=1e-8, inner=1e-4)[:, 0]
             before = series[..., self._loads.index]
             series, bound = self._at_best_loads(dual, ends)
             if np.array_equal(before, series[..., self._loads.index], equal_nan=True):
@@ -159,7 +159,7 @@ class SeriesPool:
         return values, np.where(self._problem.space.of_pose, slopes, 0.0)
 
     def _sampled(self) -> FloatArray:
-        count = max(_LEAST_POSES, self._effort.samples // len(self._loads.vertices))
+        count = max(_LEAST_POSES, self._samples // len(self._loads.vertices))
         return usable(self._problem, self._problem.space.sample(count, self._generator))
 
     def _options(self, poses: FloatArray) -> FloatArray:

@@ -18,7 +18,9 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.optimality.quadratic import Programs, solve
 
-_REGULARISATION = 1e-10
+_REGULARISATION = 1e-7
+"""Part of the mean eigenvalue of an information that is added to all of them: where the optimum leaves parameters
+unidentified that no target needs, Q would hang on weights that count for nothing. The bound holds for any Q."""
 _ROUNDED = 1e-14
 """Share of the largest eigenvalue below which one is rounding."""
 _CHUNK, _ROUNDS = 50000, 60
