@@ -12,8 +12,9 @@ from expdesign.app.api.inputs import Config, PathLike, RobotFile, RobotInput, pr
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record
-from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record
+from expdesign.assurance.acceptance.fitted import FittedModel
+from expdesign.assurance.acceptance.left_out import decided_by
 from expdesign.assurance.model_error.planned import meir_of_problem
 from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances, hidden_sentence
@@ -246,8 +247,8 @@ def accept_identified(problem: DesignProblem, result: Identification) -> Decisio
     noise, recorded = result.noise, result.recordings.rows(result.fitted)
     whitening = Whitening(noise.deviations, references=recorded.references)
     degrees = min((group.dof for group in noise.groups), default=float("inf"))
-    budget = fitted_budget(problem, FittedModel(result.fit, recorded, whitening, float(degrees)))
-    return Decision(budget, Basis.REFUTED if result.goodness.refuted else Basis.MODEL)
+    model = FittedModel(result.fit, recorded, whitening, float(degrees))
+    return decided_by(problem, model, refuted=result.goodness.refuted)
 
 
 def recorded_accuracy(
