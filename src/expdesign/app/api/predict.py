@@ -39,17 +39,20 @@ class PredictionResult(Result):
         prediction: the same as arrays, rows in the order of their sequence.
         birge_ratio: by which the standard deviations are widened, because the recordings of the model ask for it.
         readings: whether they are of readings (else of the model alone).
+        beyond: rows at which the model extrapolates: commands or loads outside of those of its recordings.
     """
 
     text: pd.DataFrame
     prediction: Prediction
     birge_ratio: float = 1.0
     readings: bool = False
+    beyond: int = 0
 
     @property
     def summary(self) -> str:
-        """How many points there are."""
-        return f"{counted(len(self.text), 'point')} predicted"
+        """How many points there are, and at how many the model extrapolates."""
+        text = f"{counted(len(self.text), 'point')} predicted"
+        return f"{text}, {self.beyond} of them beyond what was calibrated" if self.beyond else text
 
     def as_table(self) -> pd.DataFrame:
         """The rows as they stand in a file."""
@@ -115,8 +118,11 @@ def predict(
             frame[name] = deviations[:, axis]
     if prediction.orientations is not None:
         frame = _with_poses(frame, loaded, prediction, deviations, robot)
+    outside = [] if identified.calibrated is None else identified.calibrated.beyond(loaded, robot)
     purpose = purpose_of("predict", model, points)
-    return PredictionResult(frame, prediction, identified.birge_ratio, readings, purpose=purpose)
+    return PredictionResult(
+        frame, prediction, identified.birge_ratio, readings, sum(map(bool, outside)), purpose=purpose
+    )
 
 
 def _of_readings(

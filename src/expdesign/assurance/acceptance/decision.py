@@ -22,7 +22,7 @@ from scipy.special import ndtr, stdtr
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
-from expdesign.probabilities import probability_text
+from expdesign.probabilities import SMALLEST, probability_text
 
 DECISION_RULE = (
     "an axis passes where its expanded uncertainty U does not exceed its tolerance T: guarded acceptance with a guard "
@@ -304,13 +304,16 @@ def _risk_sentence(decision: Decision, left_out: LeftOutRisk) -> str:
     parts: dict[str, float] = {}
     for phrase, part in zip(left_out.phrases, decision.hidden_risk[:, target, axis], strict=True):
         parts[phrase] = parts.get(phrase, 0.0) + float(part)
-    return (
-        f"The largest probability of an error beyond a tolerance is "
-        f"{probability_text(float(decision.risk[target, axis]), 2)} "
-        f"({decision.budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1}); physics that these recordings may "
-        f"hide has {probability_text(sum(parts.values()), 2)} of it, foremost "
-        f"{max(parts, key=lambda phrase: parts[phrase])}."
+    whole = probability_text(float(decision.risk[target, axis]), 2)
+    hidden = "physics that these recordings may hide"
+    text = (
+        f"The largest probability of an error beyond a tolerance is {whole} "
+        f"({decision.budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1})"
     )
+    if sum(parts.values()) < SMALLEST:
+        return f"{text}, {hidden} included."
+    share = probability_text(sum(parts.values()), 2)
+    return f"{text}; {hidden} has {share} of it, foremost {max(parts, key=lambda phrase: parts[phrase])}."
 
 
 def _repetitions(decision: Decision) -> list[str]:
