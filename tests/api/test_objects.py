@@ -123,7 +123,7 @@ def test_the_package_shows_what_it_has() -> None:
 
 
 def test_what_was_loaded_can_be_checked() -> None:
-    assert xd.check(xd.load(CONFIG)).summary == xd.check(CONFIG).summary
+    assert xd.check(xd.load_configuration(CONFIG)).summary == xd.check(CONFIG).summary
     assert xd.check(xd.load_robot(ROBOT)).summary == xd.check(ROBOT).summary
     with pytest.raises(InputError, match="a `int` cannot be checked"):
         xd.check(5)  # type: ignore[arg-type]

@@ -22,12 +22,12 @@ from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometr
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.ports.everything import Priors
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
-from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, pose_folds
+from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, nominal_start, pose_folds
 from expdesign.estimation.arm_labels import labels_of
 from expdesign.estimation.arm_noise import ArmNoise, Settled
 from expdesign.estimation.arm_options import ArmOptions
@@ -91,6 +91,10 @@ def calibrate(
         remedy = "Mark some rows `train` in the column `split`."
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     train, reading = recordings.rows(fitted), reading_of(robot, recordings)
+    assert isinstance(reading, MarkerPosition)
+    if reading.fixed:  # what distances tell apart depends on where the markers are
+        plain = Chain(robot, reading=reading)
+        reading = replace(reading, start=nominal_start(plain, train)[plain.compliances :])
     effects = (
         () if calibration == "elastostatic" else (CalibratedGeometryError(robot, GEOMETRY, _frames(reading, robot)),)
     )
@@ -125,9 +129,15 @@ def calibrate(
     )
 
 
-def _frames(reading: Reading, robot: Robot) -> Frames:
-    """Whose frames are known apart from the joints': of the base with the instrument's, of tips with markers'."""
-    base, tips = robot.instrument is not None, all(name in robot.markers for name in reading.names)
+def _frames(reading: MarkerPosition, robot: Robot) -> Frames:
+    """Whose frames are known apart from the joints': of the base with the instrument's, of tips with markers'.
+
+    A gauge shows where the base is as well: its direction is one of O.
+    """
+    base, tips = (
+        reading.instrument is not None or bool(reading.gauges),
+        all(name in robot.markers for name in reading.names),
+    )
     return {(False, False): Frames.JOINTS, (True, False): Frames.BASE, (False, True): Frames.TIPS,
             (True, True): Frames.BASE_AND_TIPS}[base, tips]  # fmt: skip
 
@@ -216,4 +226,4 @@ def _accuracy(
         left_out = np.full(seen.shape, np.nan)
         left_out[seen] = found.solution.left_out(folds, priors) * found.effective[seen]
     judged = recordings.test & chain.reading.predictable(chain.robot, recordings)
-    return accuracies(before, after, ~recordings.test, judged, left_out)
+    return accuracies(before, after, ~recordings.test, judged, left_out, recordings.axes)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, checked_problem, robot_of
+from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, checked_problem, problem_of, robot_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.sweeps.computed_by import computed_by_text
 from expdesign.app.sweeps.runs import SweepRun, sweep_runs
@@ -33,6 +33,7 @@ from expdesign.planning.feasibility import Feasibility, feasibility, random_desi
 from expdesign.planning.optimality.gradient_check import gradient_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
+from expdesign.planning.schema import RunSection
 from expdesign.report import check_texts
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
@@ -229,7 +230,7 @@ Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedR
 
 
 def check(
-    file: PathLike | RobotFile | Model | DesignProblem,
+    file: PathLike | RobotFile | Model | DesignProblem | RunSection,
     robot: RobotInput | None = None,
     *,
     shared_reference: bool | None = None,
@@ -237,7 +238,7 @@ def check(
     """Read a robot, a configuration, a model, a sweep or recordings, and raise what is wrong or not identifiable.
 
     Args:
-        file: YAML, or CSV for recordings; or what `load`, `load_robot` or `load_model` read.
+        file: YAML, or CSV for recordings; or what `load` and the functions like it read.
         robot: that recordings are of.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             say.
@@ -251,8 +252,9 @@ def check(
         InfeasibleError: no pose of a configuration can be reached.
         NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
     """
-    if isinstance(file, DesignProblem):
-        return CheckedProblem(file, feasibility(file))
+    if isinstance(file, DesignProblem | RunSection):
+        problem = problem_of(file)
+        return CheckedProblem(problem, feasibility(problem))
     if isinstance(file, RobotFile):
         return _robot(file.robot, file.document.source)
     if isinstance(file, Model):

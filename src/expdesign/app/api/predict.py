@@ -15,6 +15,7 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS
 from expdesign.chain.recordings.target_readings import TARGET
 from expdesign.counted import counted
 from expdesign.errors import InputError
@@ -103,8 +104,11 @@ def predict(
     require_regular_points(robot, loaded)
     prediction = predict_points(identified, loaded, platform=platform)
     names = prediction.measurand.deviation_columns(robot.coordinates)
-    if prediction.orientations is not None:
+    spans = loaded.point is not None and bool(identified.chain.reading.fixed) and not platform
+    if prediction.orientations is not None or spans:
         names = (*names, *robot.coordinates.deviation[robot.coordinates.translations :])
+    if spans:
+        names = (*names, *SPAN_DEVIATIONS)
     if readings:
         prediction = replace(prediction, deviations=_of_readings(identified, table, loaded, prediction, names))
     deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
@@ -116,6 +120,8 @@ def predict(
             frame = frame.drop(columns=name, errors="ignore")
         else:
             frame[name] = deviations[:, axis]
+    if spans:
+        frame = _with_spans(frame, loaded, deflections, deviations)
     if prediction.orientations is not None:
         frame = _with_poses(frame, loaded, prediction, deviations, robot)
     outside = [] if identified.calibrated is None else identified.calibrated.beyond(loaded, robot)
@@ -142,6 +148,20 @@ def _of_readings(
         raise InputError(what, where=table.where(), remedy=remedy)
     found: FloatArray = np.hypot(prediction.deviations, noise)
     return found
+
+
+def _with_spans(
+    frame: pd.DataFrame, points: LoadedPoints, predicted: FloatArray, deviations: FloatArray
+) -> pd.DataFrame:
+    """Distances and gauges in place of positions, in the rows that name a point."""
+    assert points.along is not None
+    (along,) = in_file_order(points, points.along)
+    gauged = np.any(along, axis=1)
+    for axis, (name, deviation) in enumerate(zip(SPANS, SPAN_DEVIATIONS, strict=True)):
+        mine = gauged == bool(axis)
+        frame[name] = np.where(mine, predicted[:, 6 + axis], np.nan)
+        frame[deviation] = np.where(mine, deviations[:, 6 + axis], np.nan)
+    return frame.drop(columns=[*POSITION, *POSITION_DEVIATION], errors="ignore").dropna(axis="columns", how="all")
 
 
 def _poses(frame: pd.DataFrame) -> BoolArray:

@@ -50,11 +50,11 @@ _ROWS = 120
 
 def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     """What speaks against units, signs and frames of positions of markers, beside commands of a serial robot."""
+    if robot.links is None or 0 not in recordings.axes:
+        return []
     positions = complete_positions(recordings)
     some = _some(positions)
     train = positions.rows(some)
-    if robot.links is None:
-        return []
     payloads = _payloads(recordings, robot)
     if payloads or len(train) < _FEWEST:
         return payloads
@@ -153,7 +153,8 @@ def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordin
 
 def _tips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
     """Markers on another of the tips than the rows say; all of them where there are two."""
-    assert robot.links is not None and train.marker is not None
+    assert robot.links is not None
+    assert train.marker is not None
     tips, numbers = robot.links.tree.tips, robot.tip_numbers(train.configurations)
     for index, marker in enumerate(train.markers if len(tips) > 1 else ()):
         mine = train.marker == index

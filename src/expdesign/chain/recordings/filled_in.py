@@ -15,6 +15,7 @@ from expdesign.arrays import BoolArray, FloatArray, TextArray
 from expdesign.chain.recordings.columns import order_in_time
 from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.chain.recordings.references import REFERENCE, first_disagreement, read_references
+from expdesign.chain.recordings.spans import SPANS
 from expdesign.coordinates import Coordinates
 from expdesign.counted import counted
 from expdesign.errors import InputError
@@ -47,7 +48,7 @@ def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]
 
 
 def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:
-    known = (*coordinates.deflection, *POSITION, *reading_names(coordinates), *measured_names(coordinates))
+    known = (*coordinates.deflection, *POSITION, *SPANS, *reading_names(coordinates), *measured_names(coordinates))
     values = [name for name in known if table.has(name)]
     if not values:
         return table, []

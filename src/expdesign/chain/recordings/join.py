@@ -25,13 +25,16 @@ def join(parts: list[Recordings]) -> Recordings:
     first = parts[0]
     numbers = np.concatenate([part.sequence for part in parts])
     counted = list(parts) if len(np.unique(numbers)) == len(numbers) else _count_on(parts)
+    if any(part.point is not None for part in counted):
+        remedy = "Put them into one file with the other readings."
+        raise InputError("distances and gauges are read from one file", where=parts[-1].source, remedy=remedy)
     if any(part.aim is not None for part in counted):
         counted = [_with_orientations(part) for part in counted]
         first = counted[0]
     merged: dict[str, Any] = {}
     for item in fields(Recordings):
         values = [getattr(part, item.name) for part in counted]
-        if item.name in ("source", "extra", "files", "file", "markers", "references"):
+        if item.name in ("source", "extra", "files", "file", "markers", "references", "fixed"):
             continue
         if any((value is None) != (values[0] is None) for value in values):
             other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))

@@ -4,12 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.columns import read_deflections, read_deviations
 from expdesign.chain.recordings.measurand import DEFLECTIONS, POSES, POSITIONS, Measurand
 from expdesign.chain.recordings.pose_columns import read_measured
 from expdesign.chain.recordings.positions import read_position_deviations, read_positions
 from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.spans import read_span_deviations, read_spans
 from expdesign.chain.recordings.target_readings import read_turn_deviations, turned
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
@@ -30,6 +31,23 @@ def _poses(table: Table, points: LoadedPoints, coordinates: Coordinates, order: 
 
 
 def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
+    axes, readings, deviations = _points(table, points, coordinates, order)
+    if points.point is None:
+        return axes, readings, deviations
+    spans, stated = read_spans(table, order), read_span_deviations(table, order)
+    readings, axes = np.hstack([readings, spans]), np.concatenate([axes, [6, 7]])
+    seen: BoolArray = np.logical_or.reduce(np.isfinite(readings), axis=0)
+    if (stated is None) != (deviations is None) and seen[:-2].any():
+        what = "standard deviations of positions or of distances are missing where the others are stated"
+        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
+    if stated is None:
+        return axes[seen], readings[:, seen], None
+    none = np.full((len(readings), len(axes) - 2), np.nan)
+    both = np.hstack([none if deviations is None else deviations, stated])
+    return axes[seen], readings[:, seen], both[:, seen]
+
+
+def _points(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
     positions, deviations = read_positions(table, coordinates, order), read_position_deviations(table, order)
     if points.aim is None:
         return np.arange(3), positions, deviations

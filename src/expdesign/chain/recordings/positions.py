@@ -4,6 +4,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.measurand import POSITION, POSITION_DEVIATION
+from expdesign.chain.recordings.spans import SPANS
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
@@ -18,7 +19,7 @@ SMALLEST_DEVIATION = 1e-12
 def read_markers(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[str, ...]]:
     """Index of every row's marker in the order of the sequence (N,), or None, and the markers' names."""
     if not table.has("marker"):
-        if table.has("px_m"):
+        if table.has("px_m") or any(table.has(name) for name in SPANS):
             remedy = "Name the marker of each row (one name where there is one marker)."
             raise InputError("the column is missing", where=table.where(column="marker"), remedy=remedy)
         return None, ()
@@ -39,7 +40,8 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
             what = f"there are marker positions beside the deflections {name} ..."
             raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
     positions = table.numbers_where_filled(POSITION)[order]
-    empty = np.flatnonzero(~np.isfinite(positions).any(axis=1))
+    seen = np.isfinite(np.hstack([positions, table.numbers_where_filled(SPANS)[order]]))
+    empty = np.flatnonzero(~seen.any(axis=1))
     if empty.size:
         where = table.where(int(order[empty[0]]), POSITION[0])
         raise InputError("no coordinate was measured", where=where, remedy="Fill one in, or remove the row.")

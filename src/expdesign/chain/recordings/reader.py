@@ -22,6 +22,7 @@ from expdesign.chain.recordings.pose_columns import measures_poses
 from expdesign.chain.recordings.positions import read_markers
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.recordings.references import REFERENCE, read_references, require_one_command_per_reference
+from expdesign.chain.recordings.spans import ALONG, POINT, SPAN_DEVIATIONS, SPANS, read_fixed
 from expdesign.chain.recordings.target_readings import read_aims, with_targets
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
@@ -118,6 +119,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     time = read_time(table, order)
     marker, markers = read_markers(table, order)
     poses = measures_poses(table, robot)
+    point, fixed, along = read_fixed(table, order) if markers and robot.links is not None else (None, (), None)
     if measured and len(robot.stiffness) and not markers and not poses:
         # A body has no actuators: its pose says where it is, and is not a command that a series shares.
         require_one_command(table, robot.configuration, configurations, series, order)
@@ -141,6 +143,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         "sequence", "series", "time_s", "mass_kg", "split", "temperature_degC", *legs, *absolute_names,
         *robot.configuration, REFERENCE, *coordinates.wrench, *coordinates.deflection, *coordinates.deviation,
         *coordinates.gravity, *coordinates.centre_of_mass, "marker", *POSITION, *POSITION_DEVIATION,
+        *((POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS) if point is not None else ()),
         *measured_names(coordinates), *(("kind",) if poses or markers else ()),
     }  # fmt: skip
     # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
@@ -165,6 +168,9 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         marker=marker,
         markers=markers,
         aim=read_aims(table, order) if markers else None,
+        point=point,
+        fixed=fixed,
+        along=along,
         poses=poses,
         references=read_references(table, order),
     )
