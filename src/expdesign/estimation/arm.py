@@ -16,9 +16,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.arm import heavy_links
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import GEOMETRY
+from expdesign.chain.component import GEOMETRY, INSTRUMENT, PLATFORM
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.instrument.wander import Duration, FrameWander
 from expdesign.chain.effects.joints.calibrated_geometry import CalibratedGeometryError, Frames
+from expdesign.chain.effects.joints.harmonics import JointHarmonics
+from expdesign.chain.effects.links.mass_error import LinkMassError
+from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.ports.everything import Priors
 from expdesign.chain.readings.choice import reading_of
@@ -30,7 +36,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, nominal_start, pose_folds
 from expdesign.estimation.arm_labels import labels_of
 from expdesign.estimation.arm_noise import ArmNoise, Settled
-from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.arm_options import ArmOptions, Further
 from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.fit import Fit
@@ -95,9 +101,7 @@ def calibrate(
     if reading.fixed:  # what distances tell apart depends on where the markers are
         plain = Chain(robot, reading=reading)
         reading = replace(reading, start=nominal_start(plain, train)[plain.compliances :])
-    effects = (
-        () if calibration == "elastostatic" else (CalibratedGeometryError(robot, GEOMETRY, _frames(reading, robot)),)
-    )
+    effects = (*_geometry(reading, robot, calibration), *further_effects(robot, train, options.further))
     chain = Chain(robot, effects, reading=reading)
     problem = ArmProblem(chain, train, row_data(train, robot), np.arange(len(chain.parameters)))
     sizes, kinds = sizes_of(chain, options)
@@ -127,6 +131,33 @@ def calibrate(
         told_apart=told,
         accuracy=_accuracy(chain, recordings, fit, problem, found, priors, options),
     )
+
+
+def _geometry(reading: MarkerPosition, robot: Robot, calibration: Calibration) -> tuple[Effect, ...]:
+    if calibration == "elastostatic":
+        return ()
+    return (CalibratedGeometryError(robot, GEOMETRY, _frames(reading, robot)),)
+
+
+def further_effects(robot: Robot, train: Recordings, asked: tuple[Further, ...]) -> tuple[Effect, ...]:
+    """What is identified beside geometry and compliances.
+
+    Raises:
+        InputError: a drift is asked for and no time was recorded.
+    """
+    found: list[Effect] = []
+    if "masses" in asked:
+        found += [LinkMassError(robot, link) for link in heavy_links(robot)]
+    if "tool" in asked:
+        found += [UnknownTool(robot, PLATFORM, variant) for variant in UnknownTool.variants(robot)]
+    if "harmonics" in asked:
+        found += [JointHarmonics(robot, component) for component in JointHarmonics.components(robot)]
+    if "drift" in asked:
+        if train.time is None or not np.ptp(train.time) > 0.0:
+            remedy = "Add the time of every row (s) to the recordings."
+            raise InputError("a drift needs times", where=f"{train.source}, column time_s", remedy=remedy)
+        found.append(FrameWander(robot, INSTRUMENT, Duration(float(train.time.max()))))
+    return tuple(found)
 
 
 def _frames(reading: MarkerPosition, robot: Robot) -> Frames:

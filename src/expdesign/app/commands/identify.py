@@ -12,11 +12,11 @@ from expdesign.app.api.inputs import purpose_of, robot_of
 from expdesign.app.commands.console import note, note_unknown_columns
 from expdesign.app.commands.writing import Force, require_folder
 from expdesign.assurance.acceptance.decision import sentences
-from expdesign.estimation.arm_options import Loss
+from expdesign.estimation.arm_options import Further, Loss
 from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import Implausible
-from expdesign.report.arm_section import accuracy_lines, geometry_line
+from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
 from expdesign.report.fit_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit
 from expdesign.report.remark_texts import sentence
@@ -58,6 +58,10 @@ def command(
     loss: Annotated[
         str, typer.Option(help="Of large residuals of an arm's positions: squares, huber or student.")
     ] = "squares",
+    further: Annotated[
+        list[str] | None,
+        typer.Option(help="Also identified of an arm from positions: masses, tool, harmonics or drift; repeatable."),
+    ] = None,
 ) -> None:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
@@ -79,6 +83,7 @@ def command(
         frames=cast("Frames", frames),
         other_robot=other_robot,
         loss=cast("Loss", loss),
+        further=cast("list[Further]", further or []),
     )
     page = identified.save(out, force=force)
     _summarise(identified.result)
@@ -112,7 +117,7 @@ def _summarise(result: Identification) -> None:
 
 def _geometry(result: Identification) -> None:
     if result.arm is not None:
-        for text in [*filter(None, [geometry_line(result)]), *accuracy_lines(result.arm)]:
+        for text in [*filter(None, [geometry_line(result)]), *further_lines(result.arm), *accuracy_lines(result.arm)]:
             print(text)
     elif result.geometry is not None:
         deviation = (result.geometry.high - result.geometry.low) / 4.0
