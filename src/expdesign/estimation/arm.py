@@ -42,7 +42,8 @@ from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.geometric import Calibration
 from expdesign.estimation.noise_level import NoiseLevel
-from expdesign.estimation.redundancy import MinimalSet, Redundant, redundancies
+from expdesign.estimation.redundancy import Redundant, redundancies
+from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
 
 _ROUNDING = 1e-15

@@ -16,7 +16,8 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.remark import Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions
-from expdesign.estimation.redundancy import BlindPoses, MinimalSet, minimal_set
+from expdesign.estimation.redundancy import BlindPoses
+from expdesign.mechanics.minimal_set import MinimalSet, minimal_set
 
 _ZEROS, _LENGTHS, _ANGLES, _HARMONICS, _SHIFTS, _TURNS = range(6)
 _MANY = 60

@@ -18,7 +18,8 @@ def read_regressor(section: RunSection, robot: Robot, document: YamlDocument) ->
         InputError: the robot has no such calibration, or loads and frames do not go with it.
     """
     experiment = section.experiment
-    regressor = regressor_for(experiment.calibration, frames_known=experiment.frames == "known")
+    known, links = experiment.frames == "known", robot.links is not None
+    regressor = regressor_for(experiment.calibration, frames_known=known, links=links)
     lack = regressor.require(robot)
     if lack is not None:
         where = document.where((*_EXPERIMENT, "calibration"))

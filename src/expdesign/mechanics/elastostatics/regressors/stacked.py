@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.mechanics.elastostatics.regressors.arm import ArmElastostatic, ArmGeometric
 from expdesign.mechanics.elastostatics.regressors.elastostatic import Elastostatic
 from expdesign.mechanics.elastostatics.regressors.frames import Frames
 from expdesign.mechanics.elastostatics.regressors.geometric import Geometric
@@ -47,10 +48,16 @@ class Stacked(Regressor):
 CALIBRATIONS = ("elastostatic", "geometric", "both")
 
 
-def regressor_for(calibration: str, *, frames_known: bool = True) -> Regressor:
-    """The regressor of `experiment.calibration` (one of `CALIBRATIONS`), with unknown frames where they are so."""
+def regressor_for(calibration: str, *, frames_known: bool = True, links: bool = False) -> Regressor:
+    """The regressor of `experiment.calibration` (one of `CALIBRATIONS`), with unknown frames where they are so.
+
+    `links` says that the robot is commanded in joints.
+    """
     if calibration == "elastostatic":
         return Elastostatic()
+    if links:
+        geometric = ArmGeometric(frames_known=frames_known)
+        return geometric if calibration == "geometric" else Stacked((geometric, ArmElastostatic()))
     frames = () if frames_known else (Frames(),)
     if calibration == "geometric":
         return Stacked((*frames, Geometric())) if frames else Geometric()
