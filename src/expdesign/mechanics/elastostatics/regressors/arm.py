@@ -1,9 +1,10 @@
 """Errors of an arm's geometry, and its joints' compliances under its own weight as well as the load's.
 
 The parameters are zeros of all joints and the six motions of every joint's frame, of which those are taken that poses
-can tell apart (`mechanics/minimal_set.py`): 18 of a six-axis arm with three parallel axes. Where the instrument's frame and
-the target's place on the tip are unknown, their twelve displacements are parameters as well and come first; else the
-frames of the base and of the tip count. What is measured are poses, or positions where rotations have no noise stated.
+can tell apart (`mechanics/minimal_set.py`): 18 of a six-axis arm with three parallel axes. Where the instrument's frame
+and the target's place on the tip are unknown, their twelve displacements are parameters as well and come first; else
+the frames of the base and of the tip count. What is measured are poses, or positions where no noise of rotations is
+stated.
 """
 
 import casadi as ca
