@@ -41,7 +41,7 @@ NORMAL_95 = 1.959964
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 STAND = pin.SE3(pin.rpy.rpyToMatrix(0.01, -0.02, 2.4), np.array([2.3, 1.6, 0.4]))
 PLACES = np.array([[0.08, 0.02, 0.12], [-0.07, 0.09, 0.10], [0.01, -0.11, 0.15]])
-_ITERATIONS, _CHORDS, _STEP = 6, 5, 1e-6
+_ITERATIONS, _TURNS, _STEP = 6, 3, 1e-6
 _UNKNOWN = 1.0
 """m, rad; deviation of instrument and markers before anything is measured."""
 
@@ -157,21 +157,25 @@ class Machine:
 
 
 def best_estimate(machine: Machine, begin: Truth, commands: Array, tips: Whole, read: Array) -> Truth:
-    """The posterior mean with the distributions that arms are drawn from, by Gauss-Newton with one Jacobian."""
+    """The posterior mean with the distributions that arms are drawn from, by Gauss-Newton."""
     n, markers = len(begin.zeros), begin.places.size
     spreads = np.concatenate(
         [np.full(n, ZERO), np.tile([LENGTH] * 3 + [ANGLE] * 3, n), np.full(n, SOFTNESS), np.full(6 + markers, _UNKNOWN)]
     )
-    here = machine.readings(begin, commands, tips)
-    columns = [
-        (machine.readings(begin.moved(_STEP * one), commands, tips) - here).ravel() for one in np.eye(len(spreads))
-    ]
-    slopes = np.array(columns).T / (_STEP * NOISE)
-    gain = np.linalg.solve(slopes.T @ slopes + np.diag(spreads**-2.0), np.eye(len(spreads)))
     value = np.zeros(len(spreads))
-    for _ in range(_CHORDS):
-        left = (read - machine.readings(begin.moved(value), commands, tips)).ravel() / NOISE
-        value = value + gain @ (slopes.T @ left - value / spreads**2)
+
+    def residuals(at: Array) -> Array:
+        left = (read - machine.readings(begin.moved(at), commands, tips)).ravel() / NOISE
+        return np.concatenate([left, -at / spreads])
+
+    left = residuals(value)
+    for _ in range(_TURNS):
+        slopes = np.array([(left - residuals(value + _STEP * one)) / _STEP for one in np.eye(len(spreads))]).T
+        step = np.linalg.lstsq(slopes * spreads, left, rcond=None)[0] * spreads
+        trial = residuals(value + step)
+        if not trial @ trial < left @ left:
+            break
+        value, left = value + step, trial
     return begin.moved(value)
 
 
