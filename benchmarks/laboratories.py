@@ -10,7 +10,7 @@ noise; it fails where an axis is beyond its tolerance. At the commands of `diagn
 times, and `verify` decides from these readings.
 
 The share of laboratories that let a robot pass that fails is the global consumer's risk (JCGM 106:2012, 3.3.15); at
-U ≤ T with k = 2 it is stated to be at most 4.55 %.
+U ≤ T with k = 2 it is stated to be at most 4.55 %, physics included that the recordings may hide.
 """
 
 import argparse
@@ -208,8 +208,7 @@ def page(found: list[Laboratory], command: str, seconds: float) -> str:
             )
     lines += [
         "",
-        f"Stated: at most {100.0 * RISK:.2f} % of all, if the model is right. `diagnose` says beside a pass what "
-        "physics that the recordings do not show could cost at the targets.",
+        f"Stated: at most {100.0 * RISK:.2f} % of all, what the recordings may hide included.",
     ]
     bad = [x for x in found if "pass" in (x.diagnosed, x.verified) and x.diagnosed_error > 1.0]
     if bad:

@@ -26,6 +26,7 @@ ORDER = (
     "worn-leg",
     "law-on-no-list",
     "arm-with-tracker",
+    "arm-from-urdf",
     "soft-ground",
     "geometry-and-stiffness",
 )

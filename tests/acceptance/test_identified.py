@@ -1,5 +1,7 @@
 """Acceptance after identification: the planned budget where the noise is as planned, wider where it was estimated."""
 
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,13 @@ from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.assurance.acceptance.decision import sentences
+from expdesign.assurance.model_error.left_out import left_out, offsets
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.recorded import recorded_sensitivities
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
+from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
@@ -74,3 +82,55 @@ def test_the_configuration_of_another_robot_is_refused() -> None:
     recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False)).frame
     with pytest.raises(InputError, match="this is about a bipod with 2 actuators"):
         xd.identify(HEXAPOD["robot"], recorded, targets=problem(BIPOD))
+
+
+def test_a_decision_counts_what_the_recordings_may_hide() -> None:
+    """The parts of the risk add up, one sentence states them, and an axis within U that they endanger does not pass."""
+    case = problem(HEXAPOD, CASE)
+    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
+    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
+    assert found is not None
+    hidden = found.left_out
+    assert hidden is not None
+    assert 0.0 < hidden.nothing < 1.0
+    matters = found.budget.matters
+    right = replace(found, left_out=None)
+    expected = hidden.nothing * right.risk + found.hidden_risk.sum(axis=0)
+    np.testing.assert_allclose(found.risk[matters], expected[matters])
+    text = " ".join(sentences(found))
+    assert "physics that these recordings may hide" in text
+    # The same recordings against tolerances just above U: the model alone passes, with what is hidden it does not.
+    tight = replace(found.budget, tolerance=1.01 * found.budget.expanded * np.where(matters, 1.0, np.nan))
+    assert replace(found, budget=tight, left_out=None).verdict == "pass"
+    assert replace(found, budget=tight).verdict == "not proven"
+    assert "larger probability" in " ".join(sentences(replace(found, budget=tight)))
+
+
+def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> None:
+    """One effect by brute force: the likelihood of the residuals averaged over 100,000 draws of its size."""
+    case = problem(HEXAPOD, CASE | {"model_error": {"physics": ["leg_coupling"]}})
+    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
+    identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
+    assert identified.acceptance is not None
+    hidden = identified.acceptance.left_out
+    assert hidden is not None
+    fit, rows = identified.result.fit, identified.result.recordings
+    effects = [
+        e for kind in effect_classes() for e in kind.candidates(fit.chain.robot, rows) if e.physics == "leg_coupling"
+    ]
+    physics = left_out(effects, rows, Assumptions())
+    meir = Meir(case, Assumptions(), physics)
+    whitening = Whitening(identified.result.noise.deviations, references=rows.references)
+    every = np.ones(len(rows), dtype=bool)
+    base, directions = recorded_sensitivities(fit.chain.robot, rows, physics, whitening, every)
+    shown = directions * meir.deviations
+    shown = shown - base @ np.linalg.lstsq(base, shown, rcond=None)[0]
+    residuals, start = fit.residuals.ravel(), offsets(physics)
+    generator = np.random.default_rng(1)
+    odds = []
+    for first, last in pairwise(start):
+        sizes = generator.standard_normal((100_000, last - first))
+        left = residuals - sizes @ shown[:, first:last].T
+        odds.append(np.exp(0.5 * (residuals @ residuals - (left**2).sum(axis=1))).mean() / len(physics))
+    expected = np.array(odds) / (1.0 + sum(odds))
+    np.testing.assert_allclose(hidden.probability, expected, rtol=0.05)

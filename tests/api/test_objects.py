@@ -120,3 +120,19 @@ def test_the_package_shows_what_it_has() -> None:
     assert not {"Any", "TYPE_CHECKING", "importlib", "pkgutil"} & names
     assert all(hasattr(xd, name) for name in names)
     assert issubclass(xd.InfeasibleError, xd.ExpdesignError)
+
+
+def test_what_was_loaded_can_be_checked() -> None:
+    assert xd.check(xd.load_configuration(CONFIG)).summary == xd.check(CONFIG).summary
+    assert xd.check(xd.load_robot(ROBOT)).summary == xd.check(ROBOT).summary
+    with pytest.raises(InputError, match="a `int` cannot be checked"):
+        xd.check(5)  # type: ignore[arg-type]
+
+
+def test_a_prediction_says_where_it_extrapolates(identified: xd.IdentificationResult, tmp_path: Path) -> None:
+    points = pd.read_csv(plan_file(tmp_path))
+    assert xd.predict(identified, points).beyond == 0
+    heavy = points.assign(mass_kg=points["mass_kg"].where(points.index > 0, 200.0))
+    found = xd.predict(identified, heavy)
+    assert found.beyond == 1
+    assert "1 of them beyond what was calibrated" in found.summary

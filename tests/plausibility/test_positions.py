@@ -7,10 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchmarks.arms.plant import recordings, usual_faults
+from scipy.spatial.transform import Rotation
 from tests.identification.experiments import table_of
-from tests.robots.torso import Torso, read_torso
+from tests.identification.test_arm_calibration import mixed, recordings_of
+from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
 
-from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.finding import Finding, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.errors import InputError
@@ -112,3 +114,53 @@ def test_positions_in_mm_are_refused(arm: Robot, positions: pd.DataFrame) -> Non
     wrong = recordings_from_table(table_of(scaled(READ, 1e3)(positions)), arm)
     with pytest.raises(InputError, match=r"column px_m: the positions spread over .* look like mm"):
         say(recordings_findings(wrong, arm), wrong.source)
+
+
+def of_torso(folder: Path, change: Change) -> list[Finding]:
+    torso = read_torso(folder)
+    recorded = recordings_from_table(table_of(change(Torso().recordings(60, 2, 2e-5))), torso)
+    return recordings_findings(recorded, torso)
+
+
+def test_markers_on_the_other_tip_are_said(tmp_path: Path) -> None:
+    other = {"right_hand": "left_hand", "left_hand": "right_hand"}
+    (finding,) = of_torso(tmp_path, lambda frame: frame.assign(tip=frame["tip"].map(other)))
+    assert finding.likely == "Are `right_hand` and `left_hand` swapped in the column tip?"
+    (finding,) = of_torso(tmp_path, lambda frame: frame.assign(tip="right_hand"))
+    assert finding.likely == "Does marker `left` sit on `left_hand`?"
+
+
+def test_joints_that_move_weight_and_have_no_column_are_named(tmp_path: Path) -> None:
+    one = FILE.replace("[right_hand, left_hand]", "right_hand").replace("payload_links: [left_hand]\n", "")
+    one = one.replace(str(STIFFNESS.tolist()), str(STIFFNESS[:5].tolist()))
+    frame = Torso().recordings(60, 2, 2e-5)
+    frame = frame[frame["tip"] == "right_hand"].drop(columns=["tip", *LIFTED])
+    left = [f"left_{name}_rad" for name in ("shoulder", "elbow", "wrist")]
+    torso = read_torso(tmp_path, one)
+    (finding,) = recordings_findings(recordings_from_table(table_of(frame.drop(columns=left)), torso), torso)
+    assert "`left_shoulder`, `left_elbow`, `left_wrist`" in finding.what
+    assert "branch_joints: [left_shoulder, left_elbow, left_wrist]" in finding.likely
+    torso = read_torso(tmp_path, one + "branch_joints: [left_shoulder, left_elbow, left_wrist]\n")
+    assert recordings_findings(recordings_from_table(table_of(frame), torso), torso) == []
+
+
+@pytest.mark.parametrize(
+    ("written", "says"),
+    [
+        (lambda true: Rotation.from_quat(np.roll(true.as_quat(), 1, axis=1)), "written as w, x, y, z and read as"),
+        (lambda true: Rotation.from_quat(np.roll(true.as_quat(), -1, axis=1)), "written as x, y, z, w and read as"),
+        (lambda true: true.inv(), "Transpose them"),
+    ],
+)
+def test_orientations_written_otherwise_are_said(
+    arm: Robot, written: Callable[[Rotation], Rotation], says: str
+) -> None:
+    turns = [f"measured_r{axis}_rad" for axis in "xyz"]
+    frame = mixed(60)
+    assert recordings_findings(recordings_of(frame), arm) == []
+    given = frame[turns].astype(float)
+    posed = given.notna().all(axis=1)
+    angles = written(Rotation.from_euler("xyz", given[posed].to_numpy())).as_euler("xyz")
+    frame.loc[posed, turns] = angles
+    (finding,) = recordings_findings(recordings_of(frame), arm)
+    assert says in finding.likely

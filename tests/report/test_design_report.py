@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from expdesign.assurance.acceptance.decision import sentences
-from expdesign.assurance.acceptance.recommended import recommended_acceptance
+from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.result import design_minutes, pareto_frame, plan_of
 from expdesign.report import criteria_table, words

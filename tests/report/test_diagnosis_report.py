@@ -177,7 +177,7 @@ def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
 
 
 def test_what_may_be_hidden_is_said_first_where_nothing_is_missing() -> None:
-    hidden = "A soft base could cost 1.5 tolerances."
+    hidden = "The worst that these recordings could hide is a soft base: 1.5 tolerances."
     assert conclusions(diagnosis("consistent"), hidden)[0] == hidden
     assert hidden in terminal_lines(diagnosis("consistent"), hidden)
 

@@ -125,7 +125,9 @@ class Chain:
         """Symbols of one row."""
         if not self.instrument:
             return row_symbols(self.robot)
-        return row_symbols(self.robot, len(self.reading.names), oriented=bool(self.reading.oriented))
+        return row_symbols(
+            self.robot, len(self.reading.names), len(self.reading.fixed), oriented=bool(self.reading.oriented)
+        )
 
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""

@@ -40,6 +40,8 @@ class Row:
         first: 1 for the first row of a series (1,).
         number: rows since the first row of all (1,).
         reference: the same of the row to which deflections are relative, the first of the series; 0 for positions (1,).
+        point: 1 for the fixed point or gauge that was read, 0 for the others (number of them,).
+        along: unit vector along a gauge in O (3,); nothing (0,) without such.
         aim: orientation from which rotations of targets are counted, columns first (9,); nothing (0,) without such.
     """
 
@@ -67,6 +69,8 @@ class Row:
     first: ca.SX
     number: ca.SX
     reference: ca.SX
+    point: ca.SX
+    along: ca.SX
     aim: ca.SX
 
     @cached_property
@@ -79,8 +83,11 @@ class Row:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
 
 
-def row_symbols(robot: Robot, markers: int = 0, *, oriented: bool = False) -> Row:
-    """Symbols of one row of a robot's recordings, in which positions of `markers` were measured, and orientations."""
+def row_symbols(robot: Robot, markers: int = 0, fixed: int = 0, *, oriented: bool = False) -> Row:
+    """Symbols of one row of a robot's recordings, in which positions of `markers` were measured, and orientations.
+
+    `fixed` is the number of fixed points and gauges.
+    """
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
     shapes = {
         "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "carried": (n_p, 1),
@@ -89,7 +96,8 @@ def row_symbols(robot: Robot, markers: int = 0, *, oriented: bool = False) -> Ro
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
         "warmth": (max(n_p, 1), 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
-        "number": (1, 1), "reference": (1, 1), "aim": (9 * oriented, 1),
+        "number": (1, 1), "reference": (1, 1), "point": (fixed, 1),
+        "along": (3 * (fixed > 0), 1), "aim": (9 * oriented, 1),
     }  # fmt: skip
     return Row(**{name: ca.SX.sym(name, *shape) for name, shape in shapes.items()})
 
@@ -169,6 +177,8 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             (position == 0).astype(float)[:, None],
             np.arange(count, dtype=float)[:, None],
             points.measurand.reference(first_row.astype(float)[:, None]),
+            points.point_indicators,
+            np.zeros((count, 0)) if points.along is None else points.along,
             np.zeros((count, 0)) if points.aim is None else columns_first(points.aim),
         ],
         axis=1,

@@ -44,23 +44,36 @@ class Compared:
 
 @dataclass(frozen=True)
 class Accuracies:
-    """Accuracy by kind of row (`fitted`, `held out`, `left-out folds`) and of reading (`position`, `orientation`)."""
+    """Accuracy by kind of row and of reading.
+
+    Kinds of rows are `fitted`, `held out` and `left-out folds`, of readings `position`, `orientation`, `distance` and
+    `gauge`.
+    """
 
     entries: dict[tuple[str, str], Compared]
 
 
 def accuracies(
-    before: FloatArray, after: FloatArray, fitted: BoolArray, test: BoolArray, left_out: FloatArray | None
+    before: FloatArray,
+    after: FloatArray,
+    fitted: BoolArray,
+    test: BoolArray,
+    left_out: FloatArray | None,
+    axes: IntArray,
 ) -> Accuracies:
-    """From errors (N, k) of all rows; NaN where nothing was read. `left_out` (n, k) are those of fitted rows."""
+    """From errors (N, k) of all rows; NaN where nothing was read. `left_out` (n, k) are those of fitted rows.
+
+    `axes` (k,) are components of readings: 0 to 2 of positions, 3 to 5 of orientations, 6 a distance, 7 a gauge.
+    """
     entries: dict[tuple[str, str], Compared] = {}
     sets = [("fitted", before[fitted], after[fitted])]
     if test.any():
         sets.append(("held out", before[test], after[test]))
     if left_out is not None:
         sets.append(("left-out folds", before[fitted], left_out))
+    kinds = {"position": axes < 3, "orientation": (axes >= 3) & (axes < 6), "distance": axes == 6, "gauge": axes > 6}
     for rows, first, second in sets:
-        for kind, columns in (("position", slice(0, 3)), ("orientation", slice(3, 6))):
+        for kind, columns in kinds.items():
             one, other = _errors(first[:, columns]), _errors(second[:, columns])
             if one is not None and other is not None:
                 entries[rows, kind] = Compared(one, other)
@@ -78,6 +91,14 @@ def _errors(errors: FloatArray) -> Errors | None:
 
 def nominal_readings(chain: Chain, recordings: Recordings) -> FloatArray:
     """Readings (N, k) of the robot as its file has it, to which instrument and markers are fitted."""
+    plain = Chain(chain.robot, (), reading=chain.reading)
+    start = nominal_start(chain, recordings)
+    predicted: FloatArray = plain.predict(row_data(recordings, chain.robot), start)[:, recordings.axes]
+    return predicted
+
+
+def nominal_start(chain: Chain, recordings: Recordings) -> FloatArray:
+    """Compliances of the robot file, and instrument, markers and fixed points as they fit the nominal robot."""
     plain = Chain(chain.robot, (), reading=chain.reading)
     own = np.arange(plain.compliances, plain.base)
     start = plain.start()
@@ -99,8 +120,7 @@ def nominal_readings(chain: Chain, recordings: Recordings) -> FloatArray:
         start = np.concatenate(
             [start[: plain.compliances], with_evidence(linearised, wide, start[own], least=1.0, most=1.0).values]
         )
-    predicted: FloatArray = plain.predict(row_data(recordings, chain.robot), start)[:, recordings.axes]
-    return predicted
+    return start
 
 
 def pose_folds(recordings: Recordings, count: int) -> IntArray:

@@ -17,25 +17,31 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import GEOMETRY
+from expdesign.chain.component import GEOMETRY, INSTRUMENT, PLATFORM, heavy_links
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.instrument.wander import Duration, FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError, LinkFrames
+from expdesign.chain.effects.joints.harmonics import JointHarmonics
+from expdesign.chain.effects.links.links import LinkMassError
+from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.reading import Reading
+from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
-from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, pose_folds
+from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, nominal_start, pose_folds
 from expdesign.estimation.arm_labels import labels_of
 from expdesign.estimation.arm_noise import ArmNoise, Settled
-from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.arm_options import ArmOptions, Further
 from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.evidence import Priors
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.noise_level import NoiseLevel
-from expdesign.estimation.redundancy import MinimalSet, Redundant, redundancies
+from expdesign.estimation.redundancy import Redundant, redundancies
 from expdesign.mechanics.elastostatics.calibration import Calibration
+from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
 
 _ROUNDING = 1e-15
@@ -90,9 +96,11 @@ def calibrate(
         remedy = "Mark some rows `train` in the column `split`."
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     train, reading = recordings.rows(fitted), reading_of(robot, recordings)
-    effects = (
-        () if calibration == "elastostatic" else (CalibratedGeometryError(robot, GEOMETRY, _frames(reading, robot)),)
-    )
+    assert isinstance(reading, MarkerPosition)
+    if reading.fixed:  # what distances tell apart depends on where the markers are
+        plain = Chain(robot, reading=reading)
+        reading = replace(reading, start=nominal_start(plain, train)[plain.compliances :])
+    effects = (*_geometry(reading, robot, calibration), *further_effects(robot, train, options.further))
     chain = Chain(robot, effects, reading=reading)
     problem = ArmProblem(chain, train, row_data(train, robot), np.arange(len(chain.parameters)))
     sizes, kinds = sizes_of(chain, options)
@@ -124,9 +132,42 @@ def calibrate(
     )
 
 
-def _frames(reading: Reading, robot: Robot) -> LinkFrames:
-    """Whose frames are known apart from the joints': of the base with the instrument's, of tips with markers'."""
-    base, tips = robot.instrument is not None, all(name in robot.markers for name in reading.names)
+def _geometry(reading: MarkerPosition, robot: Robot, calibration: Calibration) -> tuple[Effect, ...]:
+    if calibration == "elastostatic":
+        return ()
+    return (CalibratedGeometryError(robot, GEOMETRY, _frames(reading, robot)),)
+
+
+def further_effects(robot: Robot, train: Recordings, asked: tuple[Further, ...]) -> tuple[Effect, ...]:
+    """What is identified beside geometry and compliances.
+
+    Raises:
+        InputError: a drift is asked for and no time was recorded.
+    """
+    found: list[Effect] = []
+    if "masses" in asked:
+        found += [LinkMassError(robot, link) for link in heavy_links(robot)]
+    if "tool" in asked:
+        found += [UnknownTool(robot, PLATFORM, variant) for variant in UnknownTool.variants(robot)]
+    if "harmonics" in asked:
+        found += [JointHarmonics(robot, component) for component in JointHarmonics.components(robot)]
+    if "drift" in asked:
+        if train.time is None or not np.ptp(train.time) > 0.0:
+            remedy = "Add the time of every row (s) to the recordings."
+            raise InputError("a drift needs times", where=f"{train.source}, column time_s", remedy=remedy)
+        found.append(FrameWander(robot, INSTRUMENT, Duration(float(train.time.max()))))
+    return tuple(found)
+
+
+def _frames(reading: MarkerPosition, robot: Robot) -> LinkFrames:
+    """Whose frames are known apart from the joints': of the base with the instrument's, of tips with markers'.
+
+    A gauge shows where the base is as well: its direction is one of O.
+    """
+    base, tips = (
+        reading.instrument is not None or bool(reading.gauges),
+        all(name in robot.markers for name in reading.names),
+    )
     return {(False, False): LinkFrames.JOINTS, (True, False): LinkFrames.BASE, (False, True): LinkFrames.TIPS,
             (True, True): LinkFrames.BASE_AND_TIPS}[base, tips]  # fmt: skip
 
@@ -215,4 +256,4 @@ def _accuracy(
         left_out = np.full(seen.shape, np.nan)
         left_out[seen] = found.solution.left_out(folds, priors) * found.effective[seen]
     judged = recordings.test & chain.reading.predictable(chain.robot, recordings)
-    return accuracies(before, after, ~recordings.test, judged, left_out)
+    return accuracies(before, after, ~recordings.test, judged, left_out, recordings.axes)

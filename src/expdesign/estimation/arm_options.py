@@ -4,6 +4,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 Loss = Literal["squares", "huber", "student"]
+Further = Literal["masses", "tool", "harmonics", "drift"]
+"""What is identified on request: factors on the masses of links; mass and first moments of what rides on each tip;
+errors of joints that repeat once and twice a turn; wandering of instrument against base over the time of the campaign.
+"""
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,9 @@ class ArmOptions:
         redundant: part of a column, orthogonal to the columns before it, below which rows do not tell parameters apart:
             rounding of exact derivatives, squared by no normal equation.
         folds: of the cross-validation where no rows are marked `test`.
+        further: what is identified beside geometry and compliances.
+        tool_mass: kg, of what rides on a tip: a gripper.
+        tool_moment: kg·m, its first moments: the same at 0.15 m.
     """
 
     length: float = 8e-4
@@ -49,3 +56,6 @@ class ArmOptions:
     determined: float = 0.5
     redundant: float = 1e-7
     folds: int = 5
+    further: tuple[Further, ...] = ()
+    tool_mass: float = 2.0
+    tool_moment: float = 0.3

@@ -6,13 +6,19 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.instrument.wander import FrameWander
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.harmonics import JointHarmonics
+from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.evidence import Priors
-from expdesign.estimation.redundancy import BlindPoses, MinimalSet, minimal_set
+from expdesign.estimation.redundancy import BlindPoses
+from expdesign.mechanics.minimal_set import MinimalSet, minimal_set
 
-_ZEROS, _LENGTHS, _ANGLES = range(3)
+_ZEROS, _LENGTHS, _ANGLES, _HARMONICS, _SHIFTS, _TURNS = range(6)
 _MANY = 60
 """Rows from which poses at random tell apart whatever poses can."""
 _SEED = 1
@@ -50,6 +56,9 @@ def sizes_of(chain: Chain, options: ArmOptions) -> tuple[FloatArray, IntArray]:
     kinds = np.full(len(sizes), -1, dtype=np.int64)
     sizes[: chain.compliances] = options.compliance
     for effect, part in zip(chain.effects, chain.slices, strict=True):
+        if not isinstance(effect, CalibratedGeometryError):
+            sizes[part], kinds[part] = _further_sizes(effect, options)
+            continue
         for index, parameter in zip(range(part.start, part.stop), effect.parameters, strict=True):
             angle = parameter.name.endswith("_rad")
             if "_offset_" in parameter.name:
@@ -60,11 +69,25 @@ def sizes_of(chain: Chain, options: ArmOptions) -> tuple[FloatArray, IntArray]:
     return sizes, kinds
 
 
+def _further_sizes(effect: Effect, options: ArmOptions) -> tuple[FloatArray, IntArray]:
+    """The same of what is identified on request."""
+    names = [parameter.name for parameter in effect.parameters]
+    sizes = np.array([parameter.spread for parameter in effect.parameters])
+    kinds = np.full(len(names), -1, dtype=np.int64)
+    if isinstance(effect, UnknownTool):
+        sizes = np.array([options.tool_mass if "mass" in name else options.tool_moment for name in names])
+    elif isinstance(effect, JointHarmonics):
+        kinds[:] = _HARMONICS
+    elif isinstance(effect, FrameWander):
+        kinds = np.array([_SHIFTS if name.startswith("shift") else _TURNS for name in names])
+    return sizes, kinds
+
+
 def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, compliances: bool) -> MinimalSet:
     """A minimal complete set: instrument and markers, then zeros, lengths and angles along the chain.
 
-    It is that of rigid kinematics, since sag tells parameters apart by less than it is known. Compliances, of which
-    each has a meaning of its own and a deviation beforehand, are all kept.
+    It is that of rigid kinematics, since sag tells parameters apart by less than it is known. Compliances and what is
+    identified on request, of which each has a meaning of its own and a deviation beforehand, are all kept.
     """
     chain = problem.chain
     rigid = chain.start()
@@ -73,24 +96,26 @@ def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, c
     scale = np.where(np.isfinite(sizes), sizes, 1.0)
     kept = np.arange(chain.compliances, chain.base)
     names = [parameter.name for parameter in chain.parameters]
-    geometry = np.arange(chain.base, len(sizes))
+    parts = list(zip(chain.effects, chain.slices, strict=True))
+    every = np.arange(len(sizes))
+    geometry = np.concatenate([every[:0], *(every[p] for e, p in parts if isinstance(e, CalibratedGeometryError))])
+    further = np.concatenate([every[:0], *(every[p] for e, p in parts if not isinstance(e, CalibratedGeometryError))])
     rank = [(_ANGLES if n.endswith("_rad") else _LENGTHS) if "_offset_" not in n else _ZEROS for n in names]
     order = np.concatenate([kept, *(geometry[[rank[i] == kind for i in geometry]] for kind in range(3))]).astype(int)
     found = minimal_set(slopes * scale, order, options.redundant)
     units = found.combinations * scale[found.kept] / scale[found.dropped][:, None]
     found = replace(found, combinations=units)
-    if not compliances:
-        return found
-    own = np.arange(chain.compliances)
-    wider = np.hstack([np.zeros((len(found.dropped), len(own))), found.combinations])
-    return MinimalSet(np.concatenate([own, found.kept]), found.dropped, wider)
+    own = every[: chain.compliances] if compliances else every[:0]
+    none = [np.zeros((len(found.dropped), len(each))) for each in (own, further)]
+    wider = np.hstack([none[0], found.combinations, none[1]])
+    return MinimalSet(np.concatenate([own, found.kept, further]), found.dropped, wider)
 
 
 def blind_poses(
     problem: ArmProblem, minimal: MinimalSet, labels: list[str], sizes: FloatArray, options: ArmOptions
 ) -> list[Remark]:
     """What any poses would tell apart and these do not."""
-    if not problem.chain.effects:
+    if not any(isinstance(effect, CalibratedGeometryError) for effect in problem.chain.effects):
         return []
     random, robot = np.random.default_rng(_SEED), problem.chain.robot
     train = problem.train.rows(np.resize(np.arange(len(problem.train)), max(_MANY, len(problem.train))))

@@ -70,9 +70,12 @@ class NoiseLevel:
 
 def axis_groups(recordings: Recordings, translations: int) -> list[tuple[str, IntArray]]:
     """The measured components by kind: names and indices into the measured components."""
+    spans = 6 if recordings.point is not None else np.inf
     groups = [
         ("translations", np.flatnonzero(recordings.axes < translations)),
-        ("rotations", np.flatnonzero(recordings.axes >= translations)),
+        ("rotations", np.flatnonzero((recordings.axes >= translations) & (recordings.axes < spans))),
+        ("distances", np.flatnonzero(recordings.axes == spans)),
+        ("gauges", np.flatnonzero(recordings.axes > spans)),
     ]
     return [(name, columns) for name, columns in groups if columns.size]
 

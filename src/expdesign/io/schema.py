@@ -1,9 +1,9 @@
 """Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -115,7 +115,30 @@ def validate(model: type[S], document: YamlDocument) -> S:
     try:
         return model.model_validate(document.content)
     except ValidationError as error:
-        raise _as_input_error(error, document) from None
+        found = _as_input_error(error, document)
+    key = (found.where or "").rpartition(".")[2]
+    places = dict.fromkeys(_places(model, key)) if found.what == "unknown key" else {}
+    if places:
+        sections = " or ".join(f"`{place}`" if place else "the top level" for place in places)
+        found = InputError(found.what, where=found.where, remedy=f"It belongs in {sections}.")
+    raise found
+
+
+def _places(model: type[BaseModel], key: str, above: str = "") -> Iterator[str]:
+    """Dotted names of the sections of a file that have the key `key`."""
+    for name, field in model.model_fields.items():
+        if (field.alias or name) == key:
+            yield above
+        for section in _sections(field.annotation):
+            yield from _places(section, key, f"{above}.{field.alias or name}".lstrip("."))
+
+
+def _sections(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Sections that a type is made of, through unions, lists and annotations."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _sections(part)
 
 
 def invalid(message: str, key: str | None = None, remedy: str = "") -> PydanticCustomError:

@@ -12,7 +12,8 @@ from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import LARGEST
 from expdesign.io.yaml_reader import KeyPath, YamlDocument
-from expdesign.mechanics.elastostatics.calibration import Regressor, regressor_for
+from expdesign.mechanics.elastostatics.calibration import Regressor
+from expdesign.mechanics.elastostatics.choice import regressor_for
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.schema import (
@@ -149,7 +150,7 @@ def read_regressor(section: RunSection, robot: Robot, document: YamlDocument) ->
         InputError: the robot has no such calibration, or loads and frames do not go with it.
     """
     experiment = section.experiment
-    regressor = regressor_for(experiment.calibration, frames_known=experiment.frames == "known")
+    regressor = regressor_for(experiment.calibration, frames_known=experiment.frames == "known", links=robot.jointed)
     lack = regressor.require(robot)
     if lack is not None:
         where = document.where((*_EXPERIMENT, "calibration"))

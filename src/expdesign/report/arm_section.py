@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.chain.effects.instrument.wander import FrameWander
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.estimation.accuracy import Errors
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.arm_outcome import Corrected, attached_frames, corrections, origins
@@ -22,6 +24,8 @@ def arm_sections(result: Identification) -> list[PageSection]:
     found = result.arm
     assert found is not None
     sections = [PageSection("accuracy", "Accuracy before and after", [_accuracy_table(found)])]
+    further = [f"{words.sentence(line)}." for line in further_lines(found)]
+    sections += [PageSection("further", "Beside geometry and compliances", [Sentences(further)])] if further else []
     listed = corrections(found, result.geometry)
     if listed:
         blocks = [Sentences(_geometry_texts(listed)), _geometry_table(listed), _origin_table(found)]
@@ -41,6 +45,29 @@ def accuracy_lines(found: ArmCalibration) -> list[str]:
             for name, heading in zip(_NAMES, _HEADINGS, strict=True)
         ]
         lines.append(f"{kind} of {pair.after.rows} rows ({rows}), before → after: {', '.join(parts)} {unit}")
+    return lines
+
+
+def further_lines(found: ArmCalibration) -> list[str]:
+    """What was identified on request, a line for every parameter that the rows tell apart, with its 95 % interval."""
+    chain, fit = found.fit.chain, found.fit
+    deviations, lines = np.sqrt(np.diag(fit.covariance)), []
+    for effect, part in zip(chain.effects, chain.slices, strict=True):
+        if isinstance(effect, CalibratedGeometryError):
+            continue
+        if isinstance(effect, FrameWander):
+            terms = {p.name: (float(v), 0.0, 0.0) for p, v in zip(effect.parameters, fit.values[part], strict=True)}
+            lines.append(effect.sentence(terms).rstrip("."))
+            continue
+        told = [index for index in range(part.start, part.stop) if found.told_apart[index]]
+        for index in told:
+            value, spread = fit.values[index], 1.96 * deviations[index]
+            name = chain.parameters[index].name
+            lines.append(
+                f"{effect.component}, {name}: {value:.4g} (95 %: {value - spread:.4g} to {value + spread:.4g})"
+            )
+        if not told:
+            lines.append(f"{effect.component}, {effect.declared.left_out}: the rows do not show it")
     return lines
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.configuration import checked_problem
-from expdesign.app.api.inputs import PathLike, RobotInput, robot_of
+from expdesign.app.api.configuration import checked_problem, problem_of
+from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, robot_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.sweeps.runs import SweepRun, sweep_runs
 from expdesign.app.sweeps.store import computed_by_text
@@ -34,6 +34,7 @@ from expdesign.planning.feasibility import Feasibility, feasibility, random_desi
 from expdesign.planning.optimality.gradient_check import gradient_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
+from expdesign.planning.schema import RunSection
 from expdesign.report import check_texts
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
@@ -229,11 +230,16 @@ def save(
 Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedRecordings
 
 
-def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: bool | None = None) -> Checked:
+def check(
+    file: PathLike | RobotFile | Model | DesignProblem | RunSection,
+    robot: RobotInput | None = None,
+    *,
+    shared_reference: bool | None = None,
+) -> Checked:
     """Read a robot, a configuration, a model, a sweep or recordings, and raise what is wrong or not identifiable.
 
     Args:
-        file: YAML, or CSV for recordings.
+        file: YAML, or CSV for recordings; or what `load` and the functions like it read.
         robot: that recordings are of.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             say.
@@ -247,6 +253,16 @@ def check(file: PathLike, robot: RobotInput | None = None, *, shared_reference: 
         InfeasibleError: no pose of a configuration can be reached.
         NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
     """
+    if isinstance(file, DesignProblem | RunSection):
+        problem = problem_of(file)
+        return CheckedProblem(problem, feasibility(problem))
+    if isinstance(file, RobotFile):
+        return _robot(file.robot, file.document.source)
+    if isinstance(file, Model):
+        return CheckedModel(file, _robot(file.chain.robot, file.source))
+    if not isinstance(file, str | Path):
+        what = f"a `{type(file).__name__}` cannot be checked"
+        raise InputError(what, remedy="Give a path, or what `load`, `load_robot` or `load_model` returned.")
     path = Path(file)
     if is_table_name(path):
         return _recordings(path, robot, shared_reference=shared_reference)

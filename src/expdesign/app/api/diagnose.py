@@ -13,8 +13,9 @@ from expdesign.app.api.identify import RecordingsInput, recorded_accuracy, recor
 from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
-from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record
-from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record
+from expdesign.assurance.acceptance.fitted import FittedModel
+from expdesign.assurance.acceptance.left_out import decided_by
 from expdesign.assurance.model_error.planned import meir_of_problem
 from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_record, hidden_sentence
@@ -240,7 +241,7 @@ def accept_diagnosed(problem: DesignProblem, result: Diagnosis) -> Decision:
     degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
     model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
     remedy = "record what separates the explanations, or look at the place that is named"
-    return Decision(fitted_budget(problem, model), Basis.REFUTED if result.refuted else Basis.MODEL, remedy)
+    return decided_by(problem, model, refuted=result.refuted, remedy=remedy)
 
 
 def _problem_for(targets: Config, machine: RobotFile, *, confirmed: bool) -> DesignProblem:

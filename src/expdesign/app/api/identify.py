@@ -1,6 +1,6 @@
 """`identify`: stiffness with confidence intervals, from recordings."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
@@ -13,8 +13,9 @@ from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of
 from expdesign.app.api.referenced import referenced
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record
-from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record
+from expdesign.assurance.acceptance.fitted import FittedModel
+from expdesign.assurance.acceptance.left_out import decided_by
 from expdesign.assurance.model_error.planned import meir_of_problem
 from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
 from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances, hidden_sentence
@@ -25,7 +26,7 @@ from expdesign.chain.recordings.reader import read_several, recordings_from_tabl
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.estimation.arm_options import ArmOptions, Loss
+from expdesign.estimation.arm_options import ArmOptions, Further, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
@@ -177,6 +178,7 @@ def identify(
     frames: Frames = "known",
     other_robot: bool = False,
     loss: Loss = "squares",
+    further: Collection[Further] = (),
 ) -> IdentificationResult:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
@@ -192,6 +194,9 @@ def identify(
             frames of instrument and platform are then identified as well.
         other_robot: whether a configuration of another geometry than the robot's is meant.
         loss: of rows of an arm's positions with large residuals: `squares`, `huber` or `student`.
+        further: what is identified of an arm from positions beside geometry and compliances: `masses` (of links),
+            `tool` (mass and first moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of
+            the instrument against the base, as a process in time).
 
     Raises:
         InputError: a file is missing or wrong.
@@ -218,13 +223,20 @@ def identify(
         raise ArgumentError(f"`{frames}` says nothing of frames", argument="frames", remedy="Choose known or unknown.")
     if loss not in get_args(Loss):
         raise ArgumentError(f"`{loss}` is no loss", argument="loss", remedy=f"Choose {', '.join(get_args(Loss))}.")
+    unknown = [name for name in further if name not in get_args(Further)]
+    if isinstance(further, str) or unknown:
+        what = f"`{further if isinstance(further, str) else unknown[0]}` cannot be identified beside the rest"
+        raise ArgumentError(what, argument="further", remedy=f"List some of {', '.join(get_args(Further))}.")
+    if further and (not machine.robot.jointed or not measured.measurand.absolute):
+        what = "masses, tools, harmonics and drift show in positions or poses of an arm"
+        raise ArgumentError(what, argument="further", remedy="Leave it out.")
     result = identify_recordings(
         machine.robot,
         measured,
         prior=relative,
         calibration=calibration,
         frames_known=frames == "known",
-        options=ArmOptions(loss=loss),
+        options=ArmOptions(loss=loss, further=tuple(further)),
     )
     result = with_doubts(result)
     accepted = None if problem is None else accept_identified(problem, result)
@@ -254,8 +266,8 @@ def accept_identified(problem: DesignProblem, result: Identification) -> Decisio
     noise, recorded = result.noise, result.recordings.rows(result.fitted)
     whitening = Whitening(noise.deviations, references=recorded.references)
     degrees = min((group.dof for group in noise.groups), default=float("inf"))
-    budget = fitted_budget(problem, FittedModel(result.fit, recorded, whitening, float(degrees)))
-    return Decision(budget, Basis.REFUTED if result.goodness.refuted else Basis.MODEL)
+    model = FittedModel(result.fit, recorded, whitening, float(degrees))
+    return decided_by(problem, model, refuted=result.goodness.refuted)
 
 
 def recorded_accuracy(

@@ -15,6 +15,7 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.pose_columns import TARGET
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, measured_names
+from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS
 from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import (
@@ -38,17 +39,20 @@ class PredictionResult(Result):
         prediction: the same as arrays, rows in the order of their sequence.
         birge_ratio: by which the standard deviations are widened, because the recordings of the model ask for it.
         readings: whether they are of readings (else of the model alone).
+        beyond: rows at which the model extrapolates: commands or loads outside of those of its recordings.
     """
 
     text: pd.DataFrame
     prediction: Prediction
     birge_ratio: float = 1.0
     readings: bool = False
+    beyond: int = 0
 
     @property
     def summary(self) -> str:
-        """How many points there are."""
-        return f"{counted(len(self.text), 'point')} predicted"
+        """How many points there are, and at how many the model extrapolates."""
+        text = f"{counted(len(self.text), 'point')} predicted"
+        return f"{text}, {self.beyond} of them beyond what was calibrated" if self.beyond else text
 
     def as_table(self) -> pd.DataFrame:
         """The rows as they stand in a file."""
@@ -104,8 +108,11 @@ def predict(
     require_regular_points(robot, loaded)
     prediction = predict_points(identified, loaded, platform=platform)
     names = prediction.measurand.deviation_columns(robot.coordinates)
-    if prediction.orientations is not None:
+    spans = loaded.point is not None and bool(identified.chain.reading.fixed) and not platform
+    if prediction.orientations is not None or spans:
         names = (*names, *robot.coordinates.deviation[robot.coordinates.translations :])
+    if spans:
+        names = (*names, *SPAN_DEVIATIONS)
     if readings:
         prediction = replace(prediction, deviations=_of_readings(identified, table, loaded, prediction, names))
     deflections, deviations = in_file_order(loaded, prediction.deflections, prediction.deviations)
@@ -117,10 +124,15 @@ def predict(
             frame = frame.drop(columns=name, errors="ignore")
         else:
             frame[name] = deviations[:, axis]
+    if spans:
+        frame = _with_spans(frame, loaded, deflections, deviations)
     if prediction.orientations is not None:
         frame = _with_poses(frame, loaded, prediction, deviations, robot)
+    outside = [] if identified.calibrated is None else identified.calibrated.beyond(loaded, robot)
     purpose = purpose_of("predict", model, points)
-    return PredictionResult(frame, prediction, identified.birge_ratio, readings, purpose=purpose)
+    return PredictionResult(
+        frame, prediction, identified.birge_ratio, readings, sum(map(bool, outside)), purpose=purpose
+    )
 
 
 def _of_readings(
@@ -140,6 +152,20 @@ def _of_readings(
         raise InputError(what, where=table.where(), remedy=remedy)
     found: FloatArray = np.hypot(prediction.deviations, noise)
     return found
+
+
+def _with_spans(
+    frame: pd.DataFrame, points: LoadedPoints, predicted: FloatArray, deviations: FloatArray
+) -> pd.DataFrame:
+    """Distances and gauges in place of positions, in the rows that name a point."""
+    assert points.along is not None
+    (along,) = in_file_order(points, points.along)
+    gauged = np.any(along, axis=1)
+    for axis, (name, deviation) in enumerate(zip(SPANS, SPAN_DEVIATIONS, strict=True)):
+        mine = gauged == bool(axis)
+        frame[name] = np.where(mine, predicted[:, 6 + axis], np.nan)
+        frame[deviation] = np.where(mine, deviations[:, 6 + axis], np.nan)
+    return frame.drop(columns=[*POSITION, *POSITION_DEVIATION], errors="ignore").dropna(axis="columns", how="all")
 
 
 def _poses(frame: pd.DataFrame) -> BoolArray:

@@ -14,7 +14,7 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import PathLike, purpose_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import acceptance_record
-from expdesign.assurance.acceptance.recommended import recommended_acceptance
+from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.model_error.planned import recommended_accuracy
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError

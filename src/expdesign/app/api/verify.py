@@ -18,7 +18,7 @@ from expdesign.assurance.acceptance.budget import tolerances
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.planned import reading_deviations
 from expdesign.assurance.acceptance.record import certificate_number, verification_record
-from expdesign.assurance.acceptance.verification import Tolerances, Verification, compare, judge
+from expdesign.assurance.acceptance.verification import Tolerances, Verification, compare, judge, tip_errors
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
@@ -145,7 +145,10 @@ def verify(
 def _deviations(model: Model, check: CheckMeasurement, problem: DesignProblem | None) -> FloatArray:
     """Standard deviations of the readings (N, k): the recordings' own, or those of the configuration."""
     if check.deviations is not None:
-        predicted = predict_with(chain_of(model, platform=True), model, check.points).deviations[:, check.axes]
+        if check.poses is None:
+            predicted = predict_with(chain_of(model, platform=True), model, check.points).deviations[:, check.axes]
+        else:
+            predicted = model.estimable.deviations(tip_errors(model, check, check.poses)[1])[:, check.axes]
         # What `compensate` wrote into `sx_m …` is how well the pose is predicted, not how well it was measured.
         if (np.abs(check.deviations - predicted) > SAME * predicted).any():
             return check.deviations

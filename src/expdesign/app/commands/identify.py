@@ -12,11 +12,11 @@ from expdesign.app.api.inputs import purpose_of, robot_of
 from expdesign.app.commands.console import note, note_unknown_columns
 from expdesign.app.commands.writing import Folder, Force, OtherRobot, RobotPath, SharedReference, require_folder
 from expdesign.assurance.acceptance.decision import sentences
-from expdesign.estimation.arm_options import Loss
+from expdesign.estimation.arm_options import Further, Loss
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import Implausible
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.report.arm_section import accuracy_lines, geometry_line
+from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
 from expdesign.report.check_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms, stiffness_unit
 from expdesign.report.remark_texts import sentence
@@ -48,6 +48,10 @@ def command(
     loss: Annotated[
         str, typer.Option(help="Of large residuals of an arm's positions: squares, huber or student.")
     ] = "squares",
+    further: Annotated[
+        list[str] | None,
+        typer.Option(help="Also identified of an arm from positions: masses, tool, harmonics or drift; repeatable."),
+    ] = None,
 ) -> None:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
@@ -69,6 +73,7 @@ def command(
         frames=cast("Frames", frames),
         other_robot=other_robot,
         loss=cast("Loss", loss),
+        further=cast("list[Further]", further or []),
     )
     page = identified.save(out, force=force)
     _summarise(identified.result)
@@ -102,7 +107,7 @@ def _summarise(result: Identification) -> None:
 
 def _geometry(result: Identification) -> None:
     if result.arm is not None:
-        for text in [*filter(None, [geometry_line(result)]), *accuracy_lines(result.arm)]:
+        for text in [*filter(None, [geometry_line(result)]), *further_lines(result.arm), *accuracy_lines(result.arm)]:
             print(text)
     elif result.geometry is not None:
         deviation = (result.geometry.high - result.geometry.low) / 4.0

@@ -19,7 +19,7 @@ from expdesign.app.commands import BEGUN
 from expdesign.app.commands.console import note
 from expdesign.app.commands.writing import Config, Force, require_folder
 from expdesign.assurance.acceptance.decision import sentences
-from expdesign.assurance.acceptance.recommended import recommended_acceptance
+from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.io.output import new_folder
 
 GROUP = ("way", 3)

@@ -2,15 +2,18 @@
 
 The columns are those that `compensate` wrote, the command in the pose columns and the target in `target_x_m …`, with
 what was measured filled in: deflections `dx_m …`, or measured poses `measured_x_m …`, and their standard deviations in
-`sx_m …`. A tolerance may stand in `tolerance_dx_m …`.
+`sx_m …`. A tolerance may stand in `tolerance_dx_m …`. Of an arm measured poses are those of the tip in the base's
+frame, and errors a shift and a rotation vector along its axes.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.columns import order_in_time, read_deflections, read_deviations
+from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import InputError
@@ -32,6 +35,7 @@ class CheckMeasurement:
         readings: deflections, or measured minus wanted poses, of these components (m, rad), shape (N, k).
         absolute: whether the readings are of poses (else of deflections).
         deviations: standard deviations of the readings, shape (N, k), or None where the table states none.
+        poses: of the tip that were wanted of an arm (m, rad), shape (N, 6); None for others, and for deflections.
         tolerance: ± that columns state, shape (N, n), NaN where they do not; None without such columns.
     """
 
@@ -42,6 +46,7 @@ class CheckMeasurement:
     absolute: bool
     deviations: FloatArray | None
     tolerance: FloatArray | None
+    poses: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.targets)
@@ -65,8 +70,11 @@ def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
     frame = table.frame.copy()
     for name, target in zip(robot.configuration, names, strict=True):
         frame[name] = frame[target]
+    if robot.jointed:  # what was measured is read below, and is no reading of a marker
+        frame = frame.drop(columns=[name for name in frame if str(name).startswith("measured_")])
     points = replace(points_from_table(replace(table, frame=frame), robot), configurations=commands)
     axes, readings, absolute = _readings(table, robot, targets, order)
+    wanted = _wanted(table, robot, order) if absolute and robot.jointed else None
     tolerance_names = tuple(f"tolerance_{name}" for name in robot.coordinates.deflection)
     tolerance = None
     if any(table.has(name) for name in tolerance_names):
@@ -79,7 +87,7 @@ def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
             where = table.where(int(order[wrong[0, 0]]), tolerance_names[wrong[0, 1]])
             raise InputError("a tolerance must be positive", where=where, remedy="Correct it.")
     deviations = read_deviations(table, robot.coordinates, axes, order)
-    return CheckMeasurement(points, targets, axes, readings, absolute, deviations, tolerance)
+    return CheckMeasurement(points, targets, axes, readings, absolute, deviations, tolerance, wanted)
 
 
 def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) -> tuple[IntArray, FloatArray, bool]:
@@ -91,12 +99,9 @@ def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) 
     if deflected:
         what = "there are both deflections and measured poses"
         raise InputError(what, where=table.where(), remedy="Take one of the two out.")
-    if robot.configuration != coordinates.pose:
-        what = "measured poses are for robots that are commanded by a pose"
-        raise InputError(what, where=table.where(column=measured[0]), remedy="Give deflections (dx_m ...).")
     axes = np.array([axis for axis, name in enumerate(measured) if table.has(name)], dtype=np.int64)
     poses = table.numbers(tuple(measured[axis] for axis in axes))[order]
-    errors = poses - targets[:, axes]
+    errors = poses - targets[:, axes] if not robot.jointed else _of_tip(table, robot, poses, axes, order)
     far: BoolArray = np.abs(errors) > FARTHEST
     if far.any():
         row, column = (int(i) for i in np.argwhere(far)[0])
@@ -104,3 +109,23 @@ def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) 
         where = table.where(int(order[row]), measured[axes[column]])
         raise InputError(what, where=where, remedy="Check the unit (m, rad) and the frame.")
     return axes, errors, True
+
+
+def _wanted(table: Table, robot: Robot, order: IntArray) -> FloatArray:
+    """Poses (N, 6) that the tip of an arm should have."""
+    return table.numbers(tuple(f"target_{name}" for name in robot.coordinates.pose))[order]
+
+
+def _of_tip(table: Table, robot: Robot, poses: FloatArray, axes: IntArray, order: IntArray) -> FloatArray:
+    """Errors (N, k) of measured poses of a tip: shifts, and the rotation vectors of R·R_targetᵀ."""
+    wanted = _wanted(table, robot, order)
+    errors = poses - wanted[:, axes]
+    turned = axes >= robot.coordinates.translations
+    if turned.any():
+        if turned.sum() < robot.coordinates.rotations:
+            what = "an orientation has three angles"
+            where = table.where(column=f"measured_{robot.coordinates.pose[-1]}")
+            raise InputError(what, where=where, remedy="Fill them in, or leave all three out.")
+        relative = rotations_of(poses[:, turned]) @ rotations_of(wanted[:, 3:]).swapaxes(1, 2)
+        errors[:, turned] = Rotation.from_matrix(relative).as_rotvec()
+    return errors

@@ -5,6 +5,10 @@ acceptance interval is [−(T − U), T − U], and the estimate lies in it exac
 beyond its tolerance has at most the probability that the coverage leaves. Where U > T conformity is not proven; nothing
 proves that the axis is beyond its tolerance either, which takes a check measurement (`verification`).
 
+U knows nothing of physics that the model leaves out. A model that recordings determined therefore passes only where the
+probability of an error beyond the tolerance, physics that these recordings may hide included (`left_out`), is no more
+than the coverage leaves: the risk that is stated is the whole risk.
+
 All of it rests on the model. Where its own recordings refute it nothing is decided, and no probability is stated. A
 plan, of which nothing has been measured, is expected to pass or not.
 """
@@ -18,11 +22,13 @@ from scipy.special import ndtr, stdtr
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
-from expdesign.probabilities import probability_text
+from expdesign.probabilities import SMALLEST, probability_text
 
 DECISION_RULE = (
     "an axis passes where its expanded uncertainty U does not exceed its tolerance T: guarded acceptance with a guard "
-    "band of U (JCGM 106:2012, 8.3; ISO 14253-1), the estimated error after compensation being 0"
+    "band of U (JCGM 106:2012, 8.3; ISO 14253-1), the estimated error after compensation being 0; with recordings also "
+    "only where the probability of an error beyond T, by physics that they may hide as well, is within what the "
+    "coverage leaves"
 )
 MOST = 1_000_000
 
@@ -44,6 +50,40 @@ NOT_DECIDED = "Acceptance is not decided: the model is refuted by its own record
 
 
 @dataclass(frozen=True)
+class LeftOutRisk:
+    """Alternatives to the model, as the recordings leave them: E effects at t targets along n axes.
+
+    Attributes:
+        phrases: a machine with each, in words.
+        probability: that it is there, shape (E,); what is missing to 1 is that nothing is left out.
+        mean: what it is expected to do to the attained pose (m, rad), shape (E, t, n).
+        deviation: standard deviation of that, shape (E, t, n).
+    """
+
+    phrases: tuple[str, ...]
+    probability: FloatArray
+    mean: FloatArray
+    deviation: FloatArray
+
+    @property
+    def nothing(self) -> float:
+        """Probability that nothing is left out."""
+        return float(max(1.0 - self.probability.sum(), 0.0))
+
+    def beyond(self, tolerance: FloatArray, standard: FloatArray) -> FloatArray:
+        """Probability of each effect to be there and to bring the pose beyond its tolerance, shape (E, t, n).
+
+        Args:
+            tolerance: ± (m, rad), shape (t, n).
+            standard: standard uncertainty of the attained pose if the model is right, shape (t, n).
+        """
+        spread = np.hypot(self.deviation, standard)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            outside = ndtr((-tolerance - self.mean) / spread) + ndtr((self.mean - tolerance) / spread)
+        return self.probability[:, None, None] * outside
+
+
+@dataclass(frozen=True)
 class Decision:
     """The decision on every axis of every target.
 
@@ -53,12 +93,14 @@ class Decision:
         remedy: what to do where nothing is decided.
         check_readings: of every target, with which `verify` will prove conformity where it is planned to pass; None
             where no number will, or where that was not asked.
+        left_out: what the recordings may hide; None of a plan, or where nothing can be left out.
     """
 
     budget: UncertaintyBudget
     basis: Basis = Basis.MODEL
     remedy: str = "run `expdesign diagnose`"
     check_readings: int | None = None
+    left_out: LeftOutRisk | None = None
 
     @property
     def verdict(self) -> str:
@@ -80,9 +122,22 @@ class Decision:
     @property
     def passed(self) -> BoolArray:
         """Whether each axis passes, shape (t, n); True where an axis does not matter."""
-        budget = self.budget
-        passed: BoolArray = ~budget.matters | (budget.expanded <= budget.tolerance)
+        passed: BoolArray = self.within & ~self.endangered
         return passed
+
+    @property
+    def within(self) -> BoolArray:
+        """Whether U is within the tolerance, shape (t, n); True where an axis does not matter."""
+        budget = self.budget
+        within: BoolArray = ~budget.matters | (budget.expanded <= budget.tolerance)
+        return within
+
+    @property
+    def endangered(self) -> BoolArray:
+        """Where what may be left out makes an error beyond the tolerance likelier than the coverage allows, (t, n)."""
+        allowed = 1.0 - self.budget.coverage.level
+        endangered: BoolArray = self.within & self.budget.matters & (self.risk > allowed * (1.0 + 1e-9))
+        return endangered
 
     @property
     def passes(self) -> bool:
@@ -102,21 +157,30 @@ class Decision:
             score = budget.tolerance / budget.standard
         known = ~np.isfinite(budget.degrees)
         risk: FloatArray = 2.0 * np.where(known, ndtr(-score), stdtr(np.where(known, 1.0, budget.degrees), -score))
-        return risk
+        return risk if self.left_out is None else self.left_out.nothing * risk + self.hidden_risk.sum(axis=0)
+
+    @property
+    def hidden_risk(self) -> FloatArray:
+        """The part of `risk` that each physics has which the recordings may hide, shape (E, t, n)."""
+        if self.left_out is None or not self.decided:
+            return np.zeros((0, *self.budget.tolerance.shape))
+        return self.left_out.beyond(self.budget.tolerance, self.budget.standard)
 
     @property
     def repetitions(self) -> FloatArray:
         """How often the whole experiment has to be done until each axis passes, shape (t, n).
 
         Independent errors shrink with the root of the number, shared ones do not: r = k²·u_r²/(T² − k²·u_s²), rounded
-        up; infinite where the shared part alone exceeds the tolerance, NaN where an axis does not matter.
+        up; infinite where the shared part alone exceeds the tolerance or what may be left out endangers it, NaN where
+        an axis does not matter.
         """
         budget = self.budget
         allowed = budget.tolerance**2 - budget.repeated(np.inf) ** 2
         repeatable = budget.expanded**2 - budget.repeated(np.inf) ** 2
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = np.where(allowed > 0.0, np.ceil(repeatable / allowed * (1.0 - 1e-12)), np.inf)
-        unknown = np.isnan(budget.standard)
+        # Repeating a plan does not show what it hides.
+        unknown = np.isnan(budget.standard) | self.endangered
         needed = np.where(needed > MOST, np.inf, np.maximum(needed, 1.0))
         result: FloatArray = np.where(budget.matters, np.where(unknown, np.inf, needed), np.nan)
         return result
@@ -169,6 +233,7 @@ def _axis(decision: Decision, target: int, axis: int) -> dict[str, Any]:
         "verdict": decision.axis_verdict(target, axis),
         "passes": bool(decision.passed[target, axis]) if decision.decided else None,
         "probability_beyond_tolerance": at(decision.risk),
+        "probability_by_hidden_physics": None if decision.left_out is None else at(decision.hidden_risk.sum(axis=0)),
         "repetitions_until_it_passes": None if repetitions is None else int(repetitions),
     }
 
@@ -199,12 +264,15 @@ def sentences(decision: Decision) -> list[str]:
         texts.append("The measurements do not determine all of these axes.")
     if np.isfinite(ratio).any():
         target, axis = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
-        texts.append(
+        worst = (
             f"The worst is {budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1}: U is "
-            f"{ratio[target, axis]:.3g} of its tolerance "
-            f"(k = {budget.factor[target, axis]:.3g}, coverage {level}); an error beyond the tolerance has the "
-            f"probability {probability_text(float(decision.risk[target, axis]), 2)}."
+            f"{ratio[target, axis]:.3g} of its tolerance (k = {budget.factor[target, axis]:.3g}, coverage {level})"
         )
+        if decision.left_out is None:
+            risk = probability_text(float(decision.risk[target, axis]), 2)
+            texts.append(f"{worst}; an error beyond the tolerance has the probability {risk}.")
+        else:
+            texts += [f"{worst}.", _risk_sentence(decision, decision.left_out)]
     texts += _repetitions(decision)
     if decision.basis is Basis.PLAN and decision.passes:
         texts.append(_check_readings(decision.check_readings))
@@ -219,18 +287,51 @@ def _verdict_sentence(decision: Decision) -> str:
         return f"The robot is not expected to pass: on {failing} of the {matters} axes with a tolerance U exceeds it."
     if not failing:
         return f"The robot passes: on all {matters} axes with a tolerance U is within it."
-    return f"Not proven: on {failing} of the {matters} axes with a tolerance U exceeds it."
+    exceeding, endangered = int((~decision.within).sum()), int(decision.endangered.sum())
+    reasons = [f"on {exceeding} of the {matters} axes with a tolerance U exceeds it"] if exceeding else []
+    if endangered:
+        left = probability_text(1.0 - decision.budget.coverage.level, 2)
+        reasons.append(
+            f"on {endangered} of the {matters} axes with a tolerance physics that these recordings may hide exceeds it "
+            f"with a larger probability than the coverage leaves ({left})"
+        )
+    return f"Not proven: {'; '.join(reasons)}."
+
+
+def _risk_sentence(decision: Decision, left_out: LeftOutRisk) -> str:
+    """The probability of an error beyond a tolerance, and how much of it physics has that is not in the model."""
+    target, axis = np.unravel_index(int(np.nanargmax(decision.risk)), decision.risk.shape)
+    parts: dict[str, float] = {}
+    for phrase, part in zip(left_out.phrases, decision.hidden_risk[:, target, axis], strict=True):
+        parts[phrase] = parts.get(phrase, 0.0) + float(part)
+    whole = probability_text(float(decision.risk[target, axis]), 2)
+    hidden = "physics that these recordings may hide"
+    text = (
+        f"The largest probability of an error beyond a tolerance is {whole} "
+        f"({decision.budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1})"
+    )
+    if sum(parts.values()) < SMALLEST:
+        return f"{text}, {hidden} included."
+    share = probability_text(sum(parts.values()), 2)
+    return f"{text}; {hidden} has {share} of it, foremost {max(parts, key=lambda phrase: parts[phrase])}."
 
 
 def _repetitions(decision: Decision) -> list[str]:
     """What would make a robot pass that does not."""
     if decision.passes:
         return []
-    if decision.needed is None:
+    if decision.within.all():
+        return [
+            "Record what would show that physics (`expdesign run` with the objective `meir` plans it), or prove "
+            "conformity by check readings with `expdesign verify`."
+        ]
+    if decision.needed is None and not decision.endangered.any():
         return [
             "No number of repetitions helps: errors that all measurements share (or what is not determined) exceed the "
             "tolerance by themselves. Know the load better, or measure otherwise."
         ]
+    if decision.needed is None:
+        return []
     return [
         f"The whole plan done {decision.needed} times, set up anew each time "
         f"({decision.needed * decision.budget.measurements} measurements), would pass; a plan that is optimised for as "

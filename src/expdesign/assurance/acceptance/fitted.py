@@ -45,7 +45,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         InputError: the load errors of the configuration are of another kind of load than was recorded.
     """
     problem.require_elastostatic("a robot can be accepted from recordings")
-    sensitivities = _at_targets(problem, model.fit)
+    sensitivities = target_sensitivities(problem, model.fit)
     deviations = model.fit.estimable.deviations(sensitivities)
     noise = np.where(np.isfinite(deviations), deviations, np.nan)
     contributions = [Contribution(NOISE, noise, True, model.degrees)]
@@ -65,7 +65,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     )
 
 
-def _at_targets(problem: DesignProblem, fit: Fit) -> FloatArray:
+def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
     """Derivatives of the attained pose along the axes of the tolerances, shape (t, n, p)."""
     known = fit.chain
     chain = Chain(known.robot, known.effects, reading=known.reading, instrument=False, from_command=True)

@@ -13,12 +13,18 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budget
 from expdesign.assurance.acceptance.decision import MOST, Basis, Decision
 from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 
 
 def planned_decision(problem: DesignProblem, assessment: Assessment) -> Decision:
     """The decision on the first plan of an assessment."""
     return expected_decision(problem, planned_budget(problem, assessment))
+
+
+def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:
+    """The decision on the plan of the design that a search recommends."""
+    return planned_decision(problem, problem.assessed(front.decisions[front.recommended][None]))
 
 
 def expected_decision(problem: DesignProblem, budget: UncertaintyBudget) -> Decision:

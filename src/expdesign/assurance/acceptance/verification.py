@@ -22,10 +22,13 @@ from scipy.stats import norm
 from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import groups
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.estimation.compensation.arm_targets import ArmTargets
+from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.compensation.prediction import chain_of
 from expdesign.estimation.coverage_factor import Coverage
 from expdesign.estimation.goodness import StatementOfFit, WorstRow
@@ -101,6 +104,11 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Co
         NotIdentifiableError: a prediction depends on parameters that were not determined.
     """
     robot = model.chain.robot
+    if check.poses is not None:
+        predicted, motion = tip_errors(model, check, check.poses)
+        flat = motion[:, check.axes].reshape(-1, motion.shape[-1])
+        noise = noise_covariance(deviations, None)
+        return Comparison(check.readings, predicted[:, check.axes], noise, _model_covariance(model, flat, check))
     rows = row_data(check.points, robot)
     moved, motion = chain_of(model, platform=True).predict_with_sensitivities(rows, model.values)
     away = _command_errors(robot, check)[:, check.axes]
@@ -119,6 +127,14 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Co
         noise_covariance(deviations, None if check.absolute else check.points.references),
         _model_covariance(model, flat, check),
     )
+
+
+def tip_errors(model: Model, check: CheckMeasurement, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Predicted errors (N, 6) of an arm's tip at the commands, against wanted poses (N, 6), and their derivatives."""
+    targets = ArmTargets(check.points, poses[:, :3], rotations_of(poses[:, 3:]), "base", None)
+    rows = row_data(at_targets(model, targets, "base"), model.chain.robot)
+    predicted, slopes = tip_chain(model, "base").predict_with_sensitivities(rows, model.values)
+    return predicted - np.hstack([poses[:, :3], np.zeros((len(poses), 3))]), slopes
 
 
 def _command_errors(robot: Robot, check: CheckMeasurement) -> FloatArray:

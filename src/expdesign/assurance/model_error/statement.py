@@ -97,11 +97,11 @@ def sentence(worst: HiddenPhysics, freedom: int, readings: str) -> str:
             f"With as many readings as unknowns nothing that the model leaves out could be noticed by {readings}: "
             f"{worst.phrase} of the size that is assumed would cost {worst.error:.3g} tolerances at the targets."
         )
-    text = f"{worst.phrase[0].upper()}{worst.phrase[1:]} could cost {worst.error:.3g} tolerances at the targets"
+    text = f"The worst that {readings} could hide is {worst.phrase}: {worst.error:.3g} tolerances at the targets"
     if worst.limited_by == "detection":
-        return f"{text} before {readings} would show it."
+        return f"{text}, if it were as large as just goes unnoticed."
     if worst.noticed == float("inf"):
-        return f"{text} at the size that is assumed, and {readings} would not show it at all."
+        return f"{text} at the size that is assumed; {readings} would not show it at all."
     return f"{text} at the size that is assumed; {readings} would show it from {worst.noticed:.3g} times that size on."
 
 

@@ -3,7 +3,8 @@
 The instrument is registered and the markers are placed for the nominal robot at the commands as they are, and as they
 would be under each hypothesis. The misfit is the RMS of what the registration leaves over, in parts of the spread of
 the readings: below a per cent for any machine that was built, near one where angles are in degrees or a frame is
-left-handed, since no rotation maps a mirrored cloud of points onto the other.
+left-handed, since no rotation maps a mirrored cloud of points onto the other. Measured orientations are judged by the
+RMS angle that is left when every target is turned on its tip as suits best.
 """
 
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.plausibility.finding import Finding, extent
@@ -19,15 +21,19 @@ from expdesign.assurance.plausibility.options import DEFAULT
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
-from expdesign.chain.recordings.recordings import POSITION, Recordings
+from expdesign.chain.recordings.recordings import POSITION, Recordings, complete_positions
 from expdesign.errors import NotIdentifiableError
-from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS
+from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, KinematicTree
 from expdesign.mechanics.robots.robot import Robot
 
 POOR = 0.05
 """Share of the spread of the readings that a registration of the nominal robot leaves over only for a mistake."""
 GAIN = 4.0
 """Factor by which a hypothesis must reduce the misfit."""
+TURNED = 0.1
+"""rad (RMS); orientations that differ by more from those of the nominal robot are written otherwise."""
+HEAVY = 0.02
+"""Share of the moved mass from which a joint that has no column is worth a word."""
 _FEWEST = 8
 """Fitted rows below which a registration fits anything."""
 _LARGER = 3.0
@@ -43,26 +49,37 @@ _ROWS = 120
 
 def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     """What speaks against units, signs and frames of positions of markers, beside commands of a serial robot."""
-    some = np.flatnonzero(~recordings.test)
-    some = some[:: -(-len(some) // _ROWS) or 1]
-    train = recordings.rows(some)
-    if not robot.jointed:
+    if not robot.jointed or 0 not in recordings.axes:
         return []
+    positions = complete_positions(recordings)
+    some = _some(positions)
+    train = positions.rows(some)
     payloads = _payloads(recordings, robot)
     if payloads or len(train) < _FEWEST:
         return payloads
     units = _units(train, robot)
     if units:
         return units
+    standing = _standing(robot.links.tree)
     stated = _misfit(train, robot)
     if stated is None or stated < POOR:
-        return [] if stated is None else _copies(recordings, train, robot)
-    tried = [(_misfit(other, robot), text) for text, other in (*_hypotheses(train, robot), *_shifts(recordings, some))]
+        return (
+            standing
+            if stated is None
+            else [*standing, *_orientations(recordings, robot), *_copies(positions, train, robot)]
+        )
+    tried = [(_misfit(other, robot), text) for text, other in (*_hypotheses(train, robot), *_shifts(positions, some))]
     least, text = min(((misfit, text) for misfit, text in tried if misfit is not None), default=(np.inf, ""))
     if GAIN * least >= stated:
         return []
     left = f"{100 * stated:.0f} % of the spread of the positions is left after registration"
     return [Finding(f"{left}, where {100 * least:.2g} % would be", text)]
+
+
+def _some(recordings: Recordings) -> IntArray:
+    """Fitted rows, spread evenly, with which hypotheses are compared."""
+    fitted = np.flatnonzero(~recordings.test)
+    return fitted[:: -(-len(fitted) // _ROWS) or 1]
 
 
 def _payloads(recordings: Recordings, robot: Robot) -> list[Finding]:
@@ -128,7 +145,100 @@ def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordin
         order[[first, second]] = second, first
         swapped = replace(train, configurations=train.configurations[:, order])
         yield f"Are the columns {names[first]} and {names[second]} swapped?", swapped
+    yield from _tips(train, robot)
     yield from _slips(train, robot)
+
+
+def _tips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
+    """Markers on another of the tips than the rows say; all of them where there are two."""
+    assert train.marker is not None
+    tips, numbers = robot.links.tree.tips, robot.tip_numbers(train.configurations)
+    for index, marker in enumerate(train.markers if len(tips) > 1 else ()):
+        mine = train.marker == index
+        for number in set(range(1, len(tips) + 1)) - set(numbers[mine].tolist()):
+            moved = train.configurations.copy()
+            moved[mine, -1] = number
+            yield f"Does marker `{marker}` sit on `{tips[number - 1]}`?", replace(train, configurations=moved)
+    if len(tips) == 2:
+        moved = train.configurations.copy()
+        moved[:, -1] = 3 - moved[:, -1]
+        text = f"Are `{tips[0]}` and `{tips[1]}` swapped in the column tip?"
+        yield text, replace(train, configurations=moved)
+
+
+def _standing(tree: KinematicTree) -> list[Finding]:
+    """Joints off the chain whose place nobody says, although they move weight that the chain carries."""
+    joints = tree.urdf.joints.values()
+    mass = {
+        joint.name: tree.urdf.links[joint.child].mass
+        + sum(tree.urdf.links[each.child].mass for each in joints if _hangs_on(each.parent, joint.child, tree))
+        for joint in joints
+        if joint.moves and tree.motion(joint) is None and tree.carries(joint.parent)
+    }
+    heavy = [name for name, own in mass.items() if own > HEAVY * float(tree.masses().sum())]
+    if not heavy:
+        return []
+    named = ", ".join(f"`{name}`" for name in heavy)
+    what = f"{named} of the URDF move up to {max(mass.values()):.3g} kg and have no column"
+    likely = (
+        f"They are taken to stand at 0. If they did not, add `branch_joints: [{', '.join(heavy)}]` and their columns."
+    )
+    return [Finding(what, likely, "robot file")]
+
+
+def _hangs_on(link: str, ancestor: str, tree: KinematicTree) -> bool:
+    """Whether a link is another one, or hangs on it."""
+    above = {joint.child: joint.parent for joint in tree.urdf.joints.values()}
+    while link != ancestor and link in above:
+        link = above[link]
+    return link == ancestor
+
+
+def _orientations(recordings: Recordings, robot: Robot) -> list[Finding]:
+    """Measured orientations that do not turn as the tip does, and would if they were written otherwise."""
+    if recordings.aim is None:
+        return []
+    turned = recordings.rows(np.flatnonzero(np.isfinite(recordings.deflections).all(axis=1)))
+    train = turned.rows(_some(turned))
+    stated = _angle(train, robot) if len(train) >= _FEWEST else None
+    if stated is None or stated < TURNED or train.aim is None:
+        return []
+    other = Rotation.from_matrix(train.aim)
+    x, y, z, w = other.as_quat().T
+    angles = other.as_euler("xyz")
+    hypotheses = {
+        "Was a quaternion written as x, y, z, w and read as w, x, y, z?": np.column_stack([w, x, y, z]),
+        "Was a quaternion written as w, x, y, z and read as x, y, z, w?": np.column_stack([y, z, w, x]),
+        "Are they the instrument's orientations in the target's axes? Transpose them.": other.inv().as_quat(),
+        "Are the angles in degrees? They have to be in rad.": Rotation.from_euler("xyz", angles / _DEGREES).as_quat(),
+        "Are the angles about moving axes, first z, then y, then x, in another order? They have to make Rz·Ry·Rx.":
+            Rotation.from_euler("XYZ", angles).as_quat(),
+    }  # fmt: skip
+    tried = [
+        (_angle(replace(train, aim=Rotation.from_quat(quaternions).as_matrix()), robot) or np.inf, text)
+        for text, quaternions in hypotheses.items()
+    ]
+    least, text = min(tried)
+    if GAIN * least >= stated:
+        return []
+    what = (
+        f"the measured orientations are off by {stated:.2g} rad (RMS) after registration, and would be by {least:.2g}"
+    )
+    return [Finding(what, text, "column measured_rx_rad")]
+
+
+def _angle(train: Recordings, robot: Robot) -> float | None:
+    """RMS angle (rad) between measured orientations and those of the registered robot; None where none is measured."""
+    if train.aim is None:
+        return None
+    try:
+        reading = reading_of(robot, train)
+    except NotIdentifiableError:
+        return None
+    assert isinstance(reading, MarkerPosition)
+    expected = reading.orientations(robot, train, reading.start)
+    left = Rotation.from_matrix(expected @ train.aim.swapaxes(1, 2)).magnitude()
+    return float(np.sqrt((left**2).mean()))
 
 
 def _shifts(recordings: Recordings, some: IntArray) -> Iterator[tuple[str, Recordings]]:

@@ -127,6 +127,9 @@ class _ModelSection(Section):
     markers: list[str] | None = None
     held: list[list[str]] = Field(default_factory=list)
     oriented: list[str] = Field(default_factory=list)
+    fixed: list[str] = Field(default_factory=list)
+    gauges: list[str] = Field(default_factory=list)
+    unplaced: bool = False
     frames: Literal["known", "unknown"] | None = None
     effects: list[EffectSection]
     parameters: list[str]
@@ -259,7 +262,17 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
     places = {name: place for name, place in robot.markers.items() if name in section.markers}
     start = np.array(list(section.instrument.values()))
     held = tuple((str(pair[0]), str(pair[-1])) for pair in section.held)
-    reading = MarkerPosition(tuple(section.markers), places, robot.instrument, start, held, tuple(section.oriented))
+    reading = MarkerPosition(
+        tuple(section.markers),
+        places,
+        np.zeros(6) if section.unplaced else robot.instrument,
+        start,
+        held,
+        tuple(section.oriented),
+        tuple(section.fixed),
+        tuple(section.gauges),
+        section.unplaced,
+    )
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:
         remedy = f"They must be {', '.join(expected)}, in this order."

@@ -16,7 +16,8 @@ def _oriented(points: LoadedPoints) -> tuple[str, ...]:
     """Markers of which an orientation was read in a fitted row."""
     if points.aim is None or not isinstance(points, Recordings):
         return ()
-    seen = np.isfinite(points.deflections[:, 3:]).any(axis=1) & ~points.test
+    turns = np.flatnonzero((points.axes >= 3) & (points.axes < 6))
+    seen = np.isfinite(points.deflections[:, turns]).any(axis=1) & ~points.test
     return tuple(name for index, name in enumerate(points.markers) if (seen & (points.marker == index)).any())
 
 
@@ -43,10 +44,23 @@ def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True)
         what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"
         raise InputError(what, where=points.source, remedy="Convert them to deflections.")
     places = {name: place for name, place in robot.markers.items() if name in points.markers}
-    reading = MarkerPosition(points.markers, places, robot.instrument, np.zeros(0), oriented=_oriented(points))
+    gauged = (
+        () if points.along is None or points.point is None else np.unique(points.point[np.any(points.along, axis=1)])
+    )
+    unplaced = isinstance(points, Recordings) and points.point is not None and 0 not in points.axes
+    reading = MarkerPosition(
+        points.markers,
+        places,
+        np.zeros(6) if unplaced else robot.instrument,
+        np.zeros(0),
+        oriented=_oriented(points),
+        fixed=points.fixed,
+        gauges=tuple(points.fixed[int(index)] for index in gauged),
+        unplaced=unplaced,
+    )
     if not isinstance(points, Recordings):
         return replace(reading, start=np.zeros(len(reading.parameters)))
-    if robot.instrument is None:
+    if reading.instrument is None:
         require_registration(points)
         reading = replace(reading, held=held_coordinates(reading, robot, points))
     return replace(reading, start=start_of(reading, robot, points))

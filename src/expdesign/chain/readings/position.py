@@ -11,7 +11,11 @@ target with a frame R_m on the tip, and the last three components are the rotati
 
     R_Iᵀ·Rot(δφ)·R(q; geometry)·R_m·Aᵀ
 
-with the measured orientation A: 0 is what was measured.
+with the measured orientation A: 0 is what was measured. Distances from fixed points c and readings of gauges along n,
+
+    d = ‖p + R·m − c‖,   g = nᵀ·(p + R·m) − g₀,
+
+follow as two more components; c and the zeros g₀ are estimated.
 
 A tool that keeps one orientation shows only p + R·m − t_I: the marker's place along an axis of the tip that never turns
 is confounded with the instrument's. Orientations that vary by less than geometry is uncertain by anyway tell nothing
@@ -45,6 +49,10 @@ _HELD = 1e-6
 """m; standard deviation of a coordinate that is held."""
 MARKER_SPREAD = 1.0
 """m; standard deviation of a marker's place on the tip before anything is measured."""
+FIXED_SPREAD = 10.0
+"""m; standard deviation of the place of a fixed point, and of the zero of a gauge, before anything is measured."""
+_ROUNDING = 1e-9
+"""m; keeps the derivative of a distance of 0 finite."""
 _AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 
 
@@ -72,6 +80,9 @@ class MarkerPosition(Reading):
         start: of the unknown parameters, in the order of `parameters`.
         held: coordinates of markers that are held at the tip's origin, e.g. `("prism", "x")`.
         oriented: markers that are targets with a frame, whose orientation on the tip is estimated.
+        fixed: fixed points and gauges, in the order of `Row.point`.
+        gauges: which of these are gauges.
+        unplaced: whether no position was read, so that positions are those in O.
     """
 
     names: tuple[str, ...]
@@ -80,6 +91,9 @@ class MarkerPosition(Reading):
     start: FloatArray
     held: tuple[tuple[str, str], ...] = ()
     oriented: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    gauges: tuple[str, ...] = ()
+    unplaced: bool = False
     absolute = True
     linear = False
     compliance_spread = 3.0
@@ -101,6 +115,13 @@ class MarkerPosition(Reading):
                 for axis in "xyz"
             )
             + tuple(Parameter(f"marker {name} {axis}", 1e-2) for name in self.oriented for axis in _AXES[3:])
+            + tuple(
+                Parameter(name, 1e-2, spread=FIXED_SPREAD)
+                for each in self.fixed
+                for name in (
+                    [f"gauge {each} zero_m"] if each in self.gauges else [f"point {each} {a}" for a in _AXES[:3]]
+                )
+            )
         )
 
     @property
@@ -115,10 +136,13 @@ class MarkerPosition(Reading):
     @property
     def record(self) -> dict[str, object]:
         record: dict[str, object] = {"markers": list(self.names), "held": [list(pair) for pair in self.held]}
-        return record | ({"oriented": list(self.oriented)} if self.oriented else {})
+        record |= {"oriented": list(self.oriented)} if self.oriented else {}
+        if self.fixed:
+            record |= {"fixed": list(self.fixed), "gauges": list(self.gauges), "unplaced": self.unplaced}
+        return record
 
     def width(self, robot: Robot) -> int:
-        return 6 if self.oriented else 3
+        return 8 if self.fixed else 6 if self.oriented else 3
 
     def with_own_weight(self, row: Row, change: ca.SX) -> Row:
         return replace(row, carried=row.carried + change)
@@ -135,7 +159,19 @@ class MarkerPosition(Reading):
                 what = f"the model knows no marker `{name}`"
                 raise InputError(what, where=points.where(row, "marker"), remedy=f"It knows {', '.join(self.names)}.")
         numbers = np.array([self.names.index(name) for name in points.markers])
-        return replace(points, marker=numbers[points.marker], markers=self.names)
+        seen = replace(points, marker=numbers[points.marker], markers=self.names)
+        if not self.fixed:
+            return replace(seen, point=None, fixed=(), along=None)
+        if points.point is None or not set(points.fixed) <= set(self.fixed):
+            where = points.where(0, "point")
+            known = f"It knows {', '.join(self.fixed)}; positions need no point."
+            if points.point is not None and np.any(points.along):
+                raise InputError("the model does not know this point or gauge", where=where, remedy=known)
+            return replace(
+                seen, point=np.zeros(len(points), dtype=np.int64), fixed=self.fixed, along=np.zeros((len(points), 3))
+            )
+        places = np.array([self.fixed.index(name) for name in points.fixed])
+        return replace(seen, point=places[points.point], fixed=self.fixed)
 
     def orientations(self, robot: Robot, points: LoadedPoints, theta: FloatArray) -> FloatArray:
         """Orientations of the targets in the instrument's axes with the nominal robot and values of `parameters`.
@@ -175,13 +211,28 @@ class MarkerPosition(Reading):
         position, rotation = in_space(*robot.frame(row.pose, deflection, geometry))
         instrument = rotation_matrix(frame[3:6], "fixed-xyz")
         seen = instrument.T @ (position + rotation @ place - frame[:3])
+        spans = self._spans(row, position + rotation @ place, theta) if self.fixed else ca.SX(0, 1)
         if not self.oriented:
-            return seen
+            return ca.vertcat(seen, ca.SX.zeros(3 * bool(self.fixed)), spans)
         target, start = ca.SX.eye(3), offset + 3 * len(self.unknown)
         for index, name in enumerate(self.oriented):
             own = rotation_matrix(theta[start + 3 * index : start + 3 * index + 3], "fixed-xyz")
             target += row.marker[self.names.index(name)] * (own - ca.SX.eye(3))
-        return ca.vertcat(seen, rotation_vector(instrument.T @ rotation @ target @ ca.reshape(row.aim, 3, 3).T))
+        turn = rotation_vector(instrument.T @ rotation @ target @ ca.reshape(row.aim, 3, 3).T)
+        return ca.vertcat(seen, turn, spans)
+
+    def _spans(self, row: Row, marker: ca.SX, theta: ca.SX) -> ca.SX:
+        """Distance of a marker in O from the row's fixed point, and along the row's gauge from its zero (2,)."""
+        start = len(self.parameters) - sum(1 if name in self.gauges else 3 for name in self.fixed)
+        centre, zero = ca.SX.zeros(3), ca.SX(0.0)
+        for index, name in enumerate(self.fixed):
+            if name in self.gauges:
+                zero += row.point[index] * theta[start]
+                start += 1
+            else:
+                centre += row.point[index] * theta[start : start + 3]
+                start += 3
+        return ca.vertcat(ca.sqrt(ca.sumsqr(marker - centre) + _ROUNDING**2), ca.dot(row.along, marker) - zero)
 
 
 def matrix_of_angles(angles: FloatArray) -> FloatArray:

@@ -33,6 +33,7 @@ class Reading(ABC):
     Attributes:
         names: markers whose positions are read, in the order of `Row.marker`; none for deflections.
         oriented: those of which orientations are read as well.
+        fixed: fixed points and gauges from which distances are read, in the order of `Row.point`.
         by_instrument: whether an instrument reads it, with its own errors.
         start: of the unknown parameters of the instrument, in the order of `parameters`.
         absolute: whether it says where the platform is, so that geometry shows; deflections are differences.
@@ -44,6 +45,7 @@ class Reading(ABC):
 
     names: tuple[str, ...]
     oriented: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
     by_instrument: bool = True
     start: FloatArray
     absolute: bool

@@ -79,6 +79,7 @@ _COMPLETE = 4
 def require_registration(recordings: Recordings) -> None:
     """Raise where the fitted readings are fewer than three points, or lie on one line: they place no instrument."""
     readings = recordings.deflections[~recordings.test][:, :3]
+    readings = readings[np.isfinite(readings).any(axis=1)]
     complete = np.isfinite(readings).all(axis=1)
     if not complete.all() and complete.sum() < _COMPLETE:
         return  # single coordinates place it together, if they do
@@ -112,8 +113,14 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
 
     Coordinates that were not read are those of the registration before (expectation-maximisation).
     """
-    kept = ~recordings.test
     assert recordings.marker is not None
+    placed = np.zeros((len(recordings), 0)) if reading.unplaced else recordings.deflections[:, :3]
+    kept = ~recordings.test & np.isfinite(placed).any(axis=1)
+    if not kept.any():
+        own = len(reading.parameters) - _spans(reading)
+        return np.concatenate(
+            [np.zeros(own), _fixed_points(reading, robot, recordings, np.zeros((len(reading.names), 3)))]
+        )
     configurations, index = recordings.configurations[kept], recordings.marker[kept]
     readings = recordings.deflections[kept][:, :3]
     seen = np.isfinite(readings)
@@ -146,10 +153,43 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     found = [*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)]
     for name in reading.oriented:
         assert recordings.aim is not None
-        turned = np.isfinite(recordings.deflections[kept]).all(axis=1) & (index == reading.names.index(name))
+        turned = np.isfinite(recordings.deflections[kept][:, :6]).all(axis=1) & (index == reading.names.index(name))
         found += _angles(
             _mean_rotation(rotations[turned].swapaxes(1, 2) @ turn @ recordings.aim[kept][turned])
         ).tolist()
+    return np.array([*found, *(_fixed_points(reading, robot, recordings, places) if reading.fixed else ())])
+
+
+def _spans(reading: MarkerPosition) -> int:
+    """Number of parameters of fixed points and gauges."""
+    return sum(1 if name in reading.gauges else 3 for name in reading.fixed)
+
+
+def _fixed_points(reading: MarkerPosition, robot: Robot, recordings: Recordings, places: FloatArray) -> FloatArray:
+    """Places of fixed points and zeros of gauges for the nominal robot with markers at `places` (m, 3).
+
+    Squares of distances are linear in c and ‖c‖²: d² − ‖x‖² = −2·xᵀc + ‖c‖². Where the markers keep too close to a
+    plane the least c is taken.
+    """
+    assert recordings.marker is not None
+    assert recordings.point is not None
+    assert recordings.along is not None
+    positions, rotations = arrays_in_space(
+        robot.position(recordings.configurations), robot.jacobians(recordings.configurations).rotation
+    )
+    markers = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
+    spans = {int(axis): recordings.deflections[:, i] for i, axis in enumerate(recordings.axes)}
+    found: list[float] = []
+    for number, name in enumerate(reading.fixed):
+        gauge = name in reading.gauges
+        read = spans.get(7 if gauge else 6, np.full(len(recordings), np.nan))
+        mine = ~recordings.test & (recordings.point == number) & np.isfinite(read)
+        x, d = markers[mine], read[mine]
+        if gauge:
+            found.append(float(((recordings.along[mine] * x).sum(axis=1) - d).mean()) if mine.any() else 0.0)
+            continue
+        matrix = np.column_stack([-2.0 * x, np.ones(len(x))])
+        found += np.linalg.lstsq(matrix, d**2 - (x**2).sum(axis=1), rcond=1e-6)[0][:3].tolist()
     return np.array(found)
 
 

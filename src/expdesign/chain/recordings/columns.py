@@ -12,6 +12,7 @@ import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.spans import SPANS
 from expdesign.coordinates import SPATIAL, Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
@@ -260,7 +261,7 @@ def read_test_rows(table: Table, order: IntArray) -> BoolArray:
 def read_markers(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[str, ...]]:
     """Index of every row's marker in the order of the sequence (N,), or None, and the markers' names."""
     if not table.has("marker"):
-        if table.has("px_m"):
+        if table.has("px_m") or any(table.has(name) for name in SPANS):
             remedy = "Name the marker of each row (one name where there is one marker)."
             raise InputError("the column is missing", where=table.where(column="marker"), remedy=remedy)
         return None, ()
@@ -278,7 +279,8 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
             what = f"there are marker positions beside the deflections {name} ..."
             raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
     positions = table.numbers_where_filled(POSITION)[order]
-    empty = np.logical_not(np.isfinite(positions).any(axis=1, keepdims=True))
+    seen = np.isfinite(np.hstack([positions, table.numbers_where_filled(SPANS)[order]]))
+    empty = np.logical_not(seen.any(axis=1, keepdims=True))
     table.refuse(empty, POSITION, "no coordinate was measured", "Fill one in, or remove the row.", order)
     far = np.abs(np.nan_to_num(positions)) > FARTHEST
     table.refuse(far, POSITION, "{:g} cannot be a position in m", "Check the unit.", order, positions)

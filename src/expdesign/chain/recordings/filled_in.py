@@ -30,6 +30,7 @@ from expdesign.chain.recordings.columns import (
 )
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.chain.recordings.references import first_disagreement, read_references
+from expdesign.chain.recordings.spans import SPANS
 from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
 from expdesign.counted import counted
 from expdesign.errors import InputError
@@ -62,7 +63,7 @@ def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]
 
 
 def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:
-    known = (*coordinates.deflection, *POSITION, *reading_names(coordinates), *measured_names(coordinates))
+    known = (*coordinates.deflection, *POSITION, *SPANS, *reading_names(coordinates), *measured_names(coordinates))
     values = [name for name in known if table.has(name)]
     if not values:
         return table, []

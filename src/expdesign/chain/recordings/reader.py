@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray, IntArray, TextArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.chain.recordings.columns import (
     known_columns,
     leg_temperatures,
@@ -43,6 +43,15 @@ from expdesign.chain.recordings.pose_columns import (
 )
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand, Recordings
 from expdesign.chain.recordings.references import read_references, require_one_command_per_reference
+from expdesign.chain.recordings.spans import (
+    ALONG,
+    POINT,
+    SPAN_DEVIATIONS,
+    SPANS,
+    read_fixed,
+    read_span_deviations,
+    read_spans,
+)
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
@@ -65,6 +74,23 @@ def _poses(table: Table, points: LoadedPoints, coordinates: Coordinates, order: 
 
 
 def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
+    axes, readings, deviations = _marked(table, points, coordinates, order)
+    if points.point is None:
+        return axes, readings, deviations
+    spans, stated = read_spans(table, order), read_span_deviations(table, order)
+    readings, axes = np.hstack([readings, spans]), np.concatenate([axes, [6, 7]])
+    seen: BoolArray = np.logical_or.reduce(np.isfinite(readings), axis=0)
+    if (stated is None) != (deviations is None) and seen[:-2].any():
+        what = "standard deviations of positions or of distances are missing where the others are stated"
+        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
+    if stated is None:
+        return axes[seen], readings[:, seen], None
+    none = np.full((len(readings), len(axes) - 2), np.nan)
+    both = np.hstack([none if deviations is None else deviations, stated])
+    return axes[seen], readings[:, seen], both[:, seen]
+
+
+def _marked(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
     positions, deviations = read_positions(table, coordinates, order), read_position_deviations(table, order)
     if points.aim is None:
         return np.arange(3), positions, deviations
@@ -173,6 +199,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
     time = read_time(table, order)
     marker, markers = read_markers(table, order)
     poses = measures_poses(table, robot)
+    point, fixed, along = read_fixed(table, order) if markers and robot.jointed else (None, (), None)
     if measured and robot.actuated and not markers and not poses:
         # A body has no actuators: its pose says where it is, and is not a command that a series shares.
         require_one_command(table, robot.configuration, configurations, series, order)
@@ -193,6 +220,7 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
             absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
     legs = leg_temperatures(robot)
     known = known_columns(robot) | ({"kind"} if poses or markers else set())
+    known |= {POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS} if point is not None else set()
     # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
     readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
     if measured and not poses and not markers:
@@ -215,6 +243,9 @@ def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
         marker=marker,
         markers=markers,
         aim=read_aims(table, order) if markers else None,
+        point=point,
+        fixed=fixed,
+        along=along,
         poses=poses,
         references=read_references(table, order),
     )
@@ -294,13 +325,16 @@ def join(parts: list[Recordings]) -> Recordings:
     first = parts[0]
     numbers = np.concatenate([part.sequence for part in parts])
     counted = list(parts) if len(np.unique(numbers)) == len(numbers) else _count_on(parts)
+    if any(part.point is not None for part in counted):
+        remedy = "Put them into one file with the other readings."
+        raise InputError("distances and gauges are read from one file", where=parts[-1].source, remedy=remedy)
     if any(part.aim is not None for part in counted):
         counted = [_with_orientations(part) for part in counted]
         first = counted[0]
     merged: dict[str, Any] = {}
     for item in fields(Recordings):
         values = [getattr(part, item.name) for part in counted]
-        if item.name in ("source", "extra", "files", "file", "markers", "references"):
+        if item.name in ("source", "extra", "files", "file", "markers", "references", "fixed"):
             continue
         if any((value is None) != (values[0] is None) for value in values):
             other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))

@@ -12,7 +12,9 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
+from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS
 from expdesign.coordinates import Coordinates
+from expdesign.errors import InputError
 
 POSITION = ("px_m", "py_m", "pz_m")
 POSITION_DEVIATION = ("spx_m", "spy_m", "spz_m")
@@ -83,6 +85,9 @@ class LoadedPoints:
         markers: names of the markers.
         aim: orientation of the target of each row in the instrument's axes, from which rotations are counted, shape
             (N, 3, 3): the measured one. None where no orientations of targets are measured.
+        point: index in `fixed` of every row, shape (N,), where distances or gauges are read; else None.
+        fixed: names of fixed points and gauges.
+        along: unit vectors along gauges in O, shape (N, 3), 0 for rows without; None as `point`.
         poses: whether poses of the platform are measured.
         files: names of the files, where the rows come from several.
         file: index in `files` of every row, shape (N,), or None where there is one file.
@@ -106,6 +111,9 @@ class LoadedPoints:
     marker: IntArray | None = field(default=None, kw_only=True)
     markers: tuple[str, ...] = field(default=(), kw_only=True)
     aim: FloatArray | None = field(default=None, kw_only=True)
+    point: IntArray | None = field(default=None, kw_only=True)
+    fixed: tuple[str, ...] = field(default=(), kw_only=True)
+    along: FloatArray | None = field(default=None, kw_only=True)
     poses: bool = field(default=False, kw_only=True)
     files: tuple[str, ...] = field(default=(), kw_only=True)
     file: IntArray | None = field(default=None, kw_only=True)
@@ -113,8 +121,9 @@ class LoadedPoints:
 
     def components(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of what an instrument reads; rotations of targets are named as those of deflections."""
-        turns = () if self.aim is None else coordinates.deflection[coordinates.translations :]
-        return (*self.measurand.columns(coordinates), *turns)
+        turned, spans = self.aim is not None or self.point is not None, SPANS if self.point is not None else ()
+        turns = coordinates.deflection[coordinates.translations :] if turned else ()
+        return (*self.measurand.columns(coordinates), *turns, *spans)
 
     @property
     def measurand(self) -> Measurand:
@@ -126,10 +135,12 @@ class LoadedPoints:
     @property
     def marker_indicators(self) -> FloatArray:
         """1 for the marker of each row, 0 for the others, shape (N, number of markers); no columns for deflections."""
-        indicators = np.zeros((len(self), len(self.markers)))
-        if self.markers:
-            indicators[np.arange(len(self)), self.marker] = 1.0
-        return indicators
+        return _indicators(self.marker, len(self.markers), len(self))
+
+    @property
+    def point_indicators(self) -> FloatArray:
+        """The same of fixed points and gauges, shape (N, number of them)."""
+        return _indicators(self.point, len(self.fixed), len(self))
 
     def where(self, row: int, column: str = "") -> str:
         """File, line and column of a row, as a person would look them up."""
@@ -140,13 +151,30 @@ class LoadedPoints:
         return len(self.sequence)
 
 
+def _indicators(index: IntArray | None, count: int, rows: int) -> FloatArray:
+    indicators = np.zeros((rows, count))
+    if count and index is not None:
+        indicators[np.arange(rows), index] = 1.0
+    return indicators
+
+
 def complete_positions(recordings: "Recordings") -> "Recordings":
     """Rows of which all coordinates of a position were read, without orientations; other recordings as they are."""
     if recordings.marker is None:
         return recordings
+    if 0 not in recordings.axes:
+        what = "there are distances or gauges, and no positions"
+        raise InputError(what, where=recordings.source, remedy="`expdesign identify` fits them; add positions.")
     deviations = None if recordings.deviations is None else recordings.deviations[:, :3]
     places = replace(
-        recordings, aim=None, axes=recordings.axes[:3], deflections=recordings.deflections[:, :3], deviations=deviations
+        recordings,
+        aim=None,
+        point=None,
+        fixed=(),
+        along=None,
+        axes=recordings.axes[:3],
+        deflections=recordings.deflections[:, :3],
+        deviations=deviations,
     )
     return places.rows(np.flatnonzero(np.isfinite(places.deflections).all(axis=1)))
 
@@ -170,8 +198,12 @@ class Recordings(LoadedPoints):
 
     def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of the standard deviations of the measured components, in the order of `axes`."""
-        turns = () if self.aim is None else coordinates.deviation[coordinates.translations :]
-        names = (*self.measurand.deviation_columns(coordinates), *turns)
+        turned, spans = (
+            self.aim is not None or self.point is not None,
+            SPAN_DEVIATIONS if self.point is not None else (),
+        )
+        turns = coordinates.deviation[coordinates.translations :] if turned else ()
+        names = (*self.measurand.deviation_columns(coordinates), *turns, *spans)
         return tuple(names[axis] for axis in self.axes)
 
     def rows(self, chosen: BoolArray | IntArray) -> "Recordings":

@@ -55,7 +55,7 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
         found = predict_with(chain_of(model, platform=False), model, seen)
         turned = None
         if seen.aim is not None and found.deflections.shape[1] > 3:
-            turned = Rotation.from_rotvec(found.deflections[:, 3:]).as_matrix() @ seen.aim
+            turned = Rotation.from_rotvec(found.deflections[:, 3:6]).as_matrix() @ seen.aim
         return replace(found, measurand=seen.measurand, orientations=turned)
     return predict_with(chain_of(model, platform=True), model, without_markers(points))
 
@@ -67,7 +67,7 @@ def _own(model: Model) -> slice:
 
 def without_markers(points: LoadedPoints) -> LoadedPoints:
     """The same points, at which no marker is looked at."""
-    return replace(points, marker=None, markers=(), aim=None)
+    return replace(points, marker=None, markers=(), aim=None, point=None, fixed=(), along=None)
 
 
 def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:

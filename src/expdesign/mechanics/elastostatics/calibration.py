@@ -252,13 +252,3 @@ class Stacked(Regressor):
             return super().under_load(observation, elastic, compliances)
         moved = super().under_load(observation[..., :rigid], elastic, compliances)
         return np.concatenate([moved, elastic], axis=-1)
-
-
-def regressor_for(calibration: Calibration, *, frames_known: bool = True) -> Regressor:
-    """The regressor of `experiment.calibration` , with unknown frames where they are so."""
-    if calibration == "elastostatic":
-        return Elastostatic()
-    frames = () if frames_known else (Frames(),)
-    if calibration == "geometric":
-        return Stacked((*frames, Geometric())) if frames else Geometric()
-    return Stacked((*frames, Geometric(), Elastostatic()))

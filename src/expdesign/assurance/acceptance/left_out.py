@@ -1,0 +1,133 @@
+"""Physics that the model leaves out and the recordings do not refute: what it may do at the targets, by probability.
+
+Before the recordings, something is left out with the probability `LeftOutOptions.present`, shared evenly among the
+kinds of physics that the robot can have, and within a kind among the places and starts of its shapes. Its parameters x
+are normal with their prior sizes (MEIR's, theory.md 21). With S the whitened sensitivities of the model, P its
+covariance, r its residuals, B those of an effect, A and T what model and effect do at the targets,
+
+    x | r ~ N(C·Bᵀr, C),  C = (I + Bᵀ(B − S·P·SᵀB))⁻¹,  Bayes factor |C|^½·exp(½·rᵀB·C·Bᵀr)  against nothing left out
+
+(Gelman et al., Bayesian Data Analysis, 3rd ed. 2013, 7.4 and 14.8), and the attained pose is off by (T − A·P·SᵀB)·x,
+because the model takes up its share. The error is then a mixture, whose part beyond the tolerance is the specific
+consumer's risk (JCGM 106:2012, 3.3.13).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, as_matrix
+from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
+from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, target_sensitivities
+from expdesign.assurance.model_error.left_out import LeftOut, left_out, offsets
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.planned import meir_of_problem
+from expdesign.assurance.model_error.prior import with_steps
+from expdesign.assurance.model_error.recorded import recorded_sensitivities
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.errors import InputError
+from expdesign.planning.problem import DesignProblem
+
+
+@dataclass(frozen=True)
+class LeftOutOptions:
+    """What is thought of a machine before its recordings are read.
+
+    Attributes:
+        present: probability that physics which the base model lacks matters on it at all: as likely as not.
+    """
+
+    present: float = 0.5
+
+
+def decided_by(
+    problem: DesignProblem, model: FittedModel, *, refuted: bool, remedy: str = "run `expdesign diagnose`"
+) -> Decision:
+    """The decision at the targets of a configuration by a model that recordings determined.
+
+    Args:
+        problem: with the targets.
+        model: as its recordings determined it.
+        refuted: whether they refute it, so that nothing is decided.
+        remedy: what to do then.
+    """
+    budget = fitted_budget(problem, model)
+    if refuted:
+        return Decision(budget, Basis.REFUTED, remedy)
+    return Decision(budget, left_out=left_out_risk(problem, model))
+
+
+def left_out_risk(
+    problem: DesignProblem, model: FittedModel, options: LeftOutOptions | None = None
+) -> LeftOutRisk | None:
+    """What may be left out of a model that its recordings do not refute; None where nothing can be.
+
+    Args:
+        problem: whose targets count, and whose assumptions of MEIR if it has any.
+        model: as its recordings determined it.
+        options: what is thought beforehand.
+    """
+    robot, recordings, fit = problem.loaded.robot, model.recordings, model.fit
+    asked = meir_of_problem(problem)
+    assumptions = Assumptions() if asked is None else asked.assumptions
+    known = {effect.slot for effect in fit.chain.effects}
+    effects = [e for kind in effect_classes() for e in kind.candidates(robot, recordings) if e.slot not in known]
+    try:
+        physics = with_steps(problem, left_out(effects, recordings, assumptions), assumptions)
+    except InputError:  # the configuration leaves nothing over to consider
+        return None
+    meir = Meir(problem, assumptions, physics)
+    every = np.ones(len(recordings), dtype=bool)
+    found = recorded_sensitivities(robot, recordings, physics, model.whitening, every)[1] * meir.deviations
+    shown = np.where(np.isfinite(found).all(axis=0), found, 0.0)[: fit.residuals.size]
+    gain = fit.estimable.generalised / fit.inflation @ as_matrix(fit.sensitivities).T
+    taken = gain @ shown
+    missed = _motions(problem, meir) * meir.deviations - target_sensitivities(problem, fit) @ taken
+    remaining = shown - as_matrix(fit.sensitivities) @ taken
+    return _posterior(physics, shown, remaining, missed, fit.residuals.ravel(), options or LeftOutOptions())
+
+
+def _motions(problem: DesignProblem, meir: Meir) -> FloatArray:
+    """What each parameter of the physics does at the targets along the axes of the tolerances, shape (t, n, D)."""
+    targets, moved = problem.targets, []
+    for index, (loaded, parameters) in enumerate(problem.target_loads):
+        motion = meir.directions.at_target(loaded.load, targets.configurations[index], parameters)
+        moved.append(motion if targets.axes is None else targets.axes[index] @ motion)
+    return np.array(moved)
+
+
+def _posterior(
+    physics: tuple[LeftOut, ...],
+    shown: FloatArray,
+    remaining: FloatArray,
+    missed: FloatArray,
+    residuals: FloatArray,
+    options: LeftOutOptions,
+) -> LeftOutRisk:
+    """The alternatives from B (M, D), what the model leaves of it (M, D), the misses (t, n, D) and r (M,)."""
+    start, odds = offsets(physics), options.present / (1.0 - options.present)
+    logs, means, deviations = [0.0], [], []
+    for index, share in enumerate(_shares(physics)):
+        columns = slice(start[index], start[index + 1])
+        errors, count = missed[..., columns], start[index + 1] - start[index]
+        covariance = np.linalg.inv(np.eye(count) + shown[:, columns].T @ remaining[:, columns])
+        projected = shown[:, columns].T @ residuals
+        size = covariance @ projected
+        logs.append(np.log(odds * share) + 0.5 * float(np.linalg.slogdet(covariance)[1] + projected @ size))
+        means.append(errors @ size)
+        deviations.append(np.sqrt(np.maximum(((errors @ covariance) * errors).sum(axis=-1), 0.0)))
+    weights = np.exp(np.array(logs) - max(logs))
+    phrases = tuple(entry.effect.phrase for entry in physics)
+    return LeftOutRisk(phrases, weights[1:] / weights.sum(), np.array(means), np.array(deviations))
+
+
+def _shares(physics: tuple[LeftOut, ...]) -> list[float]:
+    """Share of the prior probability of every entry: evenly among kinds, then among places, then among starts."""
+    kinds = {entry.effect.physics for entry in physics}
+    places = {kind: {e.key for e in physics if e.effect.physics == kind} for kind in kinds}
+    starts = [sum(e.key == entry.key for e in physics) for entry in physics]
+    return [
+        1.0 / len(kinds) / len(places[entry.effect.physics]) / count
+        for entry, count in zip(physics, starts, strict=True)
+    ]

@@ -1,0 +1,89 @@
+"""Ball bars, draw wires and gauges: an arm is calibrated from distances alone, and from distances beside positions."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, usual_faults
+from tests.identification.test_arm_calibration import ROBOT, recordings_of
+
+import expdesign as xd
+from expdesign.chain.recordings.recordings import complete_positions
+from expdesign.errors import InputError
+
+FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+POINTS = {"ball": np.array([0.9, 0.3, 0.2]), "wire": np.array([-0.5, 1.0, 0.0])}
+ZERO, DISTANCE, GAUGE, PLACE = 0.25, 2e-5, 1e-5, 3e-5
+READ = ["distance_m", "sdistance_m", "gauge_m", "sgauge_m", "px_m", "py_m", "pz_m", "spx_m", "spy_m", "spz_m"]
+
+
+def measured(count: int = 260, *, positions: bool = False) -> pd.DataFrame:
+    """Distances of three markers from two points, every fourth row a gauge; with `positions` every third a position."""
+    generator, arm, rows = np.random.default_rng(1), Arm(FAULTS), []
+    for number in range(count):
+        command = generator.uniform([-2.5, -2.4, -2.0, -2.5, -2.5, -2.8], [2.5, -0.7, 2.0, 2.5, 2.5, 2.8])
+        marker = list(PLACES)[number // 4 % 3]
+        read = arm.position(command, PLACES[marker])
+        place, noise = INSTRUMENT.act(read), generator.standard_normal(3)
+        row: dict[str, object] = {"sequence": number + 1, "series": number + 1, "marker": marker}
+        row |= {f"q{k}_rad": value for k, value in enumerate(command, start=1)}
+        row |= {"split": "test" if number % 5 == 0 else "train"}
+        if positions and number % 3 == 0:
+            row |= dict(zip(("px_m", "py_m", "pz_m"), read + PLACE * noise, strict=True))
+            row |= dict.fromkeys(("spx_m", "spy_m", "spz_m"), PLACE)
+        elif number % 4 == 3:
+            along = generator.standard_normal(3)
+            along /= np.linalg.norm(along)
+            row |= {"point": "probe", **dict(zip(("along_x", "along_y", "along_z"), along, strict=True))}
+            row |= {"gauge_m": along @ place - ZERO + GAUGE * noise[0], "sgauge_m": GAUGE}
+        else:
+            name = list(POINTS)[number % 2]
+            row |= {"point": name, "distance_m": np.linalg.norm(place - POINTS[name]) + DISTANCE * noise[0]}
+            row |= {"sdistance_m": DISTANCE}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize("positions", [False, True])
+def test_held_out_distances_are_predicted_to_their_noise(positions: bool, tmp_path: Path) -> None:
+    frame = measured(positions=positions)
+    found = xd.identify(ROBOT, frame)
+    arm = found.result.arm
+    assert arm is not None
+    entries = arm.accuracy.entries
+    assert entries["held out", "distance"].before.rms > 20.0 * DISTANCE
+    assert entries["held out", "distance"].after.rms < 1.5 * DISTANCE
+    assert entries["held out", "gauge"].after.rms < 2.0 * GAUGE
+    assert found.result.goodness.p_value is None or found.result.goodness.p_value > 0.01
+    values = dict(zip(arm.labels, arm.fit.values, strict=True))
+    spread = dict(zip(arm.labels, np.sqrt(np.diag(arm.fit.covariance)), strict=True))
+    assert abs(values["gauge probe's zero"] - ZERO) < 4.0 * spread["gauge probe's zero"]
+    if positions:
+        assert entries["held out", "position"].after.rms < 1.5 * PLACE * np.sqrt(3.0)
+    found.save(tmp_path / "found")
+    points = frame.drop(columns=[name for name in READ if name in frame])
+    points = points[points["point"].notna()]
+    predicted = xd.predict(tmp_path / "found" / "model.yaml", points, readings=True).frame
+    for name in ("distance_m", "gauge_m"):
+        away = (predicted[name] - frame.loc[points.index, name].to_numpy())[(points["split"] == "test").to_numpy()]
+        inside = np.abs(away.dropna()) <= 1.96 * predicted[f"s{name}"][away.dropna().index]
+        assert inside.mean() > 0.8
+
+
+def test_what_distances_cannot_be_is_named() -> None:
+    frame = measured(40)
+    for changes, part in (
+        ({"distance_m": -0.3}, "cannot be a distance in m"),
+        ({"sdistance_m": 0.0}, "standard deviation of a distance is positive"),
+        ({"along_z": 1.0}, "a distance and the direction of a gauge"),
+    ):
+        with pytest.raises(InputError, match=part):
+            recordings_of(frame.assign(**{name: frame[name].where(frame.index != 4, v) for name, v in changes.items()}))
+    with pytest.raises(InputError, match="a gauge has no direction"):
+        recordings_of(frame.drop(columns=["along_x", "along_y", "along_z"]))
+    with pytest.raises(InputError, match="`ball` is a gauge here and a fixed point"):
+        recordings_of(frame.assign(point="ball"))
+    with pytest.raises(InputError, match="distances or gauges, and no positions"):
+        complete_positions(recordings_of(frame))
