@@ -90,6 +90,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     frame.search.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
     if groups.alone:
         return groups.diagnosis()
+    frame.search.few = None if groups.groups is None else OPTIONS.beside_groups
     named = _named(frame, outliers=outliers)
     if groups.beats(named.model):
         return groups.diagnosis()

@@ -152,7 +152,7 @@ class _Problem:
         atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
         # The alarm is that of as many laws as a dictionary has.
         alarm = max(EVIDENCE.alarm - float(np.log(EVIDENCE.entries / len(atoms))), 1.0)
-        options = replace(EVIDENCE, alarm=alarm, most_laws=len(atoms), inexact=0.0)
+        options = replace(EVIDENCE, alarm=alarm, most_laws=len(atoms), inexact=0.0, refuted=OPTIONS.better)
         return LawSearch(atoms, present, self.blocks, options=options).run()
 
     def error(self, chosen: Chosen, settled: Settling) -> float:

@@ -95,6 +95,9 @@ class Search:
         library: the candidates.
         known_noise: whether residuals are in units of a known standard deviation.
         report: called with a sentence on what is being done.
+
+    Attributes:
+        few: effects that are looked for at most, where more are better explained otherwise; None for no such limit.
     """
 
     def __init__(
@@ -111,6 +114,7 @@ class Search:
         self.library = library
         self.known_noise = known_noise
         self.report = report
+        self.few: int | None = None
         self.log = Log()
         self.models: dict[tuple[tuple[str, ...], bytes], Model] = {}
         self.tried: set[tuple[tuple[str, ...], bytes]] = set()
@@ -126,7 +130,8 @@ class Search:
             outliers: whether rows may be set aside.
         """
         current = self.base
-        while len(current.candidates) < self.most_effects:
+        most = self.most_effects if self.few is None else min(self.few, self.most_effects)
+        while len(current.candidates) < most:
             self.report(f"looking for effect {len(current.candidates) + 1}")
             grown = self._grow(current, outliers=outliers)
             if grown is None or current.misfit - grown.misfit < OPTIONS.acceptance:

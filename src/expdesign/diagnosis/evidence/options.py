@@ -19,7 +19,7 @@ class EvidenceOptions:
         starts: components that the search goes on from, at most.
         like: share of the best one's gain that they need.
         alike: factor on left-out errors within which evidence decides.
-        refuted: factor on left-out errors that speaks against a law.
+        refuted: factor on left-out errors that speaks against a law; 0 where evidence alone decides, as of single laws.
         several: log evidence that a law of its own for every actuator has to exceed that of a single one by.
         wanders: the same of a mount that moves with time alone over a drift of the reading, which is far commoner.
         swap: gain of log evidence for which a law is replaced by one elsewhere.
@@ -52,7 +52,7 @@ class EvidenceOptions:
     starts: int = 2
     like: float = 0.8
     alike: float = 1.05
-    refuted: float = 0.98
+    refuted: float = 0.0
     several: float = 25.0
     wanders: float = 20.0
     swap: float = 4.0

@@ -270,7 +270,7 @@ class LawSearch:
         Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
         seen.
         """
-        while True:
+        while self.options.refuted > 0.0:
             current = self._predicting(best)
             refuted = set(best.indices) - set(current.indices) - self._refuted
             if not refuted:
@@ -278,6 +278,7 @@ class LawSearch:
             self._refuted |= refuted
             self._seen.clear()
             best = preferred([current, self._completed(start, current)])
+        return best
 
     def _predicting(self, current: Chosen) -> Chosen:
         """Without the laws without which left-out blocks are predicted better, the most harmful first."""
