@@ -58,6 +58,8 @@ BRANCHES = {
     "assurance/acceptance/verification.py": 1,
     # Whether a chain without effects is linear.
     "chain/chain.py": 1,
+    # What is identified beside geometry shows in absolute readings of an arm alone.
+    "app/api/identify.py": 1,
     # Whether the calibration that is asked for can be read off the columns, and which is usual.
     "estimation/geometric.py": 2,
     # Positions have no unloaded reading that rows could share.

@@ -67,7 +67,8 @@ def test_of_recordings(problem: DesignProblem, evaluation: xd.EvaluationResult, 
     diagnosed = xd.diagnose(robot, recordings, targets=problem)
     if diagnosed.verdict == "consistent":
         assert diagnosed.accuracy is not None
-        assert diagnosed.record["accuracy"]["noise"] == pytest.approx(planned.noise, rel=1e-6)
+        # Of a few rows the diagnosis predicts the average over what may be there, which adds a little.
+        assert planned.noise <= diagnosed.record["accuracy"]["noise"] < 1.01 * planned.noise
 
 
 def test_standard_deviations_are_summed_as_the_criteria_do(problem: DesignProblem) -> None:

@@ -38,8 +38,8 @@ from expdesign.mechanics.robots.robot import Robot
 
 _HELD = 1e-8
 """Factor on the deviations of parameters that no group of the model contains."""
-_REFITS = 2
-"""Times that the model is fitted in full and its groups are sized anew."""
+_REFITS, _SETTLED = 2, 0.1
+"""Times that the model is fitted in full and its groups are sized anew, and changes of log sizes that are none."""
 
 
 @dataclass(frozen=True)
@@ -255,7 +255,7 @@ class _Model:
             state = self._linearised(result, mean, deviation)
             self.factors = self.factors * np.sqrt(state.variances)
             self.noise = float(np.sqrt(state.noise_variance))
-            if self.chain.reading.linear:
+            if np.abs(np.log(state.variances)).max() < _SETTLED:
                 break
         assert result is not None
         known = result.known_as(result.estimable.scaled(self.noise**2))

@@ -151,10 +151,9 @@ def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordin
 
 def _tips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
     """Markers on another of the tips than the rows say; all of them where there are two."""
-    assert train.marker is not None
     tips, numbers = robot.links.tree.tips, robot.tip_numbers(train.configurations)
     for index, marker in enumerate(train.markers if len(tips) > 1 else ()):
-        mine = train.marker == index
+        mine = np.asarray(train.marker) == index
         for number in set(range(1, len(tips) + 1)) - set(numbers[mine].tolist()):
             moved = train.configurations.copy()
             moved[mine, -1] = number
