@@ -11,7 +11,6 @@ from pydantic import Field
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.validation.comparison import mean, standard_deviation
 from expdesign.assurance.validation.simulation import simulate
-from expdesign.estimation.compensation.error_norm import planar_norm_moments
 from expdesign.io.schema import Count, Positive
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.criteria.criterion import known_criteria
@@ -21,6 +20,7 @@ from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search
 from expdesign.report.words import with_error
 from thesis_studies.drawing import COLOURS, panels
+from thesis_studies.error_norm import planar_norm_moments
 from thesis_studies.position_maps import COORDINATES, MICRO, best_index, grid_assessment, plan_at
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from thesis_studies.tables import column, density_rows, rows_of

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.estimation.compensation.error_norm import planar_norm_moments
 from thesis_studies.bipod_pareto import BipodPareto, behind
+from thesis_studies.error_norm import planar_norm_moments
 from thesis_studies.making import read_frame
 
 ROOT = Path(__file__).parents[2]
