@@ -24,10 +24,9 @@ _MOST_LINES = 6
 
 
 def law_blocks(result: Diagnosis) -> list[Block]:
-    """Table of places and curves; empty where no law was found."""
-    if result.laws is None:
-        return []
-    return [_places_table(result), *(law_figure(result, finding) for finding in curves(result.findings))]
+    """Table of places, where laws were looked for one by one, and curves; empty where no law was found."""
+    places = [] if result.laws is None else [_places_table(result)]
+    return [*places, *(law_figure(result, finding) for finding in curves(result.findings))]
 
 
 def law_figure(result: Diagnosis, finding: LawFinding) -> Figure:

@@ -53,7 +53,7 @@ def diagnosis_report(
     """
     drawn, data = _picture(result)
     laws = law_blocks(result)
-    found = [_effects_table(result)] if result.findings else []
+    found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
     found += [stiffness_table(result)] if added_physics(result) else []
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
