@@ -46,7 +46,7 @@ def _of_laws(found: FoundGroup, share: float, groups: Groups, robot: Robot) -> L
     return LawFinding(
         "law", str(found.group.component), form.kind, {}, found.probability, (), text, share=share,
         depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)),
-        columns=columns(curve.quantities, robot), curve=curve,
+        columns=() if curve is None else columns(curve.quantities, robot), curve=curve,
     )  # fmt: skip
 
 
@@ -58,11 +58,16 @@ def _how_much(found: FoundGroup, what: str) -> str:
     )
 
 
-def _curve(found: FoundGroup, groups: Groups, robot: Robot) -> Curve:
-    """The curve of the first law, or of all laws that are a change from the load of a reference."""
+def _curve(found: FoundGroup, groups: Groups, robot: Robot) -> Curve | None:
+    """The curve of the first law, or of all laws that are a change from the load of a reference.
+
+    None where several loads move one axis, each by a factor of its own: that is no curve of one quantity.
+    """
     fit, sight = groups.fit, groups.sight
     parts: dict[Effect, slice] = dict(zip(fit.chain.effects, fit.chain.slices, strict=True))
     first = found.laws[0]
+    if len({channel.output for channel in first.form.channels}) < first.form.blocks:
+        return None
     if first.form.channels[-1].gain < 0.0 and first.form.blocks == 1:
         return _of_changes([(law, parts[law]) for law in found.laws], robot, fit, sight)
     part = parts[first]
