@@ -53,6 +53,12 @@ class Group:
         return _entry(self.atoms[0]).channels[0].amplitude if self.form.startswith("guide") else None
 
     @property
+    def goes_on(self) -> bool:
+        """Whether it depends on time or remembers, so that it goes on after the last row."""
+        seen = [quantity for atom in self.atoms for quantity in _entry(atom).quantities]
+        return any(quantity.states or quantity.drifts or quantity.kind == "settling" for quantity in seen)
+
+    @property
     def kind(self) -> tuple[Component, str]:
         """What people would call it; laws of guides that end elsewhere are of one kind."""
         return self.component, self.form or self.name

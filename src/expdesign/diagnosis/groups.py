@@ -19,7 +19,7 @@ from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
-from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
 from expdesign.diagnosis.evidence.options import EVIDENCE
@@ -95,7 +95,13 @@ class Groups:
 
 
 def grouped(
-    robot: Robot, sample: Sample, base: Fit, library: Sequence[Candidate], report: Callable[[str], None]
+    robot: Robot,
+    sample: Sample,
+    base: Fit,
+    library: Sequence[Candidate],
+    report: Callable[[str], None],
+    *,
+    lasting: bool = False,
 ) -> Groups | None:
     """The groups that these rows show; None where rows are few, the base model nearly fits, or nothing predicts better.
 
@@ -105,9 +111,11 @@ def grouped(
         base: fit of the base model.
         library: named physics.
         report: is told what is being done.
+        lasting: whether laws of time and memory are left out.
     """
     report("all effects at once")
     groups, sight = groups_of(robot, sample, base, library)
+    groups = [group for group in groups if not (lasting and group.goes_on)]
     if not groups:
         return None
     problem = _Problem(sample, base, groups)
@@ -153,7 +161,30 @@ class _Problem:
         # The alarm is that of as many laws as a dictionary has.
         alarm = max(EVIDENCE.alarm - float(np.log(EVIDENCE.entries / len(atoms))), 1.0)
         options = replace(EVIDENCE, alarm=alarm, most_laws=len(atoms), inexact=0.0, refuted=OPTIONS.better)
-        return LawSearch(atoms, present, self.blocks, options=options).run()
+        return self._lasting(LawSearch(atoms, present, self.blocks, options=options).run())
+
+    def _lasting(self, chosen: Chosen) -> Chosen:
+        """Without groups of time or memory without which the last rows are predicted clearly better from those before.
+
+        Between rows that it has seen anything smooth predicts; what goes on with time is judged by what came later.
+        """
+        axes = len(self.sample.recordings.axes)
+        last, first = (np.repeat(rows, axes)[self.kept] for rows in last_part(self.sample, OPTIONS.groups))
+        if not (last.any() and first.any()):
+            return chosen
+
+        def error(state: Present) -> float:
+            return _rms(state.readings[last] - state.design[last] @ state.of_rows(first).weights)
+
+        while True:
+            going_on = [k for k, index in enumerate(chosen.indices) if self.groups[index].goes_on]
+            trials = [(error(chosen.state.without(k)), k) for k in going_on]
+            least, gone = min(trials, default=(np.inf, 0))
+            if OPTIONS.later * least >= error(chosen.state):
+                return chosen
+            indices = chosen.indices[:gone] + chosen.indices[gone + 1 :]
+            state = chosen.state.without(gone).refitted()
+            chosen = replace(chosen, indices=indices, state=state, evidence=state.log_evidence)
 
     def error(self, chosen: Chosen, settled: Settling) -> float:
         """RMS of left-out readings."""

@@ -30,6 +30,8 @@ class DiagnosisOptions:
         all_gains: factor on left-out errors that all effects at once have to reach.
         few: factor on left-out errors within which one or two groups predict as well as all together.
         beside_groups: named effects that are looked for where groups predict: few causes are what names are for.
+        refutes: ratio of errors of marked rows and of left-out blocks above which marked rows speak against laws of
+            time and memory.
         ends: of guides that are weighed.
         quiet: noise at which ends of guides are compared, in misfits of the base model.
         most_typical: typical sizes of a parameter that its deviation within a group is at most.
@@ -82,6 +84,7 @@ class DiagnosisOptions:
     all_gains: float = 0.9
     few: float = 1.15
     beside_groups: int = 2
+    refutes: float = 2.0
     ends: int = 3
     quiet: float = 0.03
     most_typical: float = 1e3
