@@ -47,7 +47,7 @@ def main() -> None:
     for case, robot, recordings in experiments(chosen.experiments, chosen.seed, "none"):
         found = diagnose(robot, recordings)
         sample = found.search.sample
-        base = base_alone(found.base, sample, np.repeat(sample.counts, len(recordings.axes)))
+        base = base_alone(found.base, sample)
         dictionary = Dictionary(robot, measured_of(sample), found.base.values)
         noise = generator.standard_normal((len(base.readings), chosen.repetitions))
         gains = largest_gains(dictionary, base, noise)

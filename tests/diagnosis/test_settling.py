@@ -40,12 +40,14 @@ def _case(tmp_path: Path, series: Array, moved: float = 0.0) -> tuple[Sample, Fi
     return sample, fit(chain, sample)
 
 
-def _settled(sample: Sample, base: Fit) -> Settling:
+def _present(base: Fit) -> Present:
     slopes = base.sensitivities.reshape(-1, len(base.values))
-    kept = np.ones(len(slopes), dtype=bool)
-    found = settling(base.chain, sample, kept, base.residuals.ravel(), slopes)
     precision = 1e-12 * np.maximum((slopes**2).sum(axis=0), 1.0)
-    return found.most_evident(Present(slopes, precision, base.residuals.ravel(), known_noise=False))
+    return Present(slopes, precision, base.residuals.ravel(), known_noise=False)
+
+
+def _settled(sample: Sample, base: Fit) -> Settling:
+    return settling(base.chain, sample, _present(base)).most_evident(_present(base))
 
 
 def test_series_at_one_pose_have_none(tmp_path: Path) -> None:
@@ -57,8 +59,7 @@ def test_series_at_one_pose_have_none(tmp_path: Path) -> None:
     pairs = np.arange(_ROWS) // 2
     recordings = replace(sample.recordings, configurations=logged, series=pairs)
     rows = replace(sample.rows, series=pairs)
-    assert not settling(base.chain, replace(sample, recordings=recordings, rows=rows), np.ones(3 * _ROWS, dtype=bool),
-                        base.residuals.ravel(), base.sensitivities.reshape(-1, len(base.values))).series  # fmt: skip
+    assert not settling(base.chain, replace(sample, recordings=recordings, rows=rows), _present(base)).series
 
 
 @pytest.mark.parametrize(("moved", "there"), [(0.0, False), (10.0 * DEVIATION, True)])

@@ -19,6 +19,7 @@ from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.group_findings import group_findings
+from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.sample import Sample, rms
@@ -73,7 +74,8 @@ def sample_of(points: Recordings) -> Sample:
 @cache
 def found() -> Groups:
     sample = sample_of(column())
-    groups = grouped(BODY, sample, fit(Chain(BODY), sample), (), lambda text: None)
+    base = fit(Chain(BODY), sample)
+    groups = grouped(BODY, sample, base, groups_of(BODY, sample, base, ()))
     assert groups is not None
     return groups
 
@@ -147,7 +149,8 @@ def test_a_support_that_does_not_yield_has_no_laws() -> None:
     noise = still.deviations * generator.standard_normal(still.deflections.shape)
     noisy = replace(still, deflections=noise)
     sample = sample_of(noisy)
-    assert grouped(BODY, sample, fit(Chain(BODY), sample), (), lambda text: None) is None
+    base = fit(Chain(BODY), sample)
+    assert grouped(BODY, sample, base, groups_of(BODY, sample, base, ())) is None
 
 
 def test_an_overlap_is_what_is_left_of_a_guide() -> None:

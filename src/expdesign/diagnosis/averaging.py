@@ -81,8 +81,7 @@ def averaged(search: Search, model: Model) -> Model:
 
 def _terms(search: Search, model: Model) -> list[_Term]:
     sample = search.sample.restricted(~model.outliers)
-    rows = np.repeat(sample.counts, len(sample.recordings.axes))
-    present = base_alone(model.fit, sample, rows)
+    present = base_alone(model.fit, sample)
     noise = 1.0 if search.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
     root = present.factor
     projected = present.projected
@@ -100,7 +99,7 @@ def _terms(search: Search, model: Model) -> list[_Term]:
             continue
         free = [p for p in effect.parameters if not p.shape]
         for start, directions in enumerate(candidate.directions):
-            own = directions[rows]
+            own = directions[sample.kept]
             deviations = np.array([sizes.of(effect.size(p), effect, p, own[:, i]) for i, p in enumerate(free)])
             phi = own * deviations / np.sqrt(noise)
             through = root.T @ phi
@@ -122,8 +121,7 @@ def _sizes(search: Search) -> PhysicalSizes:
     forces = actuator_forces(jacobians, recordings.wrenches)
     compliance = np.einsum("nij,j,nij->ni", jacobians.pose, robot.compliance, jacobians.pose).mean(axis=0)
     springs = as_matrix(search.base.fit.sensitivities)[:, : len(robot.stiffness)]
-    counted = np.repeat(search.sample.counts, len(recordings.axes))
-    return PhysicalSizes(robot, forces, compliance, springs[counted])
+    return PhysicalSizes(robot, forces, compliance, springs[search.sample.kept])
 
 
 def _posterior(gram: FloatArray, slope: FloatArray, *, one_sided: bool) -> tuple[float, FloatArray, FloatArray]:

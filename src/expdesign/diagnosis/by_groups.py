@@ -16,12 +16,14 @@ from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.findings import set_aside
 from expdesign.diagnosis.frame import Frame
 from expdesign.diagnosis.group_findings import group_findings
+from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
+from expdesign.diagnosis.sample import rms
 from expdesign.diagnosis.selection import Model
 from expdesign.diagnosis.statement import statement
 
@@ -63,9 +65,8 @@ class ByGroups:
         if self.groups is None:
             return False
         sample = self.frame.search.sample.restricted(~named.outliers)
-        kept = np.repeat(sample.counts, len(sample.recordings.axes))
-        errors = base_alone(named.fit, sample, kept).left_out(readings_of(blocks_of(sample), sample))
-        return self.groups.after < OPTIONS.better * float(np.sqrt((errors**2).mean()))
+        errors = base_alone(named.fit, sample).left_out(readings_of(blocks_of(sample), sample))
+        return self.groups.after < OPTIONS.better * rms(errors)
 
     def diagnosis(self) -> Diagnosis:
         """The diagnosis by these groups."""
@@ -117,13 +118,15 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
         return one_at_a_time(f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart")
     if count < OPTIONS.all_rows:
         return one_at_a_time(f"{count} rows are too few for groups of effects ({OPTIONS.all_rows} are needed)")
-    found = grouped(robot, sample, base, frame.entries, report)
+    report("all effects at once")
+    library = groups_of(robot, sample, base, frame.entries)
+    found = grouped(robot, sample, base, library)
     if found is None:
         return one_at_a_time("no group of effects is worth its evidence")
     judged = _errors(found, frame)
     if frame.judged.any() and judged.test_after > OPTIONS.refutes * max(found.after, found.noise):
         # Large laws that cancel each other where they were seen do not do so elsewhere.
-        lasting = grouped(robot, sample, base, frame.entries, report, lasting=True)
+        lasting = grouped(robot, sample, base, library.lasting)
         if lasting is not None and (errors_of := _errors(lasting, frame)).test_after < judged.test_after:
             found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"

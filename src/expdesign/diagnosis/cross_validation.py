@@ -10,6 +10,7 @@ make any gain look uncertain, however sure it is.
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -19,8 +20,9 @@ from scipy.stats import t as t_distribution
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.sample import Sample, rms
 
+Values = TypeVar("Values", IntArray, BoolArray)
 STATION = "station"
 """Column of recordings that numbers groups of rows which were measured together (file-formats.md, Recordings)."""
 _NOTHING = 1e-9
@@ -60,9 +62,9 @@ def last_part(sample: Sample, parts: int) -> tuple[BoolArray, BoolArray]:
     return whole, before
 
 
-def readings_of(values: IntArray, sample: Sample) -> IntArray:
+def readings_of(values: Values, sample: Sample) -> Values:
     """Values of rows (N,) for every reading that counts, shape (M,)."""
-    found: IntArray = np.repeat(values[sample.counts], len(sample.recordings.axes))
+    found: Values = np.repeat(values[sample.counts], len(sample.recordings.axes))
     return found
 
 
@@ -112,12 +114,12 @@ class LeftOut:
     @property
     def rms_before(self) -> float:
         """RMS without laws."""
-        return float(np.sqrt((self.before**2).mean()))
+        return rms(self.before)
 
     @property
     def rms_after(self) -> float:
         """RMS with laws."""
-        return float(np.sqrt((self.after**2).mean()))
+        return rms(self.after)
 
     @property
     def p_value(self) -> float:

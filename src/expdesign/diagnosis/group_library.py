@@ -17,7 +17,7 @@ from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.sample import Sample, rms
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
 
@@ -50,7 +50,7 @@ class Group:
     @property
     def end(self) -> Quantity | None:
         """What laws of guides are multiplied by."""
-        return _entry(self.atoms[0]).channels[0].amplitude if self.form.startswith("guide") else None
+        return _end(_entry(self.atoms[0])) if self.atoms else None
 
     @property
     def goes_on(self) -> bool:
@@ -69,8 +69,21 @@ class Group:
         return self.directions.shape[1]
 
 
-def groups_of(robot: Robot, sample: Sample, base: Fit, library: Sequence[Candidate]) -> tuple[list[Group], Sight]:
-    """All groups: what a body stands on, or parts of an arm and laws of its joints; and what their laws see.
+@dataclass(frozen=True)
+class GroupLibrary:
+    """Groups that recordings could show, and what their laws see."""
+
+    groups: tuple[Group, ...]
+    sight: Sight
+
+    @property
+    def lasting(self) -> "GroupLibrary":
+        """The same without laws of time and memory."""
+        return replace(self, groups=tuple(group for group in self.groups if not group.goes_on))
+
+
+def groups_of(robot: Robot, sample: Sample, base: Fit, library: Sequence[Candidate]) -> GroupLibrary:
+    """All groups: what a body stands on, or parts of an arm and laws of its joints.
 
     Args:
         robot: the robot.
@@ -80,11 +93,10 @@ def groups_of(robot: Robot, sample: Sample, base: Fit, library: Sequence[Candida
     """
     ports = ("supports",) if robot.on_support else ("joints",)
     dictionary = Dictionary(robot, measured_of(sample), base.values, only=ports)
-    kept = np.repeat(sample.counts, len(sample.recordings.axes))
-    present = replace(base_alone(base, sample, kept), known_noise=False)
+    present = replace(base_alone(base, sample), known_noise=False)
     laws = _laws_of_supports(dictionary) if robot.on_support else _laws_of_joints(dictionary)
-    names = [] if robot.on_support else _named(sample, base, library)
-    return [*names, *_few_ends(laws, present)], dictionary.sight
+    names = [] if robot.on_support else _named(sample, rms(present.readings), library)
+    return GroupLibrary((*names, *_few_ends(laws, present)), dictionary.sight)
 
 
 def _laws_of_supports(dictionary: Dictionary) -> list[Group]:
@@ -92,9 +104,8 @@ def _laws_of_supports(dictionary: Dictionary) -> list[Group]:
     kinds: dict[Hashable, list[Atom]] = {}
     for atom in dictionary.atoms:
         entry = _entry(atom)
-        end = entry.channels[0].amplitude if entry.form.startswith("guide") else None
         scale = entry.scales if entry.kernel == "matern" else None
-        kinds.setdefault((entry.form, entry.kernel, scale, end), []).append(atom)
+        kinds.setdefault((entry.form, entry.kernel, scale, _end(entry)), []).append(atom)
     return [_of_laws(_entry(atoms[0]).form, BASE, atoms) for atoms in kinds.values()]
 
 
@@ -133,7 +144,7 @@ def _few_ends(groups: list[Group], present: Present) -> list[Group]:
     They are judged by the evidence of laws of a size that the misfit allows, with noise of a share of it: what matters
     is how a tilt grows with what is drawn out, which no other law can make up for.
     """
-    level = OPTIONS.quiet * float(np.sqrt((present.readings**2).mean())) or 1.0
+    level = OPTIONS.quiet * rms(present.readings) or 1.0
     quiet = replace(present, base=present.base / level, readings=present.readings / level, known_noise=True)
     size = OPTIONS.quiet**-2
 
@@ -164,6 +175,11 @@ def _entry(atom: Atom) -> Entry:
     return atom.entry
 
 
+def _end(entry: Entry) -> Quantity | None:
+    """What the law of a guide is multiplied by."""
+    return entry.channels[0].amplitude if entry.form.startswith("guide") else None
+
+
 def _of_laws(name: str, component: Component, atoms: Sequence[Atom]) -> Group:
     """Laws of unit mean variance each become a group of unit mean variance."""
     directions = np.hstack([atom.directions for atom in atoms])
@@ -173,14 +189,12 @@ def _of_laws(name: str, component: Component, atoms: Sequence[Atom]) -> Group:
     return Group(name, "law", component, form, scale * directions, scales, atoms=tuple(atoms))
 
 
-def _named(sample: Sample, base: Fit, library: Sequence[Candidate]) -> list[Group]:
-    """Effects of one kind; of the geometry lengths and angles apart."""
-    kept = np.repeat(sample.counts, len(sample.recordings.axes))
-    misfit = float(np.sqrt((base_alone(base, sample, kept).readings ** 2).mean()))
+def _named(sample: Sample, misfit: float, library: Sequence[Candidate]) -> list[Group]:
+    """Effects of one kind; of the geometry lengths and angles apart. `misfit`: RMS that the base model leaves."""
     kinds: dict[str, list[tuple[Effect, int, FloatArray]]] = {}
     for candidate in _all_together(library):
         for index, parameter in enumerate(candidate.effect.parameters):
-            column = candidate.directions[0][kept][:, index]
+            column = candidate.directions[0][sample.kept][:, index]
             kinds.setdefault(_kind(candidate.effect, parameter), []).append((candidate.effect, index, column))
     found = []
     for name, members in kinds.items():

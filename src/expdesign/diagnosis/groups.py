@@ -8,7 +8,7 @@ refute what only describes the rows that were seen. The problem is linearised ab
 linearised again there.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
-from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
@@ -24,13 +23,12 @@ from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.search import Chosen, LawSearch
-from expdesign.diagnosis.evidence.state import Present
-from expdesign.diagnosis.group_library import Group, groups_of
+from expdesign.diagnosis.evidence.state import Present, regular
+from expdesign.diagnosis.group_library import Group, GroupLibrary
 from expdesign.diagnosis.laws import base_alone
-from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
-from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.settling import Settling, settling
 from expdesign.diagnosis.stability import Stability, shares_of
 from expdesign.estimation.fit import Fit, fit
@@ -94,31 +92,18 @@ class Groups:
     sight: Sight
 
 
-def grouped(
-    robot: Robot,
-    sample: Sample,
-    base: Fit,
-    library: Sequence[Candidate],
-    report: Callable[[str], None],
-    *,
-    lasting: bool = False,
-) -> Groups | None:
-    """The groups that these rows show; None where rows are few, the base model nearly fits, or nothing predicts better.
+def grouped(robot: Robot, sample: Sample, base: Fit, library: GroupLibrary) -> Groups | None:
+    """The groups that these rows show; None where none is worth its evidence.
 
     Args:
         robot: the robot.
         sample: the rows that may be fitted.
         base: fit of the base model.
-        library: named physics.
-        report: is told what is being done.
-        lasting: whether laws of time and memory are left out.
+        library: groups that may be there.
     """
-    report("all effects at once")
-    groups, sight = groups_of(robot, sample, base, library)
-    groups = [group for group in groups if not (lasting and group.goes_on)]
-    if not groups:
+    if not library.groups:
         return None
-    problem = _Problem(sample, base, groups)
+    problem = _Problem(sample, base, library.groups)
     chosen = problem.chosen(Settling())
     aside = problem.mistakes(chosen)
     if aside.any():
@@ -135,7 +120,7 @@ def grouped(
             settled = Settling()
     if not chosen.indices:
         return None
-    return _Model(robot, problem, chosen, settled, sight).groups(aside)
+    return _Model(robot, problem, chosen, settled, library.sight).groups(aside)
 
 
 class _Problem:
@@ -143,20 +128,17 @@ class _Problem:
 
     def __init__(self, sample: Sample, base: Fit, groups: Sequence[Group]) -> None:
         self.sample, self.base, self.groups = sample, base, groups
-        self.kept = np.repeat(sample.counts, len(sample.recordings.axes))
         self.blocks = readings_of(blocks_of(sample), sample)
-        self.present = replace(base_alone(base, sample, self.kept), known_noise=False)
+        self.present = replace(base_alone(base, sample), known_noise=False)
 
     def restricted(self, sample: Sample, base: Fit, aside: BoolArray) -> "_Problem":
         """Without some rows (N,)."""
-        gone = np.repeat(aside, len(sample.recordings.axes))[self.kept]
+        gone = readings_of(aside, self.sample)
         return _Problem(sample, base, [replace(group, directions=group.directions[~gone]) for group in self.groups])
 
     def chosen(self, settled: Settling) -> Chosen:
         """The groups that are there with such noise."""
-        present = replace(
-            self.present, base=settled.whitened(self.present.base), readings=settled.whitened(self.present.readings)
-        )
+        present = settled.of_state(self.present)
         atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
         # The alarm is that of as many laws as a dictionary has.
         alarm = max(EVIDENCE.alarm - float(np.log(EVIDENCE.entries / len(atoms))), 1.0)
@@ -168,13 +150,12 @@ class _Problem:
 
         Between rows that it has seen anything smooth predicts; what goes on with time is judged by what came later.
         """
-        axes = len(self.sample.recordings.axes)
-        last, first = (np.repeat(rows, axes)[self.kept] for rows in last_part(self.sample, OPTIONS.groups))
+        last, first = (readings_of(rows, self.sample) for rows in last_part(self.sample, OPTIONS.groups))
         if not (last.any() and first.any()):
             return chosen
 
         def error(state: Present) -> float:
-            return _rms(state.readings[last] - state.design[last] @ state.of_rows(first).weights)
+            return rms(state.readings[last] - state.design[last] @ state.of_rows(first).weights)
 
         while True:
             going_on = [k for k, index in enumerate(chosen.indices) if self.groups[index].goes_on]
@@ -188,19 +169,18 @@ class _Problem:
 
     def error(self, chosen: Chosen, settled: Settling) -> float:
         """RMS of left-out readings."""
-        return _rms(settled.unwhitened(chosen.state.left_out(self.blocks)))
+        return rms(settled.unwhitened(chosen.state.left_out(self.blocks)))
 
     def settled(self, chosen: Chosen) -> Settling:
         """What series share as noise, by evidence beside the groups that are there."""
-        found = settling(self.base.chain, self.sample, self.kept, self.present.readings, self.present.base)
+        found = settling(self.base.chain, self.sample, self.present)
         return found.most_evident(chosen.state)
 
     def mistakes(self, chosen: Chosen) -> BoolArray:
         """Rows that all groups together do not explain, shape (N,)."""
-        axes = len(self.sample.recordings.axes)
-        rows = np.repeat(np.arange(len(self.sample.counts)), axes)[self.kept]
+        rows = readings_of(np.arange(len(self.sample.counts)), self.sample)
         aside: BoolArray = np.zeros(len(self.sample.counts), dtype=bool)
-        aside[single_mistakes(chosen.state, rows, axes)] = True
+        aside[single_mistakes(chosen.state, rows, len(self.sample.recordings.axes))] = True
         return aside
 
 
@@ -214,7 +194,6 @@ class _Model:
         state = chosen.state
         self.factors = np.sqrt(np.array(state.variances))
         self.noise = float(np.sqrt(state.noise_variance))
-        effects: list[Effect] = []
         self.laws: list[list[Law]] = []
         starts, first = [], len(problem.base.values)
         for group, factor in zip(self.chosen, self.factors, strict=True):
@@ -235,10 +214,10 @@ class _Model:
         effects = [*named, *(law for own in self.laws for law in own)]
         self.chain = Chain(robot, tuple(effects), reading=problem.sample.reading)
         self.start = np.concatenate([problem.base.values, *(e.neutral() for e in named), *starts])
-        self.columns = self._columns(named)
+        self.columns = self._columns()
         self._start_of_names(state)
 
-    def _columns(self, named: list[Effect]) -> list[IntArray]:
+    def _columns(self) -> list[IntArray]:
         """Parameters of the chain that every group has."""
         slices = {id(effect): part for effect, part in zip(self.chain.effects, self.chain.slices, strict=True)}
         return [
@@ -297,12 +276,11 @@ class _Model:
         return replace(known, inflation=self.noise**2), state
 
     def _linearised(self, result: Fit, mean: FloatArray, deviation: FloatArray) -> Present:
-        kept, count = self.problem.kept, self.chain.base
+        kept, count = self.sample.kept, self.chain.base
         slopes = as_matrix(result.sensitivities)[kept]
         readings = result.residuals.ravel()[kept] + slopes @ (result.values - mean)
         base = slopes[:, :count]
-        sizes = (base**2).sum(axis=0)
-        precision = np.maximum((self.noise / deviation[:count]) ** 2, 1e-12 * np.where(sizes > 0.0, sizes, 1.0))
+        precision = regular(base, (self.noise / deviation[:count]) ** 2)
         laws = tuple(slopes[:, columns] * deviation[columns] / self.noise for columns in self.columns)
         ones = (1.0,) * len(laws)
         return Present(base, precision, readings, laws, ones, known_noise=False).refitted()
@@ -324,7 +302,7 @@ class _Model:
             found.append(
                 FoundGroup(
                     group=self.chosen[own[0]],
-                    size=_rms(sum((state.moved(k) for k in own), np.zeros(len(blocks)))),
+                    size=rms(sum((state.moved(k) for k in own), np.zeros(len(blocks)))),
                     determined=sum(state.determined(k) for k in own),
                     p_value=LeftOut(without, errors, blocks).p_value,
                     laws=tuple(law for k in own for law in self.laws[k]),
@@ -335,7 +313,7 @@ class _Model:
         kept = [{self.chosen[k].kind for k in tenth} for tenth in _kept_without_tenths(state, problem.sample)]
         stability = shares_of([one.group.kind for one in found], kept)
         return Groups(
-            fit=result, found=tuple(found), before=_rms(before), after=_rms(errors),
+            fit=result, found=tuple(found), before=rms(before), after=rms(errors),
             noise=self.noise, aside=aside, stability=stability, few=_few_suffice(state, blocks), sight=self.sight,
         )  # fmt: skip
 
@@ -354,11 +332,11 @@ def _told_apart(chain: Chain, group: Group, columns: IntArray, result: Fit) -> t
 
 def _few_suffice(state: Present, blocks: IntArray) -> bool:
     """Whether one or two groups alone predict left-out blocks nearly as well: then to name what is wrong is better."""
-    goal = OPTIONS.few * max(_rms(state.left_out(blocks)), float(np.sqrt(state.noise_variance)))
+    goal = OPTIONS.few * max(rms(state.left_out(blocks)), float(np.sqrt(state.noise_variance)))
     current = replace(state, laws=(), variances=())
     for _ in range(min(2, len(state.laws))):
         trials = [current.beside(law, size) for law, size in zip(state.laws, state.variances, strict=True)]
-        errors = [_rms(trial.left_out(blocks)) for trial in trials]
+        errors = [rms(trial.left_out(blocks)) for trial in trials]
         best = int(np.argmin(errors))
         if errors[best] <= goal:
             return True
@@ -379,7 +357,3 @@ def _kept_without_tenths(state: Present, sample: Sample) -> list[frozenset[int]]
 
 def _atom(component: Component, directions: FloatArray) -> Atom:
     return Atom(component, Dense(directions), directions.T @ directions)
-
-
-def _rms(errors: FloatArray) -> float:
-    return float(np.sqrt((errors**2).mean()))

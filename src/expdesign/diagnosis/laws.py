@@ -20,7 +20,7 @@ from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, known_form, law_of
 from expdesign.diagnosis.evidence.places import Place, places
 from expdesign.diagnosis.evidence.search import Chosen, LawSearch
-from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
@@ -119,9 +119,9 @@ def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool)
         sample: rows that count.
         known_noise: whether the noise is stated.
     """
-    kept, blocks = np.repeat(sample.counts, len(sample.recordings.axes)), readings_of(blocks_of(sample), sample)
+    blocks = readings_of(blocks_of(sample), sample)
     start = fit(base.chain, sample)
-    before, after = (base_alone(each, sample, kept).left_out(blocks) for each in (start, fitted))
+    before, after = (base_alone(each, sample).left_out(blocks) for each in (start, fitted))
     return LeftOut(before, after, blocks)
 
 
@@ -163,7 +163,7 @@ def sought_laws(
     report("preparing laws at ports")
     measured = measured_of(sample)
     dictionary = Dictionary(robot, measured, base.values)
-    kept = np.repeat(sample.counts, len(sample.recordings.axes))
+    kept = sample.kept
     scales: dict[int, FloatArray] = {}
     some = None if kept.all() else kept
     for candidate in library:
@@ -173,7 +173,7 @@ def sought_laws(
             if known is not None:
                 scales[len(dictionary.atoms)] = known[1]
                 dictionary.atoms.append(known[0])
-    present, seeds = base_alone(base, sample, kept), []
+    present, seeds = base_alone(base, sample), []
     if named is not None and named.candidates:
         about, found = _about(named, sample, kept)
         present = about if explained else present
@@ -213,18 +213,15 @@ def _about(
     return _present(alone, design[:, : chain.base], readings), found
 
 
-def base_alone(base: Fit, sample: Sample, kept: BoolArray) -> Present:
+def base_alone(base: Fit, sample: Sample) -> Present:
     """The base model, with what is known of its parameters."""
-    return _present(base.chain, as_matrix(base.sensitivities)[kept], base.residuals.ravel()[kept])
+    return _present(base.chain, as_matrix(base.sensitivities)[sample.kept], base.residuals.ravel()[sample.kept])
 
 
 def _present(chain: Chain, directions: FloatArray, readings: FloatArray) -> Present:
     knowledge = chain.knowledge()
     precision = np.zeros(directions.shape[1]) if knowledge is None else 1.0 / knowledge[1] ** 2
-    # A parameter that the rows do not determine must not make the equations singular.
-    sizes = (directions**2).sum(axis=0)
-    precision = np.maximum(precision, 1e-12 * np.where(sizes > 0.0, sizes, 1.0))
-    return Present(directions, precision, readings)
+    return Present(directions, regular(directions, precision), readings)
 
 
 def _fitted(

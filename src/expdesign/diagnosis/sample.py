@@ -38,6 +38,11 @@ class Sample(Data):
         """Number of readings that count."""
         return int(self.counts.sum()) * len(self.recordings.axes)
 
+    @property
+    def kept(self) -> BoolArray:
+        """Which of all readings count, row after row, shape (N·k,)."""
+        return np.repeat(self.counts, len(self.recordings.axes))
+
     def whiten(self, values: FloatArray) -> FloatArray:
         """Whitened values (N, k, ...), zero for rows that do not count."""
         extra = (1,) * (values.ndim - 1)
@@ -51,7 +56,7 @@ class Sample(Data):
         return residuals * self.counts[:, None], sensitivities * self.counts[:, None, None]
 
 
-def rms(residuals: FloatArray, counts: BoolArray) -> float:
-    """Root mean square of whitened residuals (N, k) over the rows that count; 1 is the noise floor."""
-    chosen = residuals[counts]
+def rms(residuals: FloatArray, counts: BoolArray | None = None) -> float:
+    """Root mean square of whitened residuals, over the rows that count (N,) or all; 1 is the noise floor."""
+    chosen = residuals if counts is None else residuals[counts]
     return float(np.sqrt((chosen**2).mean())) if chosen.size else float("nan")

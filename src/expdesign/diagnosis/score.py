@@ -46,18 +46,6 @@ def score(residuals: FloatArray, basis: FloatArray, directions: FloatArray, one_
     gram = np.matmul(free.swapaxes(1, 2), free)
     whole = (directions**2).sum(axis=1)
     slope = residuals @ free
-    return reduced_score(gram, whole, slope, one_sided)
-
-
-def reduced_score(gram: FloatArray, whole: FloatArray, slope: FloatArray, one_sided: BoolArray) -> Score:
-    """The score test from reduced normal equations, those from which a model has been eliminated.
-
-    Args:
-        gram: products of the directions of every start after the model is projected out, shape (G, d, d).
-        whole: squared norms before, shape (G, d).
-        slope: products with the residuals, shape (G, d).
-        one_sided: which parameters cannot be negative, shape (d,).
-    """
     if not one_sided.any():
         return _best_of_all(gram, whole, slope)
     best = Score(0.0, 0, 0, np.zeros(gram.shape[2]))

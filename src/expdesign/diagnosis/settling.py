@@ -16,9 +16,10 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
+from expdesign.diagnosis.cross_validation import readings_of
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.sample import Sample, rms
 
 _RATIOS = tuple(float(ratio) for ratio in np.geomspace(1e-4, 10.0, 11))
 """φ that are compared, deviations being such that each motion alone would show as much as the base model misses."""
@@ -55,12 +56,16 @@ class Settling:
         best = (-np.inf, replace(self, ratio=0.0))
         for ratio in (0.0, *_RATIOS) if self.series else ():
             one = replace(self, ratio=ratio)
-            laws = tuple(one.whitened(law) for law in state.laws)
-            base, readings = one.whitened(state.base), one.whitened(state.readings)
             volume = sum(float(np.log1p(ratio * squares).sum()) for squares in self.squares)
-            moved = Present(base, state.precision, readings, laws, state.variances, known_noise=False)
-            best = max(best, (moved.log_evidence - 0.5 * volume, one), key=lambda item: item[0])
+            evidence = one.of_state(state).log_evidence - 0.5 * volume
+            best = max(best, (evidence, one), key=lambda item: item[0])
         return best[1]
+
+    def of_state(self, state: Present) -> Present:
+        """The base model and laws with this noise in their whitening."""
+        laws = tuple(self.whitened(law) for law in state.laws)
+        base, readings = self.whitened(state.base), self.whitened(state.readings)
+        return replace(state, base=base, readings=readings, laws=laws)
 
     def of_sample(self, sample: Sample) -> Sample:
         """The sample with this noise in its whitening."""
@@ -97,26 +102,22 @@ class _Moved(Sample):
         return flat.reshape(values.shape)
 
 
-def settling(chain: Chain, sample: Sample, kept: BoolArray, residuals: FloatArray, slopes: FloatArray) -> Settling:
+def settling(chain: Chain, sample: Sample, present: Present) -> Settling:
     """What may have moved, for `ratio` to be set.
 
     Args:
         chain: with the pose of the instrument among the parameters of its reading.
         sample: rows that count.
-        kept: readings that count among all readings.
-        residuals: whitened, of the base model, shape (M,).
-        slopes: whitened derivatives of the prediction, shape (M, p).
+        present: the base model, to first order.
     """
     names = [parameter.name for parameter in chain.parameters[: chain.base]]
     pose = [i for i, name in enumerate(names) if name.startswith("instrument ")]
-    axes = len(sample.recordings.axes)
-    moving = [np.flatnonzero(np.repeat(rows, axes)[kept]) for rows in _moving(sample)]
+    moving = [np.flatnonzero(readings_of(rows, sample)) for rows in _moving(sample)]
     if len(moving) < OPTIONS.groups or not pose:
         return Settling()
-    directions = slopes[:, pose]
+    directions = present.base[:, pose]
     shows = np.sqrt((directions**2).mean(axis=0))
-    misfit = float(np.sqrt((residuals**2).mean()))
-    directions = directions * (misfit / np.maximum(shows, 1e-9 * max(float(shows.max()), 1e-300)))
+    directions = directions * (rms(present.readings) / np.maximum(shows, 1e-9 * max(float(shows.max()), 1e-300)))
     turned, squares = [], []
     for rows in moving:
         left, singular, _ = np.linalg.svd(directions[rows], full_matrices=False)

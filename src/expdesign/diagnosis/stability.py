@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
-from expdesign.diagnosis.cross_validation import blocks_of
+from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.selection import Model, Search
 
@@ -40,9 +40,7 @@ def stability(search: Search, model: Model) -> Stability | None:
     blocks = blocks_of(sample, OPTIONS.refits)
     if len(np.unique(blocks[sample.counts])) < OPTIONS.refits:
         return None
-    axes = len(sample.recordings.axes)
-    kept = np.repeat(sample.counts, axes)
-    owner = np.repeat(blocks, axes)[kept]
+    owner, kept = readings_of(blocks, sample), sample.kept
     slopes, residuals = as_matrix(model.fit.sensitivities)[kept], model.fit.residuals.ravel()[kept]
     refits = [_named(search, model, slopes[owner != tenth], residuals[owner != tenth]) for tenth in np.unique(owner)]
     return shares_of(range(len(model.candidates)), refits)

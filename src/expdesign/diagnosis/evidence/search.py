@@ -22,6 +22,7 @@ from expdesign.diagnosis.evidence.options import EVIDENCE, EvidenceOptions
 from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.sample import rms
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Chosen:
     @cached_property
     def error(self) -> float:
         """RMS of left-out readings."""
-        return float(np.sqrt((self.state.left_out(self.blocks) ** 2).mean()))
+        return rms(self.state.left_out(self.blocks))
 
 
 @dataclass(frozen=True)

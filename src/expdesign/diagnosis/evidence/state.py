@@ -269,3 +269,14 @@ class Present:
             else:
                 one = np.eye(len(inside))
                 yield inside, one, _ALONE * np.linalg.inv(_ALONE * one - own @ own.T) - one
+
+
+def regular(directions: FloatArray, precision: FloatArray) -> FloatArray:
+    """Prior precisions (p,) with which parameters that no row determines do not make the equations singular.
+
+    Args:
+        directions: whitened, of the parameters, shape (M, p).
+        precision: as known beforehand, 0 where nothing is, shape (p,).
+    """
+    sizes = (directions**2).sum(axis=0)
+    return np.maximum(precision, 1e-12 * np.where(sizes > 0.0, sizes, 1.0))
