@@ -291,9 +291,19 @@ class Chain:
             state = np.zeros((self._step if derivatives else self._plain_step).size1_in(0))
             while chosen.size:
                 part, chosen = np.split(chosen, [min(_LARGEST_CALL, 1 << (chosen.size.bit_length() - 1))])
-                repeated = np.repeat(values[:, None], part.size, axis=1)
-                states, found = self._consecutive(derivatives, part.size)(state, rows.values[part].T, repeated)
-                state, output = np.asarray(states)[:, -1], np.asarray(found).T
+                function = self._consecutive(derivatives, part.size)
+                given = [np.ascontiguousarray(array, dtype=np.float64) for array in (
+                    state, rows.values[part], np.repeat(values[None], part.size, axis=0)
+                )]  # fmt: skip
+                # CasADi stores columns first, of which it has one for every row.
+                states, output = (np.empty((part.size, function.size1_out(index))) for index in (0, 1))
+                buffer, evaluate = function.buffer()
+                for index, array in enumerate(given):
+                    buffer.set_arg(index, memoryview(array))  # type: ignore[call-arg, arg-type]
+                for index, array in enumerate((states, output)):
+                    buffer.set_res(index, memoryview(array))  # type: ignore[call-arg, arg-type]
+                evaluate()
+                state = states[-1]
                 deflections[part] = output[:, :n]
                 if derivatives:
                     sensitivities[part] = output[:, n:].reshape(len(part), width, n).swapaxes(1, 2)

@@ -98,18 +98,19 @@ class LeftOut:
         Args:
             variances: v of `after`, shape (M,).
         """
-        own = np.maximum(variances - 1.0, 0.0)
 
         def excess(k: float) -> float:
-            return float((self.after**2 / (1.0 + k * own)).mean()) - 1.0
+            return self.surprise(variances, k) ** 2 - 1.0
 
         if excess(1.0) <= 0.0:
             return 1.0
-        return (
-            EVIDENCE.most_inflated
-            if excess(EVIDENCE.most_inflated) >= 0.0
-            else float(brentq(excess, 1.0, EVIDENCE.most_inflated))
-        )
+        most = EVIDENCE.most_inflated
+        return most if excess(most) >= 0.0 else float(brentq(excess, 1.0, most))
+
+    def surprise(self, variances: FloatArray, inflation: float) -> float:
+        """RMS of left-out errors, each divided by its stated standard deviation with that of parameters inflated."""
+        own = np.maximum(variances - 1.0, 0.0)
+        return rms(self.after / np.sqrt(1.0 + inflation * own))
 
     @property
     def rms_before(self) -> float:

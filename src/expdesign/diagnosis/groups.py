@@ -31,6 +31,7 @@ from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.settling import Settling, settling
 from expdesign.diagnosis.stability import Stability, shares_of
+from expdesign.diagnosis.statement import Widening
 from expdesign.estimation.fit import Fit, fit
 from expdesign.mechanics.robots.robot import Robot
 
@@ -74,6 +75,7 @@ class Groups:
         fit: of the chain with all effects that are there.
         found: by what they do to the readings, most first.
         before, after: RMS of left-out readings without and with them, in standard deviations as stated.
+        widening: of predictions, which left-out readings ask for.
         noise: standard deviation of what the groups leave, in the stated ones.
         aside: rows that were set aside as single mistakes, shape (N,).
         stability: how often nine tenths of the rows keep them, in their order.
@@ -85,6 +87,7 @@ class Groups:
     found: tuple[FoundGroup, ...]
     before: float
     after: float
+    widening: Widening
     noise: float
     aside: BoolArray
     stability: Stability
@@ -159,13 +162,13 @@ class _Problem:
 
         while True:
             going_on = [k for k, index in enumerate(chosen.indices) if self.groups[index].goes_on]
-            trials = [(error(chosen.state.without(k)), k) for k in going_on]
-            least, gone = min(trials, default=(np.inf, 0))
-            if OPTIONS.later * least >= error(chosen.state):
+            states = [chosen.state.without(k).refitted() for k in going_on]
+            errors = [error(state) for state in states]
+            if OPTIONS.later * min(errors, default=np.inf) >= error(chosen.state):
                 return chosen
-            indices = chosen.indices[:gone] + chosen.indices[gone + 1 :]
-            state = chosen.state.without(gone).refitted()
-            chosen = replace(chosen, indices=indices, state=state, evidence=state.log_evidence)
+            best = int(np.argmin(errors))
+            indices = tuple(index for k, index in enumerate(chosen.indices) if k != going_on[best])
+            chosen = replace(chosen, indices=indices, state=states[best], evidence=states[best].log_evidence)
 
     def error(self, chosen: Chosen, settled: Settling) -> float:
         """RMS of left-out readings."""
@@ -313,9 +316,24 @@ class _Model:
         kept = [{self.chosen[k].kind for k in tenth} for tenth in _kept_without_tenths(state, problem.sample)]
         stability = shares_of([one.group.kind for one in found], kept)
         return Groups(
-            fit=result, found=tuple(found), before=rms(before), after=rms(errors),
+            fit=result, found=tuple(found), before=rms(before), after=rms(errors), widening=self._widening(state),
             noise=self.noise, aside=aside, stability=stability, few=_few_suffice(state, blocks), sight=self.sight,
         )  # fmt: skip
+
+    def _widening(self, state: Present) -> Widening:
+        """With which left-out readings are as far from their predictions as stated.
+
+        What a left-out block does not determine is in the variance of its prediction, so that blocks of time, from
+        which the groups have to extrapolate, do not widen what they predict between rows that they have seen.
+        """
+        blocks, noise = self.problem.blocks, float(np.sqrt(state.noise_variance))
+        whitened = state.left_out(blocks)
+        errors, variances = whitened / noise, state.left_out_variances(blocks) / noise**2
+        judged = LeftOut(errors, errors, blocks)
+        inflation = judged.inflation(variances)
+        further = noise * max(judged.surprise(variances, inflation), 1.0)
+        moved = rms(self.settled.unwhitened(whitened)) / rms(whitened)
+        return Widening(further * moved, further * float(np.sqrt(inflation)))
 
 
 def _told_apart(chain: Chain, group: Group, columns: IntArray, result: Fit) -> tuple[str, ...]:

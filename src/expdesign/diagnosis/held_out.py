@@ -8,7 +8,7 @@ from expdesign.arrays import BoolArray
 from expdesign.diagnosis.cross_validation import blocks_of, last_part
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
-from expdesign.diagnosis.statement import widened, widening
+from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import HeldOutRows
 from expdesign.estimation.fit import Fit, fit
 
@@ -71,13 +71,13 @@ def held_out(
     outliers: BoolArray,
     *,
     known_noise: bool = True,
-    scatter: float = 0.0,
+    left_out: Widening = NONE,
     later: bool = True,
 ) -> HeldOut:
     """Errors of two fitted models on fitted and on held-out rows.
 
     Rows set aside as outliers belong to no physics and count for neither model; all rows stay in the history of their
-    series. `known_noise` and `scatter` are for the intervals, as in `widening`; `later` says whether the last rows are
+    series. `known_noise` and `left_out` are for the intervals, as in `widening`; `later` says whether the last rows are
     predicted from those before, which takes further fits.
     """
     kept = sample.counts & ~outliers
@@ -87,23 +87,23 @@ def held_out(
         before, after = (_rms_on(f, sample, test) for f in (base, model))
         surprise, how = _surprise_on(model, sample, test), f"{int(test.sum())} rows marked `test`"
         share = _share(
-            *within_intervals(model, sample.restricted(kept), test, known_noise=known_noise, scatter=scatter)
+            *within_intervals(model, sample.restricted(kept), test, known_noise=known_noise, left_out=left_out)
         )
         return HeldOut(train_before, train_after, before, after, surprise, how, share, *errors)
     folds = blocks_of(sample, OPTIONS.groups)
     squares, within = np.zeros(3), np.zeros(2)
     count = 0
     for fold in range(int(folds.max()) + 1):
-        left_out = (folds == fold) & kept
+        gone = (folds == fold) & kept
         fitted = Sample.of(sample, kept & (folds != fold))
-        if not left_out.any() or not fitted.counts.any():
+        if not gone.any() or not fitted.counts.any():
             continue
         for index, original in enumerate((base, model)):
             refitted = _refitted(original, fitted)
-            squares[index] += _rms_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
-        within += within_intervals(refitted, fitted, left_out, known_noise=known_noise)
-        squares[2] += _surprise_on(refitted, sample, left_out) ** 2 * int(left_out.sum())
-        count += int(left_out.sum())
+            squares[index] += _rms_on(refitted, sample, gone) ** 2 * int(gone.sum())
+        within += within_intervals(refitted, fitted, gone, known_noise=known_noise)
+        squares[2] += _surprise_on(refitted, sample, gone) ** 2 * int(gone.sum())
+        count += int(gone.sum())
     before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
     how = f"cross-validation in {OPTIONS.groups} blocks of series"
     return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within), *errors)
@@ -125,7 +125,7 @@ def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[floa
 
 
 def within_intervals(
-    fitted: Fit, sample: Sample, chosen: BoolArray, *, known_noise: bool = True, scatter: float = 0.0
+    fitted: Fit, sample: Sample, chosen: BoolArray, *, known_noise: bool = True, left_out: Widening = NONE
 ) -> tuple[int, int]:
     """Readings of rows that were not fitted within their 95 % intervals, and how many predictions are determined.
 
@@ -134,10 +134,10 @@ def within_intervals(
         sample: the rows that it was fitted to.
         chosen: those that were not, shape (N,).
         known_noise: as in `widening`.
-        scatter: as in `widening`.
+        left_out: as in `widening`.
     """
     residuals, slopes = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
-    by = widening(fitted, sample, known_noise=known_noise, scatter=scatter)
+    by = widening(fitted, sample, known_noise=known_noise, left_out=left_out)
     return HeldOutRows(residuals[chosen], slopes[chosen]).within(widened(fitted, by).estimable, by.readings)
 
 

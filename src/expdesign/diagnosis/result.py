@@ -10,7 +10,7 @@ from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
-from expdesign.diagnosis.statement import Widening, widened, widening
+from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit
@@ -49,7 +49,7 @@ class Diagnosis:
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
-        scatter: RMS of readings in blocks that were left out, of a model of groups; 0 for others.
+        left_out: by what blocks that were left out widen the predictions of a model of groups.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
         ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
     """
@@ -70,7 +70,7 @@ class Diagnosis:
     laws: Laws | None
     method: Method
     caveats: tuple[Remark, ...] = ()
-    scatter: float = 0.0
+    left_out: Widening = NONE
     stability: Stability | None = None
     ended: str = ""
 
@@ -83,7 +83,7 @@ class Diagnosis:
     def widening(self) -> Widening:
         """By what the recordings widen what the predictive model predicts."""
         sample = self.search.sample.restricted(~self.predictive.outliers)
-        return widening(self.predictive.fit, sample, known_noise=self.noise.known, scatter=self.scatter)
+        return widening(self.predictive.fit, sample, known_noise=self.noise.known, left_out=self.left_out)
 
     @property
     def known(self) -> Fit:

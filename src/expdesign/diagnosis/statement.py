@@ -37,19 +37,26 @@ class Widening:
         parameters: factor on those of the parameters: the same, and what consecutive rows that are alike do not say.
     """
 
-    readings: float
-    parameters: float
+    readings: float = 0.0
+    parameters: float = 0.0
+
+    def at_least(self, other: "Widening") -> "Widening":
+        """The larger of both, each."""
+        return Widening(max(self.readings, other.readings), max(self.parameters, other.parameters))
 
 
-def widening(fit: Fit, sample: Sample, *, known_noise: bool, scatter: float = 0.0) -> Widening:
+NONE = Widening()
+
+
+def widening(fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening = NONE) -> Widening:
     """The widening that the rows which count ask for.
 
     Args:
         fit: the model.
         sample: the rows that it was fitted to.
         known_noise: whether the standard deviations of the readings are stated.
-        scatter: RMS of readings in blocks that were left out, in standard deviations, where it is known: readings of
-            a machine with many small errors scatter about its predictions as these do, and not as fitted ones.
+        left_out: what blocks ask for that were left out, where that is known: readings of a machine with many small
+            errors scatter about its predictions as these do, and not as fitted ones.
     """
     value, dof = tested(fit, sample)
     ratio = sqrt(value / dof)
@@ -57,7 +64,7 @@ def widening(fit: Fit, sample: Sample, *, known_noise: bool, scatter: float = 0.
         ratio = 1.0
     spread = dispersion(fit.residuals, sample)
     alike = sqrt((1.0 + spread.correlation) / (1.0 - spread.correlation))
-    return Widening(max(ratio, scatter), ratio * alike)
+    return Widening(ratio, ratio * alike).at_least(left_out)
 
 
 def widened(fit: Fit, by: Widening) -> Fit:
