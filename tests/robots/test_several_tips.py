@@ -23,9 +23,10 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.held_out import within_intervals
+from expdesign.diagnosis.held_out import held_out_rows
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.statement import widened, widening
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.estimation.fit import Data, Fit, fit
@@ -108,7 +109,10 @@ def test_a_torso_with_two_arms_is_calibrated_as_one(torso: SerialRobot, tmp_path
     assert np.abs((found.values[own[1]] - truth) / deviations[own[1]]).max() < 4.0
     assert deviations[own[1]][0] < 0.2
     assert np.abs((found.values[:8] - 1.0) / deviations[:8]).max() < 4.0
-    inside, count = within_intervals(found, Sample.of(data, ~data.recordings.test), data.recordings.test)
+    sample = Sample.of(data, ~data.recordings.test)
+    by = widening(found, sample, known_noise=True)
+    rows = held_out_rows(found, sample, data.recordings.test)
+    inside, count = rows.within(widened(found, by).estimable, by.readings)
     assert count == 270
     assert inside / count == pytest.approx(0.95, abs=0.04)
     document = read_yaml(read_torso_file(tmp_path))

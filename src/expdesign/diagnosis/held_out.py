@@ -84,11 +84,10 @@ def held_out(
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
     errors = _later(base, model, sample, kept) if later else (float("nan"), float("nan"))
     if test.any():
-        before, after = (_rms_on(f, sample, test) for f in (base, model))
-        surprise, how = _surprise_on(model, sample, test), f"{int(test.sum())} rows marked `test`"
-        share = _share(
-            *within_intervals(model, sample.restricted(kept), test, known_noise=known_noise, left_out=left_out)
-        )
+        rows, how = held_out_rows(model, sample, test), f"{int(test.sum())} rows marked `test`"
+        before, after, surprise = _rms_on(base, sample, test), rms(rows.residuals), _surprise(model, rows)
+        by = widening(model, sample.restricted(kept), known_noise=known_noise, left_out=left_out)
+        share = rows.coverage(widened(model, by).estimable, by.readings)
         return HeldOut(train_before, train_after, before, after, surprise, how, share, *errors)
     folds = blocks_of(sample, OPTIONS.groups)
     squares, within = np.zeros(3), np.zeros(2)
@@ -101,8 +100,9 @@ def held_out(
         for index, original in enumerate((base, model)):
             refitted = _refitted(original, fitted)
             squares[index] += _rms_on(refitted, sample, gone) ** 2 * int(gone.sum())
-        within += within_intervals(refitted, fitted, gone, known_noise=known_noise)
-        squares[2] += _surprise_on(refitted, sample, gone) ** 2 * int(gone.sum())
+        rows, by = held_out_rows(refitted, sample, gone), widening(refitted, fitted, known_noise=known_noise)
+        within += rows.within(widened(refitted, by).estimable, by.readings)
+        squares[2] += _surprise(refitted, rows) ** 2 * int(gone.sum())
         count += int(gone.sum())
     before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
     how = f"cross-validation in {OPTIONS.groups} blocks of series"
@@ -124,21 +124,10 @@ def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[floa
     return errors[0], errors[1]
 
 
-def within_intervals(
-    fitted: Fit, sample: Sample, chosen: BoolArray, *, known_noise: bool = True, left_out: Widening = NONE
-) -> tuple[int, int]:
-    """Readings of rows that were not fitted within their 95 % intervals, and how many predictions are determined.
-
-    Args:
-        fitted: the model.
-        sample: the rows that it was fitted to.
-        chosen: those that were not, shape (N,).
-        known_noise: as in `widening`.
-        left_out: as in `widening`.
-    """
+def held_out_rows(fitted: Fit, sample: Sample, chosen: BoolArray) -> HeldOutRows:
+    """Rows (N,) that were not fitted, as a fitted model predicts them."""
     residuals, slopes = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
-    by = widening(fitted, sample, known_noise=known_noise, left_out=left_out)
-    return HeldOutRows(residuals[chosen], slopes[chosen]).within(widened(fitted, by).estimable, by.readings)
+    return HeldOutRows(residuals[chosen], slopes[chosen])
 
 
 def _share(part: float, whole: float) -> float:
@@ -150,14 +139,13 @@ def _rms_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
     return rms(everything.residuals(fitted.chain, fitted.values), chosen)
 
 
-def _surprise_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
+def _surprise(fitted: Fit, rows: HeldOutRows) -> float:
     """RMS of whitened residuals of rows that were not fitted, each divided by its expected size √(1 + s·Σ·sᵀ).
 
     Ignorance excuses at most as much as the noise does: s·Σ·sᵀ counts up to 1, and parameters that the fitted rows do
     not determine count as known. A fit that explodes on held-out rows is never an explanation.
     """
-    residuals, sensitivities = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
-    s = sensitivities[..., fitted.determined]
+    s = rows.sensitivities[..., fitted.determined]
     covariance = fitted.covariance[np.ix_(fitted.determined, fitted.determined)]
     expected = 1.0 + np.minimum(np.einsum("nkp,pq,nkq->nk", s, covariance, s), 1.0)
-    return rms(residuals / np.sqrt(expected), chosen)
+    return rms(rows.residuals / np.sqrt(expected))
