@@ -82,7 +82,7 @@ def found() -> Groups:
 
 @cache
 def guide() -> LawFinding:
-    return next(f for f in group_findings(found(), BODY) if isinstance(f, LawFinding) and f.variant == "guide")
+    return next(f for f in group_findings(found(), BODY, ()) if isinstance(f, LawFinding) and f.variant == "guide")
 
 
 def test_a_column_whose_guides_have_clearance_is_predicted_at_stations_that_were_held_out() -> None:

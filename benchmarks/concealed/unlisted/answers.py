@@ -27,7 +27,7 @@ class Effect:
     curve: pd.DataFrame | None = None
 
     def __str__(self) -> str:
-        what = f"law of {', '.join(self.depends_on)}" if self.physics == "law" else self.physics
+        what = f"{self.physics} of {', '.join(self.depends_on)}" if self.depends_on else self.physics
         return f"{what} at {', '.join(self.components) or '?'} (p {self.probability:.2f})"
 
 

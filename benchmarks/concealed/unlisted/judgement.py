@@ -163,7 +163,7 @@ def covered(law: Effect, curve: Mapping[str, Any]) -> float | None:
     the law is none of that curve.
     """
     table = law.curve
-    if law.physics != "law" or table is None or curve["component"] not in law.components:
+    if table is None or curve["component"] not in law.components:
         return None
     columns = [str(name) for name in table if str(name).startswith(_UNITS[curve["input"]])]
     if not columns or not {"mean", "low", "high"} <= set(table) or len(set(law.depends_on) - {curve["input"]}):

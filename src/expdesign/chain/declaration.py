@@ -148,6 +148,8 @@ class Declaration:
         phrase: a machine that has it, as the subject of a sentence; `{component}` stands for the place.
         usually: what usually behaves like that.
         port: where on the chain it acts, as laws without a name do (`ports/places`).
+        form: name of its parametric form, where it has one or its variants say something else (`Effect.form_name`).
+        laws: kinds of laws at its port (`ports.words.FORMS`) that are this physics in a form of their own.
         inputs: on what it depends.
         beyond: what it does beyond the recorded range.
         linear: whether what it does is nearly proportional to its parameters, so that small errors of many parts add up
@@ -159,6 +161,8 @@ class Declaration:
     phrase: str = ""
     usually: str = ""
     port: str = ""
+    form: str = "linear"
+    laws: tuple[str, ...] = ()
     inputs: tuple[Input, ...] = ()
     beyond: Beyond = Beyond.GOES_ON
     linear: bool = True

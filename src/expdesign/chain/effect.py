@@ -219,6 +219,11 @@ class Effect(ABC):
         return phrase.format(component=self.component)
 
     @property
+    def form_name(self) -> str:
+        """Name of its parametric form (file-formats.md, diagnosis.json)."""
+        return self.declared.form
+
+    @property
     def acts_at(self) -> str:
         """Where on the chain it acts, as laws without a name do."""
         return self.declared.port

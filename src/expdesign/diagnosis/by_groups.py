@@ -79,7 +79,7 @@ class ByGroups:
         predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
         verdict = "modelled" if predicted else "unexplained"
         search.log.add_text("verdict", f"{len(groups.found)} groups of effects; verdict {verdict}")
-        found = group_findings(groups, frame.robot)
+        found = group_findings(groups, frame.robot, frame.known)
         return Diagnosis(
             robot=frame.robot,
             recordings=frame.recordings,

@@ -98,7 +98,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, groups.method.reason))
     contested = result.verdict == "explained" and frame.kind.contested and frame.noise.known
     if result.verdict == "unexplained" or contested:
-        result = _with_laws(result, frame.judged, report)
+        result = _with_laws(frame, result, report)
     if result.model is named.model:
         result = _with_names(frame, result)
     return _averaged(frame, result)
@@ -216,7 +216,7 @@ def _guarded(search: Search, model: Model, base: Fit) -> str:
     return doubt
 
 
-def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], None]) -> Diagnosis:
+def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -> Diagnosis:
     """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them."""
     search, base, known_noise = result.search, result.base, result.noise.known
     aside = without_mistakes(search.sample, result.model.outliers)
@@ -234,7 +234,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
     if laws is None:
         return result
     changed = replace(result, laws=laws)
-    errors = _held_out(search, base, laws.fit, judged, aside) if wins else result.errors
+    errors = _held_out(search, base, laws.fit, frame.judged, aside) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
@@ -244,7 +244,7 @@ def _with_laws(result: Diagnosis, judged: BoolArray, report: Callable[[str], Non
             model=model,
             predictive=model,
             errors=errors,
-            findings=law_findings(laws, result.robot, 1.0),
+            findings=law_findings(laws, result.robot, frame.known),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
             after=statement(laws.fit, search.sample.restricted(~aside), result.noise),
             verdict=verdict_with(laws, errors),

@@ -34,7 +34,10 @@ class Finding:
         rows: lines of the file that were set aside (outliers only).
         rival: a model with other physics in its place that explains the recordings as well, or None.
         gain: what the effect by itself does for held-out rows, where enough of them are marked.
-        share: of refits on nine tenths of the rows that name it, or None.
+        form: name of its parametric form (`Effect.form_name`), or `free` for a law that its declaration covers; empty
+            for what has no identifier.
+        share: of the excess of χ², what it takes away, or None where no model has it alone.
+        named_by: share of refits on nine tenths of the rows that name it, or None.
     """
 
     physics: str
@@ -47,7 +50,9 @@ class Finding:
     rows: tuple[int, ...] = ()
     rival: Model | None = None
     gain: Gain | None = None
+    form: str = ""
     share: float | None = None
+    named_by: float | None = None
 
 
 def findings(
@@ -58,7 +63,7 @@ def findings(
     stable: Stability | None = None,
 ) -> tuple[Finding, ...]:
     """The effects of a model, the most explanatory first, then the outliers."""
-    found: list[tuple[float, Finding]] = []
+    found: list[Finding] = []
     alternatives = search.alternatives(model)
     scale = 1.0
     if not search.known_noise:
@@ -84,11 +89,13 @@ def findings(
             effect.sentence(values),
             rival=stands.rival,
             gain=None if held is None else held[index],
-            share=None if stable is None else stable.shares[index],
+            form=effect.form_name,
+            share=float(np.clip((without.fit.chi2 - model.fit.chi2) / excess, 0.0, 1.0)),
+            named_by=None if stable is None else stable.shares[index],
         )
-        found.append(((without.fit.chi2 - model.fit.chi2) / excess, finding))
-    found.sort(key=lambda item: -item[0])
-    result = [finding for share, finding in found if share >= OPTIONS.listed] or [finding for _, finding in found[:1]]
+        found.append(finding)
+    found.sort(key=lambda one: -(one.share or 0.0))
+    result = [one for one in found if (one.share or 0.0) >= OPTIONS.listed] or found[:1]
     if model.outliers.any():
         gain = search.including(model).misfit - model.misfit
         probability = OPTIONS.most / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))

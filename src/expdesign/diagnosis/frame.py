@@ -46,6 +46,11 @@ class Frame:
     entries: list[Candidate]
     search: Search
 
+    @property
+    def known(self) -> frozenset[str]:
+        """Identifiers of the physics that may be named."""
+        return frozenset(entry.effect.physics for entry in self.entries)
+
 
 def framed(
     robot: Robot,

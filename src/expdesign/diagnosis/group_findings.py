@@ -1,29 +1,34 @@
 """Groups of effects and laws that are there, as findings."""
 
+from collections.abc import Collection
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.naming import FREE, LAW, physics_of
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, usually
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.groups import FoundGroup, Groups
 from expdesign.diagnosis.law_findings import LawFinding
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
 
 _POINTS = 31
 
 
-def group_findings(groups: Groups, robot: Robot) -> tuple[Finding, ...]:
-    """One finding per group, the largest first."""
-    pairs = zip(groups.found, groups.stability.shares, strict=True)
-    return tuple(_of_laws(f, s, groups, robot) if f.laws else _of_names(f, s) for f, s in pairs)
+def group_findings(groups: Groups, robot: Robot, known: Collection[str]) -> tuple[Finding, ...]:
+    """One finding per group that takes away enough to be one, the largest first; `known` as in `law_findings`."""
+    pairs = list(zip(groups.found, groups.stability.shares, strict=True))
+    told = [pair for pair in pairs if pair[0].share >= OPTIONS.listed] or pairs[:1]
+    return tuple(_of_laws(f, s, groups, robot, known) if f.laws else _of_names(f, s) for f, s in told)
 
 
-def _of_names(found: FoundGroup, share: float) -> Finding:
+def _of_names(found: FoundGroup, named_by: float) -> Finding:
     group = found.group
     text = f"{group.name[0].upper()}{group.name[1:]}: {_how_much(found, 'parameter')}"
     if found.told_apart:
@@ -31,10 +36,13 @@ def _of_names(found: FoundGroup, share: float) -> Finding:
     else:
         text += "; its members are not told apart."
     where = str(group.component)
-    return Finding(group.physics, where, group.name, {}, found.probability, (), text, share=share)
+    return Finding(
+        group.physics, where, group.name, {}, found.probability, (), text,
+        form=group.members[0][0].form_name, share=found.share, named_by=named_by,
+    )  # fmt: skip
 
 
-def _of_laws(found: FoundGroup, share: float, groups: Groups, robot: Robot) -> LawFinding:
+def _of_laws(found: FoundGroup, named_by: float, groups: Groups, robot: Robot, known: Collection[str]) -> LawFinding:
     form = found.laws[0].form
     seen = [q for channel in form.channels for q in (*channel.inputs, channel.amplitude) if q is not None]
     seen = [q for q in dict.fromkeys(seen) if q.kind not in ("rest", "overlap")]
@@ -43,8 +51,10 @@ def _of_laws(found: FoundGroup, share: float, groups: Groups, robot: Robot) -> L
         f"{_how_much(found, 'weight')}; {usually(form.kind)}."
     )
     curve = _curve(found, groups, robot)
+    physics = physics_of(found.laws[0], known)
     return LawFinding(
-        "law", str(found.group.component), form.kind, {}, found.probability, (), text, share=share,
+        physics, str(found.group.component), form.kind, {}, found.probability, (), text,
+        form="" if physics == LAW else FREE, share=found.share, named_by=named_by,
         depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)),
         columns=() if curve is None else columns(curve.quantities, robot), curve=curve,
     )  # fmt: skip

@@ -51,6 +51,7 @@ class FoundGroup:
         determined: how many of its parameters the readings determine.
         p_value: that left-out blocks are predicted no better with it.
         laws: of the chain, for groups of laws.
+        share: of the excess of χ², what it takes away.
         told_apart: members whose 95 % interval does not include what is known beforehand, with values and intervals.
     """
 
@@ -59,6 +60,7 @@ class FoundGroup:
     determined: float
     p_value: float
     laws: tuple[Law, ...]
+    share: float
     told_apart: tuple[str, ...]
 
     @property
@@ -293,6 +295,8 @@ class _Model:
         problem = self.problem
         result, state = self.fitted()
         blocks, count = problem.blocks, len(self.chosen)
+        alone = replace(state, laws=(), variances=())
+        excess = max(alone.scatter - state.freedom * state.noise_variance, 1e-9)
         errors = self.settled.unwhitened(state.left_out(blocks))
         before = problem.present.left_out(blocks)
         found = []
@@ -309,6 +313,7 @@ class _Model:
                     determined=sum(state.determined(k) for k in own),
                     p_value=LeftOut(without, errors, blocks).p_value,
                     laws=tuple(law for k in own for law in self.laws[k]),
+                    share=float(np.clip((rest.scatter - state.scatter) / excess, 0.0, 1.0)),
                     told_apart=_told_apart(self.chain, self.chosen[own[0]], self.columns[own[0]], result),
                 )
             )

@@ -1,11 +1,13 @@
 """Laws that were found, as findings: sentences, probabilities and curves."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from expdesign.chain.ports.curve import Curve
 from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.naming import FREE, LAW, physics_of
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.findings import Finding, reported
@@ -16,7 +18,7 @@ from expdesign.mechanics.robots.robot import Robot
 
 @dataclass(frozen=True)
 class LawFinding(Finding):
-    """A law that is present.
+    """A law that is present, under the name of the physics whose port and inputs it has, or under none.
 
     Attributes:
         depends_on: identifiers of its inputs (`words.identifier`).
@@ -29,13 +31,19 @@ class LawFinding(Finding):
     curve: Curve | None = None
 
 
-def law_findings(laws: Laws, robot: Robot, scale: float) -> tuple[Finding, ...]:
-    """Findings of laws and of the named effects beside them that explain something; `scale` multiplies covariances."""
+def law_findings(laws: Laws, robot: Robot, known: Collection[str]) -> tuple[Finding, ...]:
+    """Findings of laws and of the named effects beside them that explain something.
+
+    Args:
+        laws: what was found.
+        robot: the robot.
+        known: identifiers of the physics that was looked for, which laws may have.
+    """
     told = [index for index, part in enumerate(laws.parts) if part.share >= OPTIONS.listed] or [0]
-    return tuple(_finding(laws, index, robot, scale) for index in told)
+    return tuple(_finding(laws, index, robot, known) for index in told)
 
 
-def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
+def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Finding:
     part = laws.parts[index]
     where = laws.fit.chain.effects.index(part.effect)
     others = tuple(str(place.component) for place in part.places[1:] if place.probability >= EVIDENCE.open)
@@ -44,16 +52,19 @@ def _finding(laws: Laws, index: int, robot: Robot, scale: float) -> Finding:
     if not isinstance(effect, Law):
         beaten = any(isinstance(p.effect, Law) and p.effect.component == effect.component for p in laws.parts)
         factor = OPTIONS.beside_laws * (OPTIONS.beside_its_law if beaten else 1.0)
-        values = reported(effect, laws.fit, laws.fit.chain.slices[where], scale)
+        values = reported(effect, laws.fit, laws.fit.chain.slices[where], 1.0)
         return Finding(
             effect.physics, str(effect.component), str(effect.variant), values, factor * probability, (),
-            effect.sentence(values),
+            effect.sentence(values), form=effect.form_name, share=part.share,
         )  # fmt: skip
     inputs = effect.form.channels[0].inputs
     every = effect.form.depends_on
     names = tuple(dict.fromkeys(identifier(q, robot) for q in every))
+    # What may as well be elsewhere has no name yet: the name depends on the part.
+    physics = LAW if others else physics_of(effect, known)
     return LawFinding(
-        "law", str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
+        physics, str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
+        form="" if physics == LAW else FREE, share=part.share,
         depends_on=names, columns=columns(inputs, robot), curve=part.curve,
     )  # fmt: skip
 

@@ -69,8 +69,12 @@ def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
     if finding.gain is not None:
         gain = finding.gain
         record["held_out"] = {"without": gain.without, "with": gain.with_it, "p_value": gain.p_value}
+    if finding.form:
+        record["form"] = finding.form
     if finding.share is not None:
-        record["named_by_refits"] = finding.share
+        record["share"] = finding.share
+    if finding.named_by is not None:
+        record["named_by_refits"] = finding.named_by
     if finding.rows:
         record["rows"] = list(finding.rows)
     return record

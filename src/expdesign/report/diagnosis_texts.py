@@ -74,7 +74,7 @@ def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
             f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
             f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
         )
-    if result.stability is not None and all(one.share is None for one in result.findings):
+    if result.stability is not None and all(one.named_by is None for one in result.findings):
         stable = result.stability
         texts.append(f"{100.0 * stable.same:.0f} % of {stable.refits} refits on nine tenths of the rows name the same.")
     if np.isfinite(errors.coverage):
@@ -87,8 +87,8 @@ def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
 
 def _finding(finding: Finding) -> str:
     text = f"{finding.sentence} Probability {probability_text(finding.probability, 2)}{_instead(finding)}."
-    if finding.share is not None:
-        text += f" {100.0 * finding.share:.0f} % of the refits on nine tenths of the rows name it."
+    if finding.named_by is not None:
+        text += f" {100.0 * finding.named_by:.0f} % of the refits on nine tenths of the rows name it."
     return text
 
 

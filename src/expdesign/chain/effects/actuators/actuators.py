@@ -41,6 +41,8 @@ class Creep(Effect):
         phrase="creep of {component}",
         usually="plastics, rubber, adhesive and grease",
         port="actuators",
+        form="exponential",
+        laws=("creep",),
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("creep_ratio", 0.02, "assumed: greased rolling contacts, 2 % within the time of a series"),),
     )
@@ -126,6 +128,8 @@ class FrictionHysteresis(Effect):
         phrase="friction in {component}",
         usually="guides, seals and clamped joints",
         port="actuators",
+        form="slider",
+        laws=("friction",),
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("friction_N*", 0.05, "assumed: a twentieth of the largest force", "actuator force"),),
     )
@@ -228,12 +232,17 @@ class LegNonlinearStiffness(Effect):
         phrase="a spring that is not linear in {component}",
         usually="preload, rubber and rolling contacts",
         port="actuators",
+        laws=("force law",),
         inputs=(Input.FORCE,),
         sizes=(
             Size("*", 0.1, "assumed: secant and tangent differ by a tenth at the targets' loads", "own deflection"),
         ),
     )
     forms = tuple(Characteristic)
+
+    @property
+    def form_name(self) -> str:
+        return str(self.variant)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:

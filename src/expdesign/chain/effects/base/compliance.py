@@ -27,6 +27,7 @@ class BaseCompliance(Effect):
         phrase="a soft base",
         usually="stands, floors and bolted feet",
         port="base",
+        laws=("compliance", "force law"),
         inputs=(Input.FORCE,),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )

@@ -45,6 +45,7 @@ class ThermalDrift(Effect):
         phrase="thermal drift of {component}",
         usually="heat, and stands that settle",
         port="actuators",
+        laws=("offset", "drift"),
         inputs=(Input.TIME, Input.TEMPERATURE),
         beyond=Beyond.HOLDS,
         sizes=(

@@ -49,6 +49,7 @@ class InstrumentDrift(Effect):
         phrase="thermal drift of {component}",
         usually="tripods and stands that warm up",
         port="environment",
+        laws=("drift",),
         inputs=(Input.TIME,),
         beyond=Beyond.HOLDS,
         sizes=(

@@ -55,6 +55,7 @@ class FrameWander(Effect):
         phrase="a frame that wanders ({component})",
         usually="stands and floors that warm up",
         port="environment",
+        form="random walk",
         inputs=(Input.TIME,),
         beyond=Beyond.HOLDS,
         sizes=(

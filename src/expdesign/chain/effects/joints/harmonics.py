@@ -27,6 +27,8 @@ class JointHarmonics(Effect):
         phrase="periodic errors of the encoders of all joints",
         usually="eccentric and oval scales and gears",
         port="actuators",
+        form="harmonic",
+        laws=("periodic",),
         inputs=(Input.PLACE,),
         sizes=(Size("*_rad", _SPREAD, "assumed: as of a strain-wave gear"),),
     )

@@ -57,6 +57,7 @@ class JointCompliance(Effect):
         phrase="a soft bearing of {component}",
         usually="bearings and guides",
         port="joints",
+        laws=("compliance",),
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(
             Size(

@@ -43,6 +43,8 @@ class JointBacklash(Backlash):
         phrase="play in {component}",
         usually="worn gears and couplings",
         port="actuators",
+        form="gap",
+        laws=("step at zero",),
         inputs=(Input.FORCE,),
         sizes=(
             Size("gap_rad", 3e-4, STRAIN_WAVE),
@@ -81,6 +83,7 @@ class ExtensionPlay(Effect):
         phrase="play in {component}",
         usually="worn guides",
         port="actuators",
+        form="gap",
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(
             Size("gap_m", 1e-5, "assumed: linear axis without preload"),

@@ -97,6 +97,8 @@ class JointPeriodicError(Effect):
         phrase="a periodic error of the encoder of {component}",
         usually="gears, screws and encoders",
         port="actuators",
+        form="harmonic",
+        laws=("periodic",),
         inputs=(Input.PLACE,),
         sizes=(
             Size("*sine_m", 1e-6, "assumed: half of what a precision screw varies within a turn (some µm, ISO 3408-3)"),
@@ -175,6 +177,8 @@ class WarmUpByRows(Effect):
         phrase="thermal drift of {component}",
         usually="motors and gears that warm up",
         port="actuators",
+        form="exponential",
+        laws=("offset",),
         inputs=(Input.TIME,),
         sizes=(
             Size("drift_m", 5e-5, "assumed: warming up by 10 K"),

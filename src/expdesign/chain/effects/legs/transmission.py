@@ -44,6 +44,8 @@ class LegBacklash(Backlash):
         phrase="play in {component}",
         usually="worn nuts and spherical joints",
         port="actuators",
+        form="gap",
+        laws=("step at zero",),
         inputs=(Input.FORCE,),
         sizes=(
             Size(
@@ -148,6 +150,8 @@ class EncoderPeriodicError(Effect):
         phrase="a periodic error of the encoder of {component}",
         usually="screws and encoders",
         port="actuators",
+        form="harmonic",
+        laws=("periodic",),
         inputs=(Input.PLACE,),
         sizes=(
             Size("*sine_m", 1e-6, "assumed: half of what a precision screw varies within a turn (some µm, ISO 3408-3)"),

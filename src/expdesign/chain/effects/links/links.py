@@ -128,6 +128,7 @@ class ArmThermalDrift(Effect):
         phrase="thermal drift of {component}",
         usually="motors and gears that warm up",
         port="actuators",
+        laws=("offset",),
         inputs=(Input.TIME, Input.TEMPERATURE),
         beyond=Beyond.HOLDS,
         sizes=(
@@ -142,6 +143,10 @@ class ArmThermalDrift(Effect):
         ),
     )
     forms = tuple(Driver)
+
+    @property
+    def form_name(self) -> str:
+        return "exponential" if self.variant is Driver.WARM_UP else self.declared.form
 
     @property
     def beyond(self) -> Beyond:

@@ -37,6 +37,7 @@ class PayloadComOffset(Effect):
         phrase="a centre of mass that is not where it was assumed",
         usually="liquids, loose parts and drawings",
         port="centre of mass",
+        laws=("load",),
         inputs=(Input.FORCE,),
         sizes=(Size("com_d?_m", 1e-3, "assumed: centre of mass from a drawing, 1 mm"),),
     )
@@ -161,6 +162,7 @@ class PayloadMassError(Effect):
         phrase="masses that are not what was assumed",
         usually="weights that were not weighed",
         port="payload",
+        laws=("load",),
         inputs=(Input.FORCE,),
         sizes=(
             Size(

@@ -50,6 +50,7 @@ class PlatformCompliance(Effect):
         phrase="a soft platform",
         usually="plates, mounts and bolted joints",
         port="platform",
+        laws=("compliance", "force law"),
         inputs=(Input.FORCE,),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )

@@ -33,6 +33,8 @@ class SupportFriction(Effect):
         phrase="friction in {component}",
         usually="clamped feet and guides",
         port="supports",
+        form="slider",
+        laws=("friction",),
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("behind_*", 1e-7, "assumed: friction holds a tenth of what soft feet yield"),),
     )
@@ -116,6 +118,8 @@ class SupportCreep(Effect):
         phrase="creep of {component}",
         usually="tyres, rubber feet and floors",
         port="supports",
+        form="exponential",
+        laws=("creep", "settling"),
         inputs=(Input.FORCE, Input.HISTORY, Input.TIME),
         sizes=(
             Size("creep_*_per_*", 0.02, "assumed: 2 % of the machine's compliance", "pose compliance"),

@@ -62,6 +62,7 @@ class SupportPlay(Effect):
         phrase="play in {component}",
         usually="clearance of feet and guides",
         port="supports",
+        form="gap",
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(
             Size("gap_rad*", 3e-4, STRAIN_WAVE),
@@ -168,6 +169,7 @@ class SupportRocking(Effect):
         phrase="play in {component}",
         usually="machines with a short foot",
         port="supports",
+        form="gap",
         inputs=(Input.FORCE,),
         sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE),),
     )

@@ -74,6 +74,7 @@ class SupportCompliance(Effect):
         phrase="a soft base",
         usually="stands, floors and bolted feet",
         port="supports",
+        laws=("compliance",),
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
@@ -179,6 +180,7 @@ class SupportNonlinearity(Effect):
         phrase="a soft base",
         usually="feet that lift off, rubber",
         port="supports",
+        laws=("force law",),
         inputs=(Input.FORCE,),
         sizes=(
             Size("beyond_*", 1e-7, "assumed: a foot that lifts, 0.1 µrad/(N·m)"),
@@ -202,6 +204,10 @@ class SupportNonlinearity(Effect):
         found = [ForceLaw(Bend.STIFFENING, drive) for drive in drives(points)]
         found += [ForceLaw(Bend.LIFT_OFF, drive) for drive in drives(points, oblique=True)]
         return [(BASE, law) for law in found]
+
+    @property
+    def form_name(self) -> str:
+        return str(self.variant.bend)
 
     @property
     def drive(self) -> Drive:

@@ -1,0 +1,53 @@
+"""Which physics a law is, whatever its form: a name is a port and what it depends on.
+
+Creep that follows no exponential, friction that hardens, a gear error with harmonics of its own remain creep, friction
+and a periodic error. What no declaration covers is a law without a name.
+"""
+
+from collections.abc import Collection
+
+from expdesign.chain.declaration import Input
+from expdesign.chain.effect import Effect
+from expdesign.chain.ports.law import Law
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.plugins import implementations
+
+LAW = "law"
+"""Identifier of a law that no physics covers."""
+FREE = "free"
+"""Form of physics whose law is that of no declared form."""
+_INPUTS = {
+    "effort": Input.FORCE, "effort_sign": Input.FORCE, "whole": Input.FORCE, "rest": Input.FORCE, "ground": Input.FORCE,
+    "joint_moment": Input.FORCE, "carried": Input.FORCE,
+    "clock": Input.TIME, "elapsed": Input.TIME, "started": Input.TIME,
+    "warming": Input.TEMPERATURE, "temperature": Input.TEMPERATURE, "warmth": Input.TEMPERATURE,
+}  # fmt: skip
+"""What laws see, in the words of declarations; memory is known by its states, and all other things are places."""
+
+
+def input_of(quantity: Quantity) -> Input:
+    """On what a law depends that sees this."""
+    return Input.HISTORY if quantity.states else _INPUTS.get(quantity.kind, Input.PLACE)
+
+
+def physics_of(law: Law, known: Collection[str]) -> str:
+    """Identifier of the physics at this port that declares such laws and depends on nothing else; `LAW` if none does.
+
+    Amplitudes count as inputs: a compliance that varies with time depends on a force and on time.
+
+    Args:
+        law: the law.
+        known: identifiers that may be given: those of the library that was searched.
+    """
+    form = law.form
+    seen = {quantity for channel in form.channels for quantity in (*channel.inputs, channel.amplitude) if quantity}
+    inputs = {input_of(quantity) for quantity in seen}
+    for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
+        declared = kind.declared
+        if kind.physics not in known or form.kind not in declared.laws or not inputs <= {*declared.inputs}:
+            continue
+        if form.component not in kind.components(law.robot):
+            continue
+        if form.port in {kind(law.robot, form.component, v).acts_at for v in kind.variants(law.robot)}:
+            return kind.physics
+    return LAW

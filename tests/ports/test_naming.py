@@ -1,0 +1,66 @@
+"""A law has the name of the physics whose port and inputs it has, whatever its form."""
+
+import numpy as np
+import pytest
+from tests.cases import robot
+
+from expdesign.chain.component import BASE, ENVIRONMENT, PLATFORM, Component, Part
+from expdesign.chain.effect import Effect
+from expdesign.chain.ports.features import basis_of
+from expdesign.chain.ports.law import Form, Law
+from expdesign.chain.ports.naming import LAW, physics_of
+from expdesign.chain.ports.port import Channel
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.words import FORMS
+from expdesign.plugins import implementations
+
+LEG = Component(Part.LEG, 1)
+EFFORT, LENGTH, TIME, WARMING = Quantity("effort"), Quantity("length"), Quantity("clock"), Quantity("warming")
+SLOW, STOP, CARRIED = Quantity("lag", 0, (60.0, 1.0)), Quantity("stop", 0, (5.0,)), Quantity("carried")
+EVERY = frozenset(kind.physics for kind in implementations("expdesign.chain.effects", Effect))  # type: ignore[type-abstract]
+
+
+def law(port: str, component: Component, kind: str, seen: Quantity, amplitude: Quantity | None = None) -> Law:
+    """A law of one channel on a hexapod."""
+    basis = basis_of("linear", np.ones(1), np.linspace(-1.0, 1.0, 5)[:, None], 1)
+    assert basis is not None
+    channel = Channel(0, 0, (seen,), amplitude)
+    form = Form(port, component, kind, (channel,), basis, np.zeros((1, 1)), np.ones((1, 1)), 1.0)
+    return Law(robot("H1"), form, 1)
+
+
+@pytest.mark.parametrize(
+    ("one", "name"),
+    [
+        (law("actuators", LEG, "creep", SLOW), "creep"),
+        (law("actuators", LEG, "friction", STOP), "friction_hysteresis"),
+        (law("actuators", LEG, "force law", EFFORT), "leg_nonlinear_stiffness"),
+        (law("actuators", LEG, "step at zero", Quantity("effort_sign")), "leg_backlash"),
+        (law("actuators", LEG, "periodic", LENGTH), "encoder_periodic_error"),
+        (law("actuators", LEG, "offset", WARMING), "thermal_drift"),
+        (law("actuators", LEG, "offset", TIME), "thermal_drift"),
+        (law("environment", ENVIRONMENT, "drift", TIME), "thermal_drift"),
+        (law("platform", PLATFORM, "force law", CARRIED), "platform_compliance"),
+        (law("base", BASE, "compliance", Quantity("ground"), Quantity("ground")), "base_compliance"),
+        # What a leg does with its length, and a spring that changes with time, have no name.
+        (law("actuators", LEG, "offset", LENGTH), LAW),
+        (law("actuators", LEG, "compliance", LENGTH, EFFORT), LAW),
+        (law("actuators", LEG, "compliance", TIME, EFFORT), LAW),
+        (law("platform", PLATFORM, "compliance", Quantity("pose"), CARRIED), LAW),
+        (law("platform", PLATFORM, "friction", STOP), LAW),
+    ],
+    ids=lambda value: (
+        " ".join([value.form.port, value.form.kind, *(q.kind for q in value.form.depends_on)])
+        if isinstance(value, Law)
+        else value
+    ),
+)
+def test_a_law_has_the_name_of_its_port_and_inputs(one: Law, name: str) -> None:
+    assert physics_of(one, EVERY) == name
+    assert physics_of(one, EVERY - {name}) == LAW
+
+
+def test_declared_laws_are_kinds_that_there_are() -> None:
+    for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
+        assert set(kind.declared.laws) <= set(FORMS), kind.identifier
+        assert kind.declared.port or not kind.declared.laws, kind.identifier
