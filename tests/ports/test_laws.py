@@ -47,6 +47,21 @@ def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
     assert result.errors.test_after < 0.3 * result.errors.test_before
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_law_is_found_beside_noise_that_nobody_states(seed: int) -> None:
+    """Named effects that imitate it halve nothing; the noise is estimated with the law, and errors are given in it."""
+    recordings = replace(recordings_of(softened(), seed=seed), deviations=None)
+    result = diagnose(robot(BIPOD), recordings)
+    assert result.noise.origin == "residuals"
+    assert result.verdict == "modelled"
+    assert result.laws is not None
+    assert result.laws.noise < 0.3
+    assert result.findings[0].component in ("leg 1", "all legs")
+    assert result.errors.test_after < 0.3 * result.errors.test_before
+    assert 0.7 < result.errors.test_after < 1.6
+    assert diagnose(robot(BIPOD), replace(recordings_of(None, seed=seed), deviations=None)).verdict == "consistent"
+
+
 def test_what_takes_nothing_away_is_not_explained() -> None:
     """A share of 0 % is not said, nor what usually behaves like that; what fits as well is."""
     laws = found().laws

@@ -96,7 +96,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
         return groups.diagnosis()
     report("weighing alternatives")
     result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, groups.method.reason))
-    contested = result.verdict == "explained" and frame.kind.contested and frame.noise.known
+    contested = result.verdict == "explained" and frame.kind.contested
     if result.verdict == "unexplained" or contested:
         result = _with_laws(frame, result, report)
     if result.model is named.model:
@@ -234,7 +234,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     if laws is None:
         return result
     changed = replace(result, laws=laws)
-    errors = _held_out(search, base, laws.fit, frame.judged, aside) if wins else result.errors
+    errors = _held_out(search, base, laws.fit, frame.judged, aside).divided_by(laws.noise) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)

@@ -55,9 +55,11 @@ class Laws:
     Attributes:
         parts: by what they take away, most first.
         fit: of the chain with all of them.
-        left_out: errors of left-out readings without and with them, which decide whether they are predicted with.
+        left_out: errors of left-out readings without and with them in standard deviations of the noise, which decide
+            whether they are predicted with.
         gain: of log evidence by all together.
         inflation: of the covariance of `fit`, which left-out errors ask for.
+        noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
         log: what was decided and why.
     """
 
@@ -66,6 +68,7 @@ class Laws:
     left_out: LeftOut
     gain: float
     inflation: float = 1.0
+    noise: float = 1.0
     log: tuple[str, ...] = ()
 
     @property
@@ -173,9 +176,9 @@ def sought_laws(
             if known is not None:
                 scales[len(dictionary.atoms)] = known[1]
                 dictionary.atoms.append(known[0])
-    present, seeds = base_alone(base, sample), []
+    present, seeds = base_alone(base, sample, known_noise=known_noise), []
     if named is not None and named.candidates:
-        about, found = _about(named, sample, kept)
+        about, found = _about(named, sample, kept, known_noise=known_noise)
         present = about if explained else present
         for candidate, values, directions in found:
             known = known_form(candidate.effect.component, Dense(directions), (candidate, values))
@@ -190,12 +193,13 @@ def sought_laws(
     gain = chosen.evidence - present.log_evidence
     if not chosen.indices or set(chosen.indices) <= set(seeds):
         return None
-    left_out = LeftOut(present.left_out(blocks), chosen.state.left_out(blocks), blocks)
+    noise = np.sqrt(chosen.state.noise_variance)
+    left_out = LeftOut(present.left_out(blocks) / noise, chosen.state.left_out(blocks) / noise, blocks)
     return _fitted(robot, sample, base, scales, search, dictionary.sight, chosen, left_out, gain)
 
 
 def _about(
-    named: Model, sample: Sample, kept: BoolArray
+    named: Model, sample: Sample, kept: BoolArray, *, known_noise: bool
 ) -> tuple[Present, list[tuple[Candidate, FloatArray, FloatArray]]]:
     """The base model with readings as they are without the effects of a fitted model, to first order about it.
 
@@ -210,18 +214,19 @@ def _about(
         readings = readings + design[:, part] @ (values[part] - vanishing)
         found.append((candidate, vanishing, design[:, part][:, free]))
     alone = Chain(chain.robot, reading=sample.reading)
-    return _present(alone, design[:, : chain.base], readings), found
+    return _present(alone, design[:, : chain.base], readings, known_noise=known_noise), found
 
 
-def base_alone(base: Fit, sample: Sample) -> Present:
+def base_alone(base: Fit, sample: Sample, *, known_noise: bool = True) -> Present:
     """The base model, with what is known of its parameters."""
-    return _present(base.chain, as_matrix(base.sensitivities)[sample.kept], base.residuals.ravel()[sample.kept])
+    directions, readings = as_matrix(base.sensitivities)[sample.kept], base.residuals.ravel()[sample.kept]
+    return _present(base.chain, directions, readings, known_noise=known_noise)
 
 
-def _present(chain: Chain, directions: FloatArray, readings: FloatArray) -> Present:
+def _present(chain: Chain, directions: FloatArray, readings: FloatArray, *, known_noise: bool) -> Present:
     knowledge = chain.knowledge()
     precision = np.zeros(directions.shape[1]) if knowledge is None else 1.0 / knowledge[1] ** 2
-    return Present(directions, regular(directions, precision), readings)
+    return Present(directions, regular(directions, precision), readings, known_noise=known_noise)
 
 
 def _fitted(
@@ -239,7 +244,9 @@ def _fitted(
     state, atoms = chosen.state, search.atoms
     weights, first = state.weights, state.base.shape[1]
     found: list[tuple[Effect, FloatArray, tuple[Place, ...], float, Candidate | None]] = []
-    excess = max(float(state.readings @ search.base.projected) - len(state.readings), 1e-9)
+    # Sizes of laws are in units of the noise, as the fit takes it; the covariance gets that of the readings.
+    variance = state.noise_variance
+    excess = max(float(state.readings @ search.base.projected) - variance * len(state.readings), 1e-9)
     where_of = {c: places(search.weighed(chosen, c)) for c in search.components(chosen)}
     for position, index in enumerate(chosen.indices):
         atom = atoms[index]
@@ -261,8 +268,8 @@ def _fitted(
     chain = Chain(robot, tuple(item[0] for item in found), reading=sample.reading)
     start_values = np.concatenate([base.values, *(item[1] for item in found)])
     result = fit(chain, sample, start_values, enough=1e-2)
-    inflation = left_out.inflation(state.left_out_variances(search.blocks))
-    result = replace(result.known_as(result.estimable.scaled(inflation)), inflation=inflation)
+    inflation = left_out.inflation(state.left_out_variances(search.blocks) / variance)
+    result = replace(result.known_as(result.estimable.scaled(inflation * variance)), inflation=inflation * variance)
     parts = []
     for (effect, _, where, share, named), part in zip(found, chain.slices, strict=True):
         curve = None
@@ -271,4 +278,4 @@ def _fitted(
             curve = curve_of(effect, robot, result.values, result.covariance, part, seen)
         parts.append(Part(effect, where, share, named, curve))
     parts.sort(key=lambda item: -item.share)
-    return Laws(tuple(parts), result, left_out, gain, inflation, tuple(search.log))
+    return Laws(tuple(parts), result, left_out, gain, inflation, float(np.sqrt(variance)), tuple(search.log))
