@@ -55,7 +55,8 @@ def ended_sentences(result: Diagnosis) -> list[str]:
     if not result.ended:
         return []
     return [
-        f"Ended by hand during this step: {result.ended}. This is the best model so far; a finished diagnosis may differ."
+        f"Ended by hand during this step: {result.ended}. This is the best model so far; a finished diagnosis may "
+        "differ."
     ]
 
 
