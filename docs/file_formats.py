@@ -1,13 +1,15 @@
 """Write the tables of keys into docs/file-formats.md: `python docs/file_formats.py` (`--check` only compares).
 
 A table stands between `<!-- keys: NAME -->` and `<!-- end -->`. It is made from the schemas that read the files, so
-that key, form, default and meaning are those of the program. The JSON schemas for editors in docs/schema are written
-as well.
+that key, value and meaning are those of the program. `<!-- keys: configuration optimiser -->` is the table of one
+section of a configuration. The JSON schemas for editors in docs/schema are written as well.
 """
 
 import re
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -23,22 +25,56 @@ DOCS = Path(__file__).parent
 PAGE = DOCS / "file-formats.md"
 ROBOTS = ("bipod", "body", "hexapod", "serial")
 """Kinds of robots on the page; a new kind works without being on it."""
-_BLOCK = re.compile(r"(<!-- keys: ([\w ]+) -->\n).*?(<!-- end -->)", flags=re.DOTALL)
+SECTIONS = (
+    "experiment",
+    "experiment.poses",
+    "experiment.load",
+    "experiment.deflection_noise",
+    "experiment.load_error[]",
+    "experiment.constraints",
+    "targets[]",
+    "model_error",
+    "optimiser",
+    "acceptance",
+)
+"""Sections of a configuration that have a table of their own."""
+_BLOCK = re.compile(r"(<!-- keys: (\w+)(?: ([\w.\[\]]+))? -->\n).*?(<!-- end -->)", flags=re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row of a table: a key with its section, the values it takes, and what it means."""
+
+    section: str
+    key: str
+    value: str
+    meaning: str
 
 
 def page(text: str) -> str:
     """The page with its tables made anew."""
-    return _BLOCK.sub(lambda found: found[1] + "\n" + table(found[2]) + "\n" + found[3], text)
+    return _BLOCK.sub(lambda found: f"{found[1]}\n{table(found[2], found[3] or '')}\n{found[4]}", text)
 
 
-def table(name: str) -> str:
-    """One table: `robot` (what all have), `hexapod` …, `configuration`, `physics`, `recordings` or `sweep`."""
-    rows = ["| key | form | default | meaning |", "| --- | --- | --- | --- |"]
+def table(name: str, section: str = "") -> str:
+    """One table.
+
+    Args:
+        name: `robot` (what all have), `hexapod` …, `configuration`, `physics`, `recordings` or `sweep`.
+        section: of a configuration, one of `SECTIONS`; without it the keys outside of all of them.
+    """
     if name == "physics":
-        return "\n".join(_physics_rows()) + "\n"
-    if name == "recordings":
-        columns = (f"| {group.shown} | {group.meaning} |" for group in RECORDED)
-        return "\n".join(["| column | meaning |", "| --- | --- |", *columns]) + "\n"
+        rows = ["| identifier | left out of the base model |", *_physics_rows()]
+    elif name == "recordings":
+        rows = ["| column | meaning |", *(f"| {group.shown} | {group.meaning} |" for group in RECORDED)]
+    else:
+        rows = ["| key | value | meaning |", *_rows(entry for entry in entries(name) if entry.section == section)]
+    columns = rows[0].count("|") - 1
+    return "\n".join([rows[0], "|" + " --- |" * columns, *rows[1:]]) + "\n"
+
+
+def entries(name: str) -> list[Entry]:
+    """Keys of a kind of file in the order of its schema."""
     shared = RobotSection.model_json_schema()
     if name in ROBOTS:
         schema = robot_sections([name])[name].model_json_schema()
@@ -47,53 +83,40 @@ def table(name: str) -> str:
         }
     else:
         schema = shared if name == "robot" else xd.schema(name)
-    return "\n".join([*rows, *(_row(*entry) for entry in _entries(schema, schema.get("$defs", {})))]) + "\n"
+    return list(_entries(schema, schema.get("$defs", {}), {}, SECTIONS if name == "configuration" else ()))
 
 
-_NO_EFFECTS = {
-    "outlier": "single rows that belong to no physics",
-    "law": "none of these: a law at a port ([theory, 22](theory.md#22-laws-at-ports))",
-    "unknown": "none of these",
-}
-
-
-def _physics_rows() -> Iterator[str]:
-    """Identifiers of physics as the effects declare them, by where they act; several classes may have one."""
-    yield from ("| identifier | left out of the base model | usually |", "| --- | --- | --- |")
-    declared: dict[str, list[Declaration]] = {}
-    for cls in effect_classes():
-        declared.setdefault(cls.physics, []).append(cls.declared)
-    for physics, every in declared.items():
-        left_out, usually = (
-            "; ".join(dict.fromkeys(text)) for text in zip(*((d.left_out, d.usually) for d in every), strict=True)
-        )
-        yield f"| `{physics}` | {left_out} | {usually} |"
-    for identifier, meaning in _NO_EFFECTS.items():
-        yield f"| `{identifier}` | {meaning} | |"
-
-
-Entry = tuple[str, dict[str, Any], bool]
-
-
-def _entries(schema: dict[str, Any], sections: dict[str, Any], above: str = "") -> Iterator[Entry]:
-    """Keys with their schemas and whether they are required, those of sections below the section's own key."""
+def _entries(
+    schema: dict[str, Any],
+    definitions: dict[str, Any],
+    listed: dict[str, str],
+    sections: tuple[str, ...],
+    above: str = "",
+) -> Iterator[Entry]:
+    """Keys of a schema, those of a section below its key; a section that stands in several places is listed once."""
     for key, content in schema.get("properties", {}).items():
         path = f"{above}{key}"
-        yield path, content, key in schema.get("required", [])
-        for part in _parts(content):
-            for reference, ending in _references(part):
-                yield from _entries(sections[reference.rsplit("/", 1)[1]], sections, f"{path}{ending}.")
+        section = max((name for name in sections if path.startswith(f"{name}.")), key=len, default="")
+        references = [reference for part in _parts(content) for reference in _references(part)]
+        again = [listed[name] for name, _ in references if name in listed]
+        meaning = content.get("description", "") + (f" Keys as of `{again[0]}`." if again else "")
+        shown = path.removeprefix(f"{section}.")
+        yield Entry(section, shown, _value(content, key in schema.get("required", [])), meaning)
+        for name, ending in references:
+            if name not in listed:
+                listed[name] = shown
+                yield from _entries(definitions[name], definitions, listed, sections, f"{path}{ending}.")
 
 
 def _references(part: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Sections that a value is made of, and what stands behind its key: nothing, `[]` in a list, a key in a mapping."""
     if "$ref" in part:
-        yield part["$ref"], ""
+        yield part["$ref"].rsplit("/", 1)[1], ""
     for name, ending in (("items", "[]"), ("additionalProperties", ".KEY")):
         inner = part.get(name)
         for option in _parts(inner) if isinstance(inner, dict) else []:
             if "$ref" in option:
-                yield option["$ref"], ending
+                yield option["$ref"].rsplit("/", 1)[1], ending
 
 
 def _parts(content: dict[str, Any]) -> list[dict[str, Any]]:
@@ -104,17 +127,23 @@ def _parts(content: dict[str, Any]) -> list[dict[str, Any]]:
     return [] if content.get("type") == "null" else [content]
 
 
-def _row(key: str, content: dict[str, Any], required: bool) -> str:
-    cells = [f"`{key}`", _form(content), _default(content, required), content.get("description", "")]
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+def _rows(found: Iterator[Entry]) -> Iterator[str]:
+    """Rows of a table; keys that follow each other with the same value and meaning stand in one."""
+    for (value, meaning), same in groupby(found, key=lambda entry: (entry.value, entry.meaning)):
+        cells = [", ".join(f"`{entry.key}`" for entry in same), value, meaning]
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def _default(content: dict[str, Any], required: bool) -> str:
+def _value(content: dict[str, Any], required: bool) -> str:
+    """What may stand there, and what holds where nothing does."""
+    default = content.get("default")
+    form = _form(content)
     if required:
-        return "required"
-    if content.get("default") is None or isinstance(content["default"], dict):
-        return "–"
-    return f"`{str(content['default']).lower() if isinstance(content['default'], bool) else content['default']}`"
+        return f"{form}, required"
+    if default is None or isinstance(default, dict) or form == f"`{default}`":
+        return form
+    text = str(default).lower() if isinstance(default, bool) else default
+    return f"{form}; default `{text}`"
 
 
 _WORDS = {
@@ -128,7 +157,11 @@ _WORDS = {
 
 
 def _form(content: dict[str, Any]) -> str:
-    forms = [_one_form(part) for part in _parts(content)]
+    parts = _parts(content)
+    if any(set(part.get("properties", {})) == {"choices"} for part in parts):
+        return "quantity"
+    # Every number may be a text of number and unit, which the page says once.
+    forms = [_one_form(part) for part in parts if "pattern" not in part]
     return " or ".join(dict.fromkeys(forms))
 
 
@@ -143,15 +176,33 @@ def _one_form(part: dict[str, Any]) -> str:
     if kind == "array":
         low, high = part.get("minItems"), part.get("maxItems")
         size = f" of {low}" if low is not None and low == high else ""
-        items = part.get("items", {})
-        inner = _one_form(_parts(items)[0]) if items and len(_parts(items)) == 1 else ""
+        items = [one for one in _parts(part.get("items", {})) if "pattern" not in one]
+        inner = _one_form(items[0]) if len(items) == 1 and items[0] else ""
         plural = {"number": "numbers", "list of 3": "`[x, y, z]`", "list of 2": "`[x, y]`", "text": "texts"}
         inner = "lists of numbers" if inner == "list of numbers" else plural.get(inner, plural.get(inner[:9], inner))
-        inner = "mappings" if inner == "mapping" else inner
+        inner = "mappings" if inner == "mapping" else inner.replace("number ", "numbers ", 1)
         return f"list{size}{' ' if size and inner else ' of ' if inner else ''}{inner}" if inner else f"list{size}"
     low, above = part.get("minimum", part.get("ge")), part.get("exclusiveMinimum", part.get("gt"))
     bound = f" > {above:g}" if above is not None else f" ≥ {low:g}" if low is not None else ""
     return _WORDS.get(str(kind), "anything") + bound
+
+
+_NO_EFFECTS = {
+    "outlier": "single rows that belong to no physics",
+    "law": "a law at a port ([theory, 22](theory.md#22-laws-at-ports)) that none of these covers",
+    "unknown": "none of these",
+}
+
+
+def _physics_rows() -> Iterator[str]:
+    """Identifiers of physics as the effects declare them; several classes may have one."""
+    declared: dict[str, list[Declaration]] = {}
+    for cls in effect_classes():
+        declared.setdefault(cls.physics, []).append(cls.declared)
+    for physics, every in declared.items():
+        yield f"| `{physics}` | {'; '.join(dict.fromkeys(each.left_out for each in every))} |"
+    for identifier, meaning in _NO_EFFECTS.items():
+        yield f"| `{identifier}` | {meaning} |"
 
 
 def files() -> dict[Path, str]:

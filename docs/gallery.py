@@ -35,9 +35,8 @@ MOST_LINES = 60
 _WIDTH, _COLOURS = 360, 48
 _HEAD = """# Gallery
 
-One question of a laboratory each, answered in at most 60 lines of Python ([the same in commands](../tutorial.md)). The
-notebooks are kept with what they printed and drew; they need the extra `studies` for their pictures.
-`python docs/gallery.py` runs them again.
+One question of a laboratory each, in at most 60 lines of Python, with outputs. Pictures need the extra `studies`;
+`python docs/gallery.py` runs the notebooks again.
 """
 _GRID = "display: grid; grid-template-columns: repeat(auto-fill, minmax(230px, 1fr)); gap: 1.5rem"
 

@@ -10,6 +10,7 @@ import contextlib
 import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -59,7 +60,7 @@ def _printed(command: str, folder: Path) -> str:
         os.chdir(folder)
         try:
             with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
-                main(command.replace("\\\n", " ").split()[1:])
+                main(shlex.split(command.replace("\\\n", " "))[1:])
         except SystemExit as stop:
             if stop.code not in (0, None):
                 raise RuntimeError(f"`{command}` failed: {output.getvalue()}") from None

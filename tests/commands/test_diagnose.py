@@ -158,7 +158,7 @@ def test_recordings_of_the_base_robot_are_consistent(tmp_path: Path) -> None:
     assert record["effects"] == []
     assert record["location"] is None
     assert record["next_experiment"] is None
-    assert "Nothing is missing" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "no missing physics" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_unexplained_gets_no_name(tmp_path: Path) -> None:

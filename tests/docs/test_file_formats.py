@@ -42,11 +42,16 @@ def test_page_and_schemas_are_what_the_script_makes(script: ModuleType) -> None:
     assert stale == []
 
 
-def test_every_key_of_the_page_has_a_meaning(script: ModuleType) -> None:
-    tables = [script.table(name) for name in (*script.ROBOTS, "configuration", "sweep")]
-    rows = [row.split(" | ") for text in tables for row in text.splitlines()[2:]]
-    assert len(rows) > 80
-    assert not [row for row in rows if len(row) != 4 or len(row[3].strip(" |")) < 4 or row[1] == "anything"]
+def test_every_key_of_the_page_has_a_value_and_a_meaning(script: ModuleType) -> None:
+    found = [entry for name in (*script.ROBOTS, "configuration", "sweep") for entry in script.entries(name)]
+    assert len(found) > 80
+    assert not [entry for entry in found if len(entry.meaning) < 4 or entry.value in ("", "anything")]
+
+
+def test_every_section_of_a_configuration_has_its_table(script: ModuleType) -> None:
+    sections = {entry.section for entry in script.entries("configuration")}
+    assert sections == {"", *script.SECTIONS}
+    assert not [each for each in script.SECTIONS if f"<!-- keys: configuration {each} -->" not in PAGE]
 
 
 def test_identification_and_evaluation(tmp_path: Path) -> None:

@@ -118,7 +118,7 @@ def test_a_plan_without_degrees_of_freedom_notices_nothing(tmp_path: Path) -> No
     designs = starting_designs(here, 1, np.random.default_rng(0)).reshape(1, 1, -1)
     physics, freedom = hidden_by_plan(meir_of(here), here.assess(*here.space.decode(designs)))
     assert freedom == 0
-    assert "nothing that the model leaves out could be noticed" in sentence(physics[0], freedom, "this plan")
+    assert "this plan cannot show missing physics" in sentence(physics[0], freedom, "this plan")
     assert all(each.noticed == np.inf for each in physics)
 
 

@@ -68,11 +68,11 @@ def test_what_takes_nothing_away_is_not_explained() -> None:
     assert laws is not None
     part = laws.parts[0]
     said, silent = (sentence(replace(part, share=share), robot(BIPOD), ("base",)) for share in (0.4, 0.002))
-    assert "(40 % of what the base model leaves over)" in said
+    assert "(40 % of the misfit of the base model)" in said
     assert said.count("do that") + said.count("does that") == 1
-    assert "leaves over" not in silent
+    assert "misfit" not in silent
     assert "does that" not in silent
-    assert said.endswith(" These recordings fit base as well.")
+    assert said.endswith(" These recordings also fit base.")
 
 
 def test_the_band_covers_the_true_compliance() -> None:

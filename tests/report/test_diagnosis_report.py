@@ -76,9 +76,9 @@ KINDS = ["consistent", "explained", "unexplained"]
 def test_verdict_and_errors_are_there(kind: str) -> None:
     result, shown = diagnosis(kind), text(kind)
     opening = {
-        "consistent": "Nothing is missing that these recordings show",
-        "explained": "with the physics named below it does",
-        "unexplained": "no physics in the library accounts for",
+        "consistent": "These recordings show no missing physics",
+        "explained": "With the physics named below it does",
+        "unexplained": "lacks physics that the library does not have",
     }
     assert opening[kind] in shown
     assert all(opening[other] not in shown for other in KINDS if other != kind)
@@ -99,7 +99,7 @@ def test_findings_are_told_with_their_numbers() -> None:
     assert "gap (µm)" in shown
     assert number(1e6 * value) in shown
     assert f"{number(1e6 * low)} to {number(1e6 * high)}" in shown
-    assert "The mismatch shows in" in shown
+    assert "The mismatch appears in" in shown
     assert in_prose(result.location.region) in shown
     assert "model.yaml points.csv" in shown
 
@@ -107,7 +107,7 @@ def test_findings_are_told_with_their_numbers() -> None:
 def test_nothing_is_named_where_nothing_was_found() -> None:
     shown = text("consistent")
     assert "What was left out" not in shown
-    assert "The mismatch shows in" not in shown
+    assert "The mismatch appears in" not in shown
 
 
 def test_places_of_the_mismatch_are_listed_with_their_tests() -> None:
@@ -161,16 +161,16 @@ def test_what_could_be_in_its_place_is_printed_as_well() -> None:
     doubtful = replace(finding, indistinguishable=("leg_coupling",), rival=result.model)
     doubted = replace(result, findings=(doubtful,))
     printed = "\n".join(terminal_lines(doubted, None))
-    assert "indistinguishable from leg coupling" in printed
+    assert "do not distinguish it from leg coupling" in printed
     assert "plan-next.csv" in printed
-    assert "indistinguishable from leg coupling" in "\n".join(conclusions(doubted, None))
+    assert "do not distinguish it from leg coupling" in "\n".join(conclusions(doubted, None))
     assert "plan-next.csv" not in "\n".join(terminal_lines(result, None))
 
 
 def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
     lines = terminal_lines(diagnosis("unexplained"), None)
     assert lines[0] == "Verdict: unexplained."
-    place, following = (next(line for line in lines if text in line) for text in ("points to ", "record again"))
+    place, following = (next(line for line in lines if text in line) for text in ("points to ", "Inspect "))
     assert place.split("points to ")[1].split(";")[0] in following
     assert place in text("unexplained")
     assert following in text("unexplained")

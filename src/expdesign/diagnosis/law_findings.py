@@ -78,7 +78,7 @@ def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
     shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
     text = f"{effect.subject} {FORMS[effect.form.kind]} {shown}"
     said = round(100.0 * part.share)
-    text += f" ({said} % of what the base model leaves over)" if said else ""
+    text += f" ({said} % of the misfit of the base model)" if said else ""
     if curve.meaning == "compliance" and len(curve.quantities) == 1:
         middle = float(np.median(curve.mean))
         at = int(np.argmax(np.abs(curve.mean - middle)))
@@ -90,7 +90,7 @@ def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
         text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
     text += f"; {usually(effect.form.kind)}." if said else "."
     if others:
-        text += f" These recordings fit {' or '.join(others)} as well."
+        text += f" These recordings also fit {' or '.join(others)}."
     return text
 
 

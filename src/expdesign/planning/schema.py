@@ -114,18 +114,17 @@ class PosesSection(Section):
 
     bounds: dict[str, QuantityField] | None = Field(
         default=None,
-        description="Continuous poses: for each coordinate (`x_m` ..., or `q1_rad` ... of an arm; m or rad) a number, "
-        "`[low, high]` or `{choices: [...]}`. Coordinates that are not named are 0.",
+        description="Continuous poses: a quantity for each coordinate (`x_m` ..., `q1_rad` ... of an arm; m or rad). "
+        "Default: 0.",
     )
     grid: dict[str, GridAxis] | None = Field(
         default=None,
-        description="A grid of poses: for each coordinate (m or rad) `[low, high, number of points]` or a number. "
-        "Coordinates that are not named are 0.",
+        description="A grid of poses: `[low, high, number of points]` or a number for each coordinate (m or rad). "
+        "Default: 0.",
     )
     candidates: str | list[list[Number]] | None = Field(
         default=None,
-        description="A list of poses (m, rad), or a CSV file with a column for every coordinate; the path is relative "
-        "to the configuration.",
+        description="A list of poses (m, rad), or a CSV file with a column for each coordinate.",
     )
 
     @model_validator(mode="after")
@@ -153,34 +152,27 @@ class LoadSection(Section):
     """`experiment.load`."""
 
     kind: Literal["payload", "wrench"] = Field(
-        description="`payload`: a mass under gravity; `wrench`: a force and a moment that do not depend on the pose."
+        description="A mass under gravity, or a force and a moment that do not depend on the pose."
     )
-    mass_kg: QuantityField | None = Field(default=None, description="Mass of a payload (kg); required for a payload.")
-    com_x_m: QuantityField | None = Field(
-        default=None, description="x of the centre of mass in the platform frame (m). Default: 0."
-    )
-    com_y_m: QuantityField | None = Field(
-        default=None, description="y of the centre of mass in the platform frame (m). Default: 0."
-    )
-    com_z_m: QuantityField | None = Field(
-        default=None, description="z of the centre of mass in the platform frame (m). Default: 0."
-    )
+    mass_kg: QuantityField | None = Field(default=None, description="Mass of a payload (kg), which requires it.")
+    com_x_m: QuantityField | None = Field(default=None, description="Centre of mass in P (m). Default: 0.")
+    com_y_m: QuantityField | None = Field(default=None, description="Centre of mass in P (m). Default: 0.")
+    com_z_m: QuantityField | None = Field(default=None, description="Centre of mass in P (m). Default: 0.")
     gravity: TiltSection | None = Field(
         default=None,
-        description="Where the base can be tilted: the directions of gravity that can be had. Default: as in the "
-        "robot file.",
+        description="Directions of gravity, where the base can be tilted. Default: as in the robot file.",
     )
-    fx_N: QuantityField | None = Field(default=None, description="Force along x of O (N). Default: 0.")
-    fy_N: QuantityField | None = Field(default=None, description="Force along y of O (N). Default: 0.")
-    fz_N: QuantityField | None = Field(default=None, description="Force along z of O (N). Default: 0.")
+    fx_N: QuantityField | None = Field(default=None, description="Force along the axes of O (N). Default: 0.")
+    fy_N: QuantityField | None = Field(default=None, description="Force along the axes of O (N). Default: 0.")
+    fz_N: QuantityField | None = Field(default=None, description="Force along the axes of O (N). Default: 0.")
     mx_Nm: QuantityField | None = Field(
-        default=None, description="Moment about x of O at the origin of P (N·m). Default: 0."
+        default=None, description="Moment about the axes of O at the origin of P (N·m). Default: 0."
     )
     my_Nm: QuantityField | None = Field(
-        default=None, description="Moment about y of O at the origin of P (N·m). Default: 0."
+        default=None, description="Moment about the axes of O at the origin of P (N·m). Default: 0."
     )
     mz_Nm: QuantityField | None = Field(
-        default=None, description="Moment about z of O at the origin of P (N·m). Default: 0."
+        default=None, description="Moment about the axes of O at the origin of P (N·m). Default: 0."
     )
 
 
@@ -188,11 +180,11 @@ class MeasuredPointsSection(Section):
     """`experiment.deflection_noise.points`: poses come from the measured points of an artefact."""
 
     positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]] = Field(
-        description="Points of the artefact in the platform frame, `[x, y, z]` (m) each; at least three, not in line."
+        description="Points of the artefact in P (m); at least three, not in line."
     )
-    std_m: Positive = Field(description="Standard deviation of every measured coordinate of a point (m).")
+    std_m: Positive = Field(description="Standard deviation of a point's coordinates (m).")
     pose: list[Number] | None = Field(
-        default=None, description="Pose (m, rad) at which the covariance is taken. Default: the zero pose."
+        default=None, description="Pose (m, rad) at which the covariance is computed. Default: the zero pose."
     )
 
 
@@ -201,18 +193,18 @@ class DeflectionNoiseSection(Section):
 
     std: dict[str, Positive] | None = Field(
         default=None,
-        description="Standard deviation of every measured component of a deflection (`dx_m` ... in m, `drx_rad` ... in "
-        "rad). Components that are not named are not measured.",
+        description="Standard deviation of each measured component (`dx_m` ... in m, `drx_rad` ... in rad); a "
+        "component without one is not measured.",
     )
     covariance: list[list[Number]] | None = Field(
-        default=None, description="Covariance matrix of a deflection, all components (m², m·rad, rad²)."
+        default=None, description="Covariance of all components of a deflection (m², m·rad, rad²)."
     )
     points: MeasuredPointsSection | None = Field(
-        default=None, description="Poses are registered from measured points, whose covariance follows from theirs."
+        default=None, description="Measured points from which poses are registered; their noise gives the covariance."
     )
     shared_reference: Annotated[bool, Field(strict=True)] = Field(
         default=False,
-        description="Whether measurements of one series (of consecutive rows at one pose) share one unloaded "
+        description="Whether the measurements of a series (consecutive rows at one pose) share one unloaded "
         "measurement, which carries half of each deflection's covariance.",
     )
 
@@ -227,23 +219,22 @@ class LoadErrorSection(Section):
     """One entry of `experiment.load_error`."""
 
     source: str = Field(
-        description="`com` (centre of mass), `mass`, `direction` (of gravity or of the wrench) or `wrench`."
+        description="`com` (centre of mass), `mass`, `direction` (of gravity or the wrench) or `wrench`."
     )
     std: NonNegative | list[NonNegative] = Field(
-        description="Standard deviations: `com` m in the platform frame (3; none for a bipod), `mass` kg (1), "
-        "`direction` rad about x and y of O (2; 1 for a bipod), `wrench` N and N·m (6; 2 for a bipod)."
+        description="Standard deviations: `com` in P (3 × m; not for a bipod), `mass` (kg), `direction` about x and y "
+        "of O (2 × rad; 1 for a bipod), `wrench` (6 × N or N·m; 2 for a bipod)."
     )
     shared: Annotated[bool, Field(strict=True)] = Field(
         default=True,
-        description="Whether all measurements have one unknown error in common (systematic), or each has its own "
-        "(random).",
+        description="Whether all measurements share one unknown error (systematic) or each has another (random).",
     )
 
 
 class ReferencePoseSection(Section):
     """`experiment.reference_pose`."""
 
-    pose: list[Number] = Field(description="The reference pose that is measured before every other pose (m, rad).")
+    pose: list[Number] = Field(description="The pose that is measured before every other pose (m, rad).")
     interpolate: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="Whether the correction interpolates between the references before and after a pose."
     )
@@ -260,7 +251,7 @@ class CostsSection(Section):
 class BudgetSection(Section):
     """`experiment.budget`: time that measuring may take, in place of a number of measurements."""
 
-    minutes: Positive = Field(description="Time of all changes and readings by `experiment.costs` (min).")
+    minutes: Positive = Field(description="Time of all changes and readings (min).")
     distinct_poses: Count | None = Field(
         default=None, description="Largest number of different poses. Default: chosen by the search."
     )
@@ -269,14 +260,14 @@ class BudgetSection(Section):
 class ValidationSection(Section):
     """`experiment.validation`: rows of a plan that are measured to test the model, and not fitted."""
 
-    measurements: Count = Field(description="Number of rows with `split: test`, at poses and loads of their own.")
+    measurements: Count = Field(description="Number of rows with `split: test`, at other poses and loads.")
 
 
 class KeepOutSection(Section):
     """One entry of `experiment.constraints.keep_out`: a box in the base frame (m)."""
 
-    low_m: list[Number] = Field(description="Least corner, `[x, y, z]` (m).")
-    high_m: list[Number] = Field(description="Greatest corner, `[x, y, z]` (m).")
+    low_m: list[Number] = Field(description="Least corner (m).")
+    high_m: list[Number] = Field(description="Greatest corner (m).")
 
 
 class PrimitiveSection(Section):
@@ -305,12 +296,8 @@ class CollisionsSection(Section):
 
     clearance_m: NonNegative = Field(default=0.005, description="Least distance between two parts (m).")
     leg_radius_m: Positive = Field(description="Radius of legs or links (m).")
-    payload: PrimitiveSection | None = Field(
-        default=None, description="The payload, in the platform frame. Default: not regarded."
-    )
-    platform: PrimitiveSection | None = Field(
-        default=None, description="The platform, in its frame; compared with the base. Default: not regarded."
-    )
+    payload: PrimitiveSection | None = Field(default=None, description="The payload, in P. Default: not regarded.")
+    platform: PrimitiveSection | None = Field(default=None, description="The platform, in P. Default: not regarded.")
     base: PrimitiveSection | None = Field(default=None, description="The base, in O. Default: not regarded.")
 
 
@@ -320,19 +307,19 @@ class ConstraintsSection(Section):
     distinct_poses: Count = Field(default=1, description="Least number of different poses.")
     distinct_masses: Count = Field(default=1, description="Least number of different masses.")
     poses: list[list[Number]] = Field(
-        default_factory=list, description="Poses (m, rad) that have to occur. Default: none."
+        default_factory=list, description="Poses (m, rad) that must occur. Default: none."
     )
     masses_kg: list[NonNegative] = Field(
-        default_factory=list, description="Masses (kg) that have to occur. Default: none."
+        default_factory=list, description="Masses (kg) that must occur. Default: none."
     )
     keep_out: list[KeepOutSection] = Field(
-        default_factory=list, description="Boxes that no part of the robot may enter. Default: none."
+        default_factory=list, description="Boxes in O that the robot must not enter. Default: none."
     )
     collisions: CollisionsSection | None = Field(
         default=None, description="Parts of robot and payload that must stay apart. Default: not regarded."
     )
     effort: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m)."
+        default=False, description="Whether the effort limits of the URDF hold (N or N·m)."
     )
 
 
@@ -341,37 +328,35 @@ class ExperimentSection(Section):
 
     measurements: Count | None = Field(
         default=None,
-        description="Number m of loaded measurements of a plan; with a `budget`, the largest. Required without one.",
+        description="Number m of loaded measurements; with a `budget`, at most. Required without one.",
     )
-    poses: PosesSection = Field(description="Where measurements may be taken: exactly one of the three forms.")
+    poses: PosesSection = Field(description="Where measurements may be taken.")
     load: LoadSection | None = Field(
-        default=None, description="Loads that can be applied; required except for `calibration: geometric`."
+        default=None, description="Loads that can be applied; required unless `calibration: geometric`."
     )
     deflection_noise: DeflectionNoiseSection = Field(
-        description="Measurement noise of a deflection (of a pose, for `calibration: geometric`): exactly one of "
-        "`std`, `covariance` and `points`."
+        description="Noise of a measured deflection (of a pose, with `calibration: geometric`)."
     )
     load_error: list[LoadErrorSection] = Field(
-        default_factory=list, description="Sources of error of the applied load. Default: none, and FEIR is 0."
+        default_factory=list, description="Sources of error of the applied load. Default: none, FEIR is 0."
     )
     geometric_stiffness: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="Whether the model includes the change of geometry under load (K_G)."
+        default=False, description="Whether the model includes the change of geometry under load."
     )
     calibration: Literal["elastostatic", "geometric", "both"] = Field(
         default="elastostatic",
-        description="What is identified: `elastostatic` compliances of the actuators, `geometric` errors of joints and "
-        "lengths, or `both`.",
+        description="What is identified: compliances of the actuators, errors of joints and lengths, or both.",
     )
     frames: Literal["known", "unknown"] = Field(
         default="known",
-        description="Whether the frames of base and artefact are known in the instrument's, for geometric calibration.",
+        description="Whether the instrument's frame and the artefact's place are known, for geometric calibration.",
     )
     reference_pose: ReferencePoseSection | None = Field(
-        default=None, description="Thermal deflection is removed with a reference pose. Default: none is measured."
+        default=None, description="Thermal deflection is removed with this pose. Default: no reference pose."
     )
     costs: CostsSection | None = Field(
         default=None,
-        description="What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs.",
+        description="Time of each step, which orders the laboratory sheet. Default: equal.",
     )
     budget: BudgetSection | None = Field(
         default=None, description="Time in place of a number of measurements; needs `costs`. Default: no limit."
@@ -381,11 +366,11 @@ class ExperimentSection(Section):
     )
     resolution: dict[str, Positive] | None = Field(
         default=None,
-        description="Steps in which poses and loads can be set, by column (`x_m: 1e-6`, `mass_kg: 1e-4`). Default: "
-        "1e-6 m or rad, 1e-4 kg, 1e-3 N, 1e-4 N·m; finer where an interval is short.",
+        description="Steps in which poses and loads can be set, by column (`x_m: 1e-6`). Default: 1e-6 m or rad, 1e-4 "
+        "kg, 1e-3 N, 1e-4 N·m; finer where an interval is short.",
     )
     constraints: ConstraintsSection | None = Field(
-        default=None, description="What a laboratory demands of a plan beside the robot's limits. Default: nothing."
+        default=None, description="What the laboratory demands of a plan. Default: nothing."
     )
 
 
@@ -393,32 +378,30 @@ class TargetPayloadSection(Section):
     """`targets[].payload`."""
 
     mass_kg: Positive = Field(description="Mass (kg).")
-    com_m: list[Number] | None = Field(
-        default=None, description="Centre of mass in the platform frame, `[x, y, z]` (m). Default: its origin."
-    )
+    com_m: list[Number] | None = Field(default=None, description="Centre of mass in P (m). Default: its origin.")
 
 
 class TargetSection(Section):
     """One entry of `targets`."""
 
-    pose: list[Number] = Field(description="Pose (m, rad) or joint coordinates at which accuracy is wanted.")
+    pose: list[Number] = Field(description="Pose or joint coordinates (m, rad).")
     payload: TargetPayloadSection | None = Field(
-        default=None, description="Payload carried there; exactly one of `payload` and `wrench`."
+        default=None, description="Payload there; either `payload` or `wrench`."
     )
     wrench: list[Number] | None = Field(
         default=None,
-        description="Wrench applied there, `[fx, fy, fz, mx, my, mz]` (N, N·m) in O about the origin of P.",
+        description="Wrench there, `[fx, fy, fz, mx, my, mz]` in O about the origin of P (N, N·m).",
     )
     tolerance: dict[str, Positive] = Field(
-        description="Error that is acceptable on each axis that matters (`dx_m` ... in m, `drx_rad` ... in rad)."
+        description="Acceptable error of each axis that matters (`dx_m` ... in m, `drx_rad` ... in rad)."
     )
-    weight: Positive = Field(default=1.0, description="Weight of the target in a mean over targets.")
+    weight: Positive = Field(default=1.0, description="Weight in a mean over targets.")
     gravity_m_s2: list[Number] | None = Field(
         default=None, description="Gravity in O at this target (m/s²). Default: as in the robot file."
     )
     tolerance_axes: Literal["pose", "body"] = Field(
         default="pose",
-        description="Whether tolerances of rotations are of the pose's angles or of rotations about the platform's own "
+        description="Whether tolerances of rotations hold for the pose's angles or for rotations about the platform's "
         "axes.",
     )
 
@@ -435,48 +418,46 @@ class ModelErrorsSection(Section):
     """`model_error`: what MEIR assumes of the physics that the model leaves out."""
 
     physics: list[str] | None = Field(
-        default=None, description="Identifiers of the physics considered. Default: all that the robot can have."
+        default=None, description="Physics considered. Default: all that the robot can have."
     )
-    without: list[str] = Field(
-        default_factory=list, description="Identifiers of physics that machines of this kind never have."
-    )
+    without: list[str] = Field(default_factory=list, description="Physics that machines of this kind never have.")
     sizes: dict[str, Number | dict[str, Number]] = Field(
         default_factory=dict,
-        description="Prior sizes (standard deviations over machines of this class) in place of the declared ones: by "
-        "physics, one number for all its parameters, or numbers by parameter, in the unit or as the multiple that is "
-        "declared (`expdesign physics`).",
+        description="Prior sizes (standard deviations over machines of this class) that replace the declared ones "
+        "(`expdesign physics`): by physics a number for all its parameters, or numbers by parameter, "
+        "in the declared unit.",
     )
-    level: Number = Field(default=0.01, description="Level α of the χ² test that notices.")
-    power: Number = Field(default=0.8, description="Share of experiments 1 − β in which physics has to be noticed.")
+    level: Number = Field(default=0.01, description="Level α of the χ² test.")
+    power: Number = Field(
+        default=0.8, description="Share of experiments 1 − β in which the test has to notice physics."
+    )
 
 
 class OptimiserSection(Section):
     """`optimiser`."""
 
     algorithm: Literal["nsga2"] = Field(
-        default="nsga2", description="The search: NSGA-II, whose operators know exchanges and gradients."
+        default="nsga2", description="The search: NSGA-II with exchanges and gradients as operators."
     )
     effort: Effort = Field(
         default="normal",
-        description="When the search ends: where a further second of work is expected to bring less than 0.1 % of the "
-        "hypervolume and 0.01 % of `total` (`normal`), five times that (`quick`) or a tenth of it (`thorough`).",
+        description="The search ends where the next second of work promises less than 0.1 % of the hypervolume and "
+        "0.01 % of `total` (`normal`), 5 times (`quick`) or 0.1 times that (`thorough`).",
     )
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
-        default=100, description="Designs in the population of the search."
+        default=100, description="Designs in the population."
     )
     generations: Count | None = Field(
-        default=None, description="Generations of the search at most; where left out, `effort` alone ends it."
+        default=None, description="Largest number of generations. Default: `effort` alone ends the search."
     )
-    seed: Annotated[int, Field(strict=True, ge=0)] = Field(
-        default=1, description="Seed of all random numbers of the search."
-    )
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=1, description="Seed of all random numbers.")
     polish: Annotated[bool, Field(strict=True)] = Field(
         default=True, description="Whether designs descend along exact gradients."
     )
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
         default=0.0,
-        description="Processor time (s) of halving boxes for the bounds of DUIR and of `total`, each; estimated from "
-        "the work, so that results do not depend on the machine. 0 leaves the bounds of the convex relaxation.",
+        description="Processor time (s) for tightening each bound by halving boxes, estimated from the work so that "
+        "results do not depend on the machine; 0 leaves the bounds of the convex relaxation.",
     )
 
 
@@ -484,11 +465,9 @@ class AcceptanceSection(Section):
     """`acceptance`: the coverage of the expanded uncertainty."""
 
     coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = Field(
-        default=None, description="Probability that the interval covers; exactly one of `coverage` and `k`."
+        default=None, description="Coverage probability; either `coverage` or `k`."
     )
-    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = Field(
-        default=None, description="Coverage factor of the expanded uncertainty."
-    )
+    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = Field(default=None, description="Coverage factor.")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -508,16 +487,14 @@ class RunSection(Section):
     """A run configuration."""
 
     schema_version: Literal[1] = Field(description="Version of this format.")
-    robot: str | dict[str, Any] = Field(
-        description="The robot: a file (the path is relative to the configuration), or the mapping itself."
-    )
+    robot: str | dict[str, Any] = Field(description="The robot file, or its content.")
     experiment: ExperimentSection = Field(description="What can be measured, and with which errors.")
     targets: Annotated[list[TargetSection], Field(min_length=1)] = Field(
-        description="Where accuracy under load is wanted after compensation; at least one."
+        description="Where accuracy under load is wanted; at least one."
     )
     aggregate: Literal["mean", "max"] = Field(
         default="mean",
-        description="Criteria over several targets: root of the weighted mean square, or the `max` target's.",
+        description="Criteria over several targets: root of the weighted mean square, or the largest.",
     )
     objectives: list[str] = Field(
         default_factory=lambda: ["duir", "feir"],
@@ -525,11 +502,11 @@ class RunSection(Section):
     )
     model_error: ModelErrorsSection | None = Field(
         default=None,
-        description="What MEIR assumes; with this section (`{}` for its defaults), or with `meir` as an objective, "
-        "MEIR is evaluated with the other criteria.",
+        description="What MEIR assumes. With this section (`{}` for defaults), or `meir` as an objective, MEIR is "
+        "evaluated.",
     )
     optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")
     acceptance: AcceptanceSection | None = Field(
         default=None,
-        description="Coverage of the expanded uncertainty by which targets are accepted. Default: `{k: 2}`.",
+        description="Coverage of the expanded uncertainty that decides acceptance. Default: `{k: 2}`.",
     )

@@ -24,11 +24,11 @@ def fit_sentences(result: Identification) -> list[str]:
     model = "the base model" if result.geometry is None else "the model with its geometry"
     texts = [words.sentence(goodness.sentence(model))]
     if goodness.refuted and not goodness.only_outliers:
-        texts.append("Physics is left out, or the noise is larger than stated: run `expdesign diagnose`.")
+        texts.append("Physics is missing, or the noise is larger than stated: run `expdesign diagnose`.")
     if goodness.widened:
         texts.append(goodness.widened)
     if goodness.chi2 is None:
-        texts.append("The noise was estimated from the recordings, and the intervals allow for that.")
+        texts.append("The noise was estimated from the recordings; the intervals allow for this.")
     if goodness.worst is not None:
         texts.append(goodness.worst.sentence)
     return texts
@@ -52,8 +52,8 @@ def coverage_sentence(share: float) -> str:
     if not math.isfinite(share):
         return ""
     return (
-        f"{100.0 * share:.1f} % of the readings that were not fitted lie within their 95 % intervals, that of the "
-        "prediction and the noise of a reading together (`expdesign predict --readings`)."
+        f"{100.0 * share:.1f} % of the held-out readings lie within their 95 % intervals, which include the "
+        "uncertainty of the prediction and the noise of a reading (`expdesign predict --readings`)."
     )
 
 
@@ -143,7 +143,7 @@ def identified_summary(result: Identification) -> str:
     elif result.geometry is not None:
         half = (result.geometry.high - result.geometry.low) / 2.0
         texts.append(
-            f"They identify {counted(half.size, 'parameter')} of the geometry, their 95 % intervals being within "
+            f"They identify {counted(half.size, 'parameter')} of the geometry, with 95 % intervals of "
             f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
         )
     texts += fit_sentences(result)

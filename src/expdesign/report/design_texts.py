@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from expdesign.planning.front import Front
+from expdesign.planning.options import SearchOptions
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection, Paragraph
+from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection
 from expdesign.report.criteria_table import criteria_table, shown
 from expdesign.report.robot_view import moving_part
 
@@ -30,7 +31,7 @@ def next_steps(problem: DesignProblem, front: Front) -> PageSection:
             f"expdesign simulate {config} {HERE}plan.csv --out rehearsal.csv",
         ),
         (
-            "Make a sheet for the laboratory: the rows in the order that saves changes, with room for the readings.",
+            "Make a sheet for the laboratory: the rows in an order that saves changes, with room for readings.",
             f"expdesign sheet {config} {HERE}plan.csv --out sheet",
         ),
         (
@@ -44,21 +45,21 @@ def next_steps(problem: DesignProblem, front: Front) -> PageSection:
             f"expdesign identify {robot} recordings.csv --targets {config} --out identified",
         ),
         (
-            "Find out whether the recordings hold anything that the model leaves out.",
+            "Find out which physics the model lacks.",
             f"expdesign diagnose {robot} recordings.csv --targets {config} --out diagnosed",
         ),
         (
-            f"Compute the commands that bring the loaded {moving_part(problem.loaded.robot)} where it shall be.",
+            f"Compute the commands that bring the loaded {moving_part(problem.loaded.robot)} to the targets.",
             "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
         ),
     )
     if not problem.loaded.regressor.referenced:
-        further = (
+        measure = (
             "Measure the poses of plan.csv against the commanded ones, and identify the "
-            f"{problem.loaded.regressor.noun} "
-            "with your own calibration program: expdesign identifies stiffness only, and says here what to expect."
+            f"{problem.loaded.regressor.noun}.",
+            f"expdesign identify {robot} poses.csv --out identified",
         )
-        return PageSection("next", "What to do next", (NextSteps(steps[:1]), Paragraph(further)))
+        return PageSection("next", "What to do next", (NextSteps((steps[0], measure)),))
     return PageSection("next", "What to do next", (NextSteps(steps),))
 
 
@@ -71,18 +72,18 @@ def vocabulary(problem: DesignProblem, front: Front) -> PageSection:
             "Tolerance",
             "The error that the configuration accepts on an axis of a target. 1 tolerance = just acceptable.",
         ),
-        ("RMS, σ", "Root mean square error, one standard deviation: about two of three outcomes lie within it."),
-        ("DUIR", "RMS error at the targets after calibration that comes from the noise of the measured deflections."),
-        ("FEIR", "RMS error at the targets that comes from loads in the experiment that are not exactly as assumed."),
-        ("total", "Both together: the RMS error to expect at the targets after calibration and compensation."),
-        ("Front", "The designs of which none is better than another in every objective."),
+        ("RMS, σ", "Root mean square error, one standard deviation: two of three outcomes lie within it."),
+        ("DUIR", "RMS error at the targets after calibration, due to noise of the measured deflections."),
+        ("FEIR", "RMS error at the targets, due to errors of the applied loads in the experiment."),
+        ("total", "The RMS error to expect at the targets after calibration and compensation, from both."),
+        ("Front", "Designs that no other design beats in every objective."),
         ("Recommended", "The design on the front with the least total error."),
-        ("Knee", "The design nearest to the best of every objective at once when each is scaled over the front."),
-        ("Hypervolume", "How much of the space of objectives the front dominates; it grows as the search improves."),
+        ("Knee", "The design nearest to the ideal point, with objectives scaled over the front."),
+        ("Hypervolume", "Volume of the space of objectives that the front dominates; it grows as the search improves."),
     ]
     observability = [name for name in shown(front) if name in ("o1", "o2", "o3", "o4", "o5")]
     if observability:
-        text = "Observability indices: how well all stiffnesses are determined, wherever the targets are."
+        text = "Observability indices: how well all stiffnesses are determined, regardless of the targets."
         items.insert(6, (" ".join(words.criterion(name) for name in observability), f"{text} Larger is better."))
     tests = [name for name in front.criteria if name.startswith(("o_tp", "o_mv"))]
     if tests:
@@ -112,7 +113,7 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
         within = words.number(100.0 * max(whole["gap"], 0.001), 2)
         rests = "" if whole["exact"] else ", as far as second differences over small boxes of poses can tell"
-        texts.append(f"No plan has a DUIR more than {within}\u00a0% below that of the best design{rests}.")
+        texts.append(f"No plan is more than {within}\u00a0% better{rests}.")
     elif whole.get("open") is not None:
         better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
         texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
@@ -130,8 +131,14 @@ def _missing(share: float | None) -> str:
     if share is None:
         return "not estimated"
     if share == 0.0:
-        return "none: every design there is was looked at"
-    return f"about {share:.2%} of it, estimated, beside valleys that no round has met"
+        return "none: all designs were evaluated"
+    return f"about {share:.2%} of it (estimate; unknown branches of the front are not included)"
+
+
+def _length(settings: SearchOptions) -> str:
+    if settings.generations is None:
+        return f"until further work promises little (effort `{settings.effort}`)"
+    return f"{words.count(settings.generations, 'generation')} at most (effort `{settings.effort}`)"
 
 
 def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> PageSection:
@@ -145,7 +152,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
         ("Configuration", problem.source),
         ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
-        ("Search", f"NSGA-II, population {settings.population}, {settings.generations} generations"),
+        ("Search", f"NSGA-II, population {settings.population}, {_length(settings)}"),
         ("Seed", str(run.get("seed", settings.seed))),
         ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
         ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
@@ -156,7 +163,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
     if "wall_s" in run:
         items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
     if "ended_by_hand" in run:
-        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search would have gone on"))
+        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search was not finished"))
     if versions:
         items.append(("Versions", versions))
     criteria = [criteria_table(front, front.recommended)] if shown(front) else []

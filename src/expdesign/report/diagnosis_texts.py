@@ -16,11 +16,11 @@ from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import added_physics, stiffness_lines
 
 VERDICTS = {
-    "consistent": "Nothing is missing that these recordings show.",
-    "explained": "The base model does not explain these recordings; with the physics named below it does.",
-    "modelled": "The base model does not explain these recordings, and no named physics does; laws drawn from the "
-    "recordings, at the places named below, do.",
-    "unexplained": "Something is missing that no physics in the library accounts for. It is located below, not named.",
+    "consistent": "These recordings show no missing physics.",
+    "explained": "The base model does not explain these recordings. With the physics named below it does.",
+    "modelled": "Neither the base model nor named physics explains these recordings. Laws at the places named below, "
+    "identified from the recordings, do.",
+    "unexplained": "The model lacks physics that the library does not have. The mismatch is located below.",
 }
 MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
 _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad)\b")
@@ -55,8 +55,8 @@ def ended_sentences(result: Diagnosis) -> list[str]:
     if not result.ended:
         return []
     return [
-        f"Ended by hand during this step: {result.ended}. This is the best model so far; "
-        "what a finished diagnosis would find is open."
+        f"Ended by hand during this step: {result.ended}. This is the best model so far; a finished diagnosis may "
+        "differ."
     ]
 
 
@@ -71,30 +71,32 @@ def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
     errors = result.errors
     if result.findings:
         texts.append(
-            f"Recordings that were not fitted ({errors.how}) are predicted to {words.number(errors.test_after)} "
-            f"standard deviations instead of {words.number(errors.test_before)}; 1 is the noise."
+            f"Held-out recordings ({errors.how}) are predicted to {words.number(errors.test_after)} standard "
+            f"deviations, without this physics to {words.number(errors.test_before)}; 1 is the noise."
         )
     if result.stability is not None and all(one.named_by is None for one in result.findings):
         stable = result.stability
-        texts.append(f"{100.0 * stable.same:.0f} % of {stable.refits} refits on nine tenths of the rows name the same.")
+        texts.append(
+            f"{100.0 * stable.same:.0f} % of {stable.refits} refits, each without a tenth of the rows, name the same."
+        )
     if np.isfinite(errors.coverage):
         texts.append(coverage_sentence(errors.coverage))
     texts += sentences(result.caveats)
     if not result.noise.known:
-        texts.append("The recordings state no standard deviations, so that the verdict rests on held-out error.")
+        texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
     return texts
 
 
 def _finding(finding: Finding) -> str:
     text = f"{finding.sentence} Probability {probability_text(finding.probability, 2)}{_instead(finding)}."
     if finding.named_by is not None:
-        text += f" {100.0 * finding.named_by:.0f} % of the refits on nine tenths of the rows name it."
+        text += f" {100.0 * finding.named_by:.0f} % of the refits, each without a tenth of the rows, name it."
     return text
 
 
 def _instead(finding: Finding) -> str:
     others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
-    return f"; in these recordings indistinguishable from {others}" if others else ""
+    return f"; these recordings do not distinguish it from {others}" if others else ""
 
 
 def mismatch(result: Diagnosis) -> str:
@@ -104,12 +106,12 @@ def mismatch(result: Diagnosis) -> str:
     )
     region = result.location.region
     region = in_prose(region if region.startswith("varies") else f"is {region}")
-    return f"The mismatch shows in {axes} and points to {words.listed(located(result))}; it {region}."
+    return f"The mismatch appears in {axes} and points to {words.listed(located(result))}; it {region}."
 
 
 def next_recording(result: Diagnosis) -> str:
     """What to do about a mismatch that nothing explains."""
-    return f"Look at {words.listed(located(result))}, and record again with more loads and poses there."
+    return f"Inspect {words.listed(located(result))}, and record more loads and poses there."
 
 
 def in_prose(text: str) -> str:

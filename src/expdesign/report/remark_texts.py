@@ -29,10 +29,10 @@ from expdesign.report import words
 
 _MOST_NAMES = 6
 _NOT_SOUGHT = {
-    Sought.TIME: "No law of time and no creep was sought: the recordings have no column `time_s`.",
-    Sought.MEMORY: "Nothing that remembers a load was sought: no series has two rows in a stated order.",
-    Sought.PLACE: "No law of place was sought: all rows are at one pose.",
-    Sought.FORCE: "No law of force was sought: all rows carry the same load.",
+    Sought.TIME: "Laws of time and creep were not considered: the recordings have no column `time_s`.",
+    Sought.MEMORY: "Effects that remember a load were not considered: no series has two rows in a stated order.",
+    Sought.PLACE: "Laws of the pose were not considered: all rows have one pose.",
+    Sought.FORCE: "Laws of force were not considered: all rows have the same load.",
 }
 
 
@@ -55,35 +55,35 @@ def _implausible(remark: Implausible) -> str:
 
 @sentence.register
 def _negative(remark: NegativeCompliance) -> str:
-    text = f"The compliance of {remark.actuator} comes out negative"
+    text = f"The identified compliance of {remark.actuator} is negative"
     if remark.certain:
-        return text + ": a deflection of the wrong sign, a wrong load or joint, or physics that the model leaves out?"
-    return text + " but may be positive within its uncertainty: the actuator is hardly loaded."
+        return text + ": a deflection has the wrong sign, a load or joint is wrong, or physics is missing."
+    return text + ", but its uncertainty includes positive values: the actuator carries hardly any load."
 
 
 @sentence.register
 def _idle(remark: IdleActuators) -> str:
     whose = "its stiffness stays" if len(remark.actuators) == 1 else "their stiffnesses stay"
     return (
-        f"No fitted row shows how {words.listed(remark.actuators)} yields, as weights do not for a joint about the "
-        f"vertical, nor positions of a tip on the joint's axis: {whose} what the robot file says, taken as known to "
-        f"{remark.deviation:.0%} (other loads or axes would tell)."
+        f"No fitted row shows how {words.listed(remark.actuators)} yields: weights do not load a joint about the "
+        f"vertical, and a tip on the joint's axis does not move. {whose[:1].upper()}{whose[1:]} that of the robot "
+        f"file, with a standard deviation of {remark.deviation:.0%}. Other loads or measured axes would determine it."
     )
 
 
 @sentence.register
 def _large_geometry(remark: LargeGeometricErrors) -> str:
     return (
-        f"Joints and lengths come out {1e3 * remark.size:.3g} mm (RMS) off: are the measured poses in another frame "
-        "than the commands? (`--frames unknown` identifies the frames as well.)"
+        f"The identified joints and lengths are {1e3 * remark.size:.3g} mm (RMS) off. Are the measured poses in "
+        "another frame than the commands? `--frames unknown` identifies the frames too."
     )
 
 
 @sentence.register
 def _aliased_geometry(remark: AliasedGeometry) -> str:
     return (
-        f"{remark.count} of {remark.total} geometric parameters are not determined one by one, only combinations of "
-        "them are: their intervals are those of the prior, those of predicted poses are not."
+        f"The recordings determine only combinations of {remark.count} of {remark.total} geometric parameters. "
+        "Intervals of these parameters are those of the prior; predicted poses are more accurate."
     )
 
 
@@ -92,10 +92,9 @@ def _held_marker(remark: HeldMarker) -> str:
     along = f" along {' and '.join(remark.axes)} of the tip"
     place = f"its place{'' if len(remark.axes) == 3 else along}"
     return (
-        f"In the fitted rows the tip keeps one orientation, as far as marker `{remark.marker}` is concerned: {place} "
-        "is confounded with that of the instrument, and is taken to be the tip's origin. Rows in which the tip is "
-        "turned otherwise cannot be predicted, and are not judged; give the marker's place in the robot file, or "
-        "record more orientations."
+        f"The fitted rows of marker `{remark.marker}` have one orientation of the tip: {place} is confounded with that "
+        "of the instrument, and is held at the tip's origin. Rows with other orientations cannot be predicted and are "
+        "not judged. Give the marker's place in the robot file, or record more orientations."
     )
 
 
@@ -103,8 +102,8 @@ def _held_marker(remark: HeldMarker) -> str:
 def _blind(remark: BlindPoses) -> str:
     listed = words.listed(remark.names[:_MOST_NAMES]) + (" and others" if len(remark.names) > _MOST_NAMES else "")
     return (
-        f"The fitted poses do not show {listed}, which poses with all joints moving would: what they leave blind stays "
-        "as drawn."
+        f"The fitted poses do not show {listed}, which stay as drawn. Poses in which all joints move would determine "
+        "them."
     )
 
 
@@ -113,8 +112,9 @@ def _beyond(remark: NoiseBeyondStated) -> str:
     unit, factor = ("mm", 1e3) if remark.name == "translations" else ("mrad", 1e3)
     return (
         f"Residuals of the {remark.name} are {remark.needed / remark.stated:.3g} times the stated standard deviation "
-        f"of {factor * remark.stated:.3g} {unit}: it would have to be {factor * remark.needed:.3g} {unit}. A second "
-        f"component of {factor * remark.extra:.3g} {unit} (repeatability, or physics left out) is in all intervals."
+        f"of {factor * remark.stated:.3g} {unit}: {factor * remark.needed:.3g} {unit} would agree with them. All "
+        f"intervals include a second component of {factor * remark.extra:.3g} {unit} (repeatability, or missing "
+        "physics)."
     )
 
 
@@ -123,7 +123,7 @@ def _generous(remark: GenerousNoise) -> str:
     unit, factor = ("mm", 1e3) if remark.name == "translations" else ("mrad", 1e3)
     return (
         f"The stated standard deviation of the {remark.name}, {factor * remark.stated:.3g} {unit}, is far too large: "
-        f"the residuals show {factor * remark.needed:.3g} {unit}, which was used."
+        f"{factor * remark.needed:.3g} {unit} from the residuals replaces it."
     )
 
 
@@ -131,8 +131,8 @@ def _generous(remark: GenerousNoise) -> str:
 def _aliased(remark: AliasedParameters) -> str:
     listed = ", ".join(remark.names[:_MOST_NAMES]) + (" and others" if len(remark.names) > _MOST_NAMES else "")
     return (
-        f"{len(remark.names)} parameters are aliased with combinations of others and stay what was assumed, within "
-        f"the tolerance assumed for them: {listed}. Single values among them mean nothing; their sum does."
+        f"{len(remark.names)} parameters are confounded with others and keep their assumed values and tolerances: "
+        f"{listed}. Only their combination is determined, single values are not."
     )
 
 
@@ -140,45 +140,45 @@ def _aliased(remark: AliasedParameters) -> str:
 def _without_moment(remark: WithoutMoment) -> str:
     listed = ["(" + ", ".join(f"{x:.4f}" for x in direction) + ")" for direction in remark.directions]
     return (
-        f"No load has a moment about {' and '.join(listed)}, as moments of a weight have none along gravity: elements "
-        "of a compliance that only such a moment distinguishes are not determined, however small the noise."
+        f"No load has a moment about {' and '.join(listed)}: moments of a weight have none along gravity. Elements of "
+        "a compliance that only such a moment distinguishes are not determined, however small the noise."
     )
 
 
 @sentence.register
 def _extrapolation(remark: Extrapolation) -> str:
     return (
-        f"The fitted rows do not determine what the held-out rows depend on: {remark.held_out:.3g} standard "
-        f"deviations there against {remark.fitted:.3g}."
+        f"Held-out rows depend on parameters that the fitted rows do not determine: their error is "
+        f"{remark.held_out:.3g} standard deviations, that of fitted rows {remark.fitted:.3g}."
     )
 
 
 @sentence.register
 def _correlation(remark: SerialCorrelation) -> str:
     return (
-        f"Residuals of consecutive rows are alike (correlation {remark.correlation:.2f}): {remark.rows} rows say as "
-        f"much as about {remark.effective_rows:.0f} independent ones; intervals allow for it."
+        f"Residuals of consecutive rows are correlated ({remark.correlation:.2f}): {remark.rows} rows are worth about "
+        f"{remark.effective_rows:.0f} independent ones. All intervals allow for this."
     )
 
 
 @sentence.register
 def _confounded_time(remark: ConfoundedTime) -> str:
     text = (
-        f"Time is confounded with {remark.name}: {remark.share:.0%} of its variance follows from it (variance "
+        f"Time is confounded with {remark.name}, which explains {remark.share:.0%} of its variance (variance "
         f"inflation factor {1.0 / max(1.0 - remark.share, 1e-9):.3g}). "
     )
     if not remark.imitations:
-        return text + f"The drift that is named shows among rows that are alike in {remark.name} as well."
+        return text + f"The named drift also shows among rows with the same {remark.name}."
     listed = words.listed(tuple(f"`{key}`" for key in remark.imitations))
     return text + (
-        f"{listed} would describe the rows, but not those that are alike in {remark.name}, and is not named; rows in "
-        f"random order of {remark.name}, or a second visit, would show a drift."
+        f"{listed} would describe all rows, but not those with the same {remark.name}, and is not named. Record rows "
+        f"in random order of {remark.name}, or a second visit, to show a drift."
     )
 
 
 @sentence.register
 def _too_few(remark: TooFewForLaws) -> str:
-    return f"No law at a port was sought: {remark.rows} rows may be fitted, and it takes {remark.needed}."
+    return f"Laws at ports were not considered: they need {remark.needed} fitted rows, and there are {remark.rows}."
 
 
 @sentence.register
@@ -191,7 +191,7 @@ def _averaged(remark: Averaged) -> str:
     named = ", ".join(f"`{effect}`" for effect in remark.effects[:_MOST_NAMES])
     more = len(remark.effects) - _MOST_NAMES
     return (
-        f"{remark.rows} rows cannot tell what else may be there: the model predicts the average over it by its "
-        f"evidence, with {named}{f' and {more} others' if more > 0 else ''} at a share of their size. Record more "
-        "poses to decide."
+        f"{remark.rows} rows do not decide which physics is missing. The model predicts the average over its "
+        f"possibilities, weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}, each in proportion. "
+        "Record more poses to decide."
     )

@@ -36,7 +36,7 @@ class RangeSection(Section):
     """`vary.KEY` as a range of whole numbers, both ends included."""
 
     first: int = Field(alias="from", strict=True, description="First number.")
-    last: int = Field(alias="to", strict=True, description="Last number; it is included where the steps meet it.")
+    last: int = Field(alias="to", strict=True, description="Last number, if a step meets it.")
     step: Count = Field(default=1, description="Step from one number to the next.")
 
     @model_validator(mode="after")
@@ -64,19 +64,16 @@ class SweepSection(Section):
     """A sweep."""
 
     schema_version: Literal[1] = Field(description="Version of this format.")
-    config: str | dict[str, Any] = Field(
-        description="The run configuration that is varied: a file (the path is relative to the sweep), or its mapping."
-    )
+    config: str | dict[str, Any] = Field(description="The run configuration, or its content.")
     vary: dict[str, Values] = Field(
         default_factory=dict,
-        description="Keys of the configuration, written with dots (`experiment.measurements`), and their values: a "
-        "list, or a range `{from: 1, to: 5, step: 1}` of whole numbers. Every combination is run. Default: "
-        "nothing varies.",
+        description="Keys with dots (`experiment.measurements`) and their values: a list, or a range `{from: 1, to: "
+        "5, step: 1}`. Every combination is run. Default: nothing varies.",
     )
     cases: list[dict[str, Any]] = Field(
         default_factory=list,
-        description="Sets of values that belong together, each a mapping of keys with dots to values; every case is "
-        "run with every combination of `vary`. Default: one case, the configuration as it is.",
+        description="Sets of values, each a mapping of keys with dots; each is run with every combination of `vary`. "
+        "Default: one case, the configuration as it is.",
     )
 
     @model_validator(mode="after")

@@ -94,15 +94,15 @@ def sentence(worst: HiddenPhysics, freedom: int, readings: str) -> str:
     """What a plan or recordings (`readings`) hide with so many degrees of freedom, for people."""
     if freedom == 0:
         return (
-            f"With as many readings as unknowns nothing that the model leaves out could be noticed by {readings}: "
-            f"{worst.phrase} of the size that is assumed would cost {worst.error:.3g} tolerances at the targets."
+            f"With as many readings as unknowns, {readings} cannot show missing physics: {worst.phrase} of the assumed "
+            f"size would cost {worst.error:.3g} tolerances at the targets."
         )
     text = f"The worst that {readings} could hide is {worst.phrase}: {worst.error:.3g} tolerances at the targets"
     if worst.limited_by == "detection":
-        return f"{text}, if it were as large as just goes unnoticed."
+        return f"{text}, at the largest size that goes unnoticed."
     if worst.noticed == float("inf"):
-        return f"{text} at the size that is assumed; {readings} would not show it at all."
-    return f"{text} at the size that is assumed; {readings} would show it from {worst.noticed:.3g} times that size on."
+        return f"{text}, at the assumed size; {readings} would not show it at any size."
+    return f"{text}, at the assumed size; {readings} would show it from {worst.noticed:.3g} times that size."
 
 
 @dataclass(frozen=True)

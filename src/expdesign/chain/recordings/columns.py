@@ -73,48 +73,45 @@ RECORDED = (
     ColumnGroup("`sequence`", "whole number, unique: the order in time", _named("sequence")),
     ColumnGroup(
         "`series`",
-        "whole number; rows of one series have one command, and their deflections count from the unloaded state at its "
-        "start",
+        "whole number; rows of one series have one command, and deflections from the unloaded state at its start",
         _named("series"),
     ),
     ColumnGroup(
         "`time_s`",
-        "time since the first row of the recordings, in points to be predicted as well; optional, needed for creep and "
-        "drift with time",
+        "time since the first row of the recordings, also in points; optional, required for creep and drift with time",
         _named("time_s"),
     ),
     ColumnGroup(
         _listed(SPATIAL.pose),
-        "commanded pose; `x_m`, `y_m` of a bipod; `q1_rad` or `q1_m`, … of an arm (or the joint's name in the URDF, "
-        "`elbow_rad`), and `NAME_rad` or `NAME_m` of its `branch_joints`",
+        "commanded pose; `x_m`, `y_m` of a bipod; `q1_rad` or `q1_m`, … of an arm (or a joint by name, `elbow_rad`), "
+        "and `NAME_rad` or `NAME_m` of its `branch_joints`",
         lambda robot: robot.configuration,
     ),
-    ColumnGroup("`tip`", "name of the tip that the row is of, where an arm's `tip_link` names several", _named()),
+    ColumnGroup("`tip`", "name of the row's tip, where an arm has several", _named()),
     ColumnGroup(
         "`NAME_mass_kg`, `NAME_com_x_m`, `NAME_com_y_m`, `NAME_com_z_m`",
-        "what the links of an arm's `payload_links` carry beside the load on the tip, in their own frames",
+        "payloads of an arm's `payload_links`, in their frames",
         _named(),
     ),
-    ColumnGroup(_listed(SPATIAL.wrench), "assumed wrench; may be left out where there is a payload", _of("wrench")),
+    ColumnGroup(_listed(SPATIAL.wrench), "assumed wrench; or a payload", _of("wrench")),
     ColumnGroup(
         _listed(("mass_kg", *SPATIAL.centre_of_mass)),
-        "assumed payload in P; may be left out where there is a wrench",
+        "assumed payload in P; or a wrench",
         lambda robot: ("mass_kg", *robot.coordinates.centre_of_mass),
     ),
     ColumnGroup(
         _listed(SPATIAL.deflection),
-        "measured deflection; at least one, a component that was not measured has no column",
+        "measured deflection; at least one component",
         _of("deflection"),
     ),
     ColumnGroup(
         _listed(SPATIAL.deviation),
-        "standard deviation of each measured component; optional: without them it is estimated, and χ² is no test",
+        "standard deviation of each measured component; optional: else it is estimated, and χ² is no test",
         _of("deviation"),
     ),
     ColumnGroup(
         "`abs_fx_N`, …, `abs_mz_Nm`",
-        "whole load, where the reference state was loaded and the wrench is a change; optional, missing components are "
-        "0",
+        "whole load, where the reference state was loaded and the wrench is a change; optional, default 0",
         lambda robot: whole_load(robot.coordinates),
     ),
     ColumnGroup(_listed(SPATIAL.gravity), "gravity of this row in O, where the base turns; optional", _of("gravity")),
@@ -125,18 +122,17 @@ RECORDED = (
     ),
     ColumnGroup(
         "`reference`",
-        "name of the unloaded reading that the deflection counts from; rows of one name share its noise, half of each "
-        "row's variance; optional",
+        "name of the unloaded reading; rows of one name share its noise, half of each row's variance; optional",
         _named(REFERENCE),
     ),
     ColumnGroup("`split`", "`train` or `test`; rows marked `test` are never fitted; optional", _named("split")),
     ColumnGroup(
         "`station`",
-        "number of a group of rows that were measured together; `diagnose` leaves such groups out as wholes (five of "
-        "them at least; else series, else consecutive rows); optional",
+        "number of a group of rows that were measured together; `diagnose` leaves out such groups (at least five; else "
+        "series, else consecutive rows); optional",
         _named(),
     ),
-    ColumnGroup("`marker`", "of positions: name of the marker that was measured", _named("marker")),
+    ColumnGroup("`marker`", "name of the marker whose position was measured", _named("marker")),
     ColumnGroup(_listed(POSITION), "its position in the instrument's frame", _named(*POSITION)),
     ColumnGroup(_listed(POSITION_DEVIATION), "standard deviations; optional", _named(*POSITION_DEVIATION)),
     ColumnGroup(

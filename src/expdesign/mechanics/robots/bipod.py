@@ -23,9 +23,9 @@ class BipodSection(RobotSection):
 
     axes = "xy"
     kind: str = Field(description="The word `bipod`.")
-    home: Point = Field(description="Tool point in O at the zero pose, `[x, y]` (m).")
+    home: Point = Field(description="Tool point in O at the zero pose (m).")
     base_joints: Annotated[list[Point], Field(min_length=2, max_length=2)] = Field(
-        description="Joints on the base in O, one row `[x, y]` (m) per leg; both legs end at the tool point."
+        description="Joints on the base in O, a row per leg (m); both legs end at the tool point."
     )
     actuator_stiffness: Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
         description="Approximate stiffness apK of each leg (N/m)."

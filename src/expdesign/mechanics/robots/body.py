@@ -28,12 +28,11 @@ class BodySection(RobotSection):
     kind: str = Field(description="The word `body`.")
     orientation: Orientation = Field(
         default="fixed-xyz",
-        description="How `(rx, ry, rz)` make R: `fixed-xyz` is Rz·Ry·Rx (rotations about the axes of O in the order x, "
-        "y, z), `moving-xyz` is Rx·Ry·Rz.",
+        description="`fixed-xyz`: R = Rz·Ry·Rx; `moving-xyz`: R = Rx·Ry·Rz.",
     )
     home: Point = Field(
         default_factory=lambda: [0.0, 0.0, 0.0],
-        description="Origin of the body's frame P in O at the zero pose, `[x, y, z]` (m). Default: the origin of O.",
+        description="Origin of P in O at the zero pose (m). Default: the origin of O.",
     )
 
 

@@ -35,10 +35,10 @@ class RingSection(Section):
         "or `angles_deg`.",
     )
     angles_deg: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = Field(
-        default=None, description="Angle of every joint about z (°)."
+        default=None, description="Angle of each joint about z (°)."
     )
     height_m: Number = Field(default=0.0, description="Height of the circle along z (m).")
-    yaw_deg: Number = Field(default=0.0, description="Turn of the whole circle about z (°).")
+    yaw_deg: Number = Field(default=0.0, description="Rotation of the circle about z (°).")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -97,15 +97,14 @@ class HexapodSection(RobotSection):
     kind: str = Field(description="The word `hexapod`.")
     orientation: Orientation = Field(
         default="fixed-xyz",
-        description="How `(rx, ry, rz)` make R: `fixed-xyz` is Rz·Ry·Rx (rotations about the axes of O in the order x, "
-        "y, z), `moving-xyz` is Rx·Ry·Rz.",
+        description="`fixed-xyz`: R = Rz·Ry·Rx; `moving-xyz`: R = Rx·Ry·Rz.",
     )
-    home: Point = Field(description="Origin of the platform frame P in O at the zero pose, `[x, y, z]` (m).")
+    home: Point = Field(description="Origin of P in O at the zero pose (m).")
     base_joints: SixPoints | None = Field(
-        default=None, description="Joints on the base in O, one row `[x, y, z]` (m) per leg; or `base`."
+        default=None, description="Joints on the base in O, a row per leg (m); or `base`."
     )
     platform_joints: SixPoints | None = Field(
-        default=None, description="Joints on the platform in P, one row `[x, y, z]` (m) per leg; or `platform`."
+        default=None, description="Joints on the platform in P, a row per leg (m); or `platform`."
     )
     base: RingSection | None = Field(default=None, description="Joints on the base by radius and angles.")
     platform: RingSection | None = Field(default=None, description="Joints on the platform by radius and angles.")

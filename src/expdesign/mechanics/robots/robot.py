@@ -144,27 +144,24 @@ class RobotSection(Section):
     """
 
     axes: ClassVar[str] = "xyz"
-    name: str = Field(description="Name of the robot, for reports.")
+    name: str = Field(description="Name, for reports.")
     schema_version: Literal[1] = Field(default=1, description="Version of this format.")
     gravity_m_s2: list[Number] | None = Field(
         default=None,
-        description="Gravity in the base frame O (m/s²), `[gx, gy, gz]`, or `[gx, gy]` for a bipod. Default: 9.80665 "
-        "m/s² along the last axis, downwards.",
+        description="Gravity in O (m/s²). Default: 9.80665 m/s² along the last axis, downwards.",
     )
     markers: dict[str, list[Number]] = Field(
         default_factory=dict,
-        description="Known places of markers on the platform or the tip link: name and `[x, y, z]` (m) in its frame. "
-        "Places that are not given are estimated with the rest.",
+        description="Known places `[x, y, z]` of markers in P (m), by name. Default: estimated.",
     )
     instrument: list[Number] | None = Field(
         default=None,
-        description="Known pose of the instrument that measures markers in O, `[x, y, z, rx, ry, rz]` (m, rad). "
-        "Default: it is estimated.",
+        description="Known pose of the instrument in O, `[x, y, z, rx, ry, rz]` (m, rad). Default: estimated.",
     )
     geometry_std_m: Positive | None = Field(
         default=None,
-        description="Standard deviation with which joints and leg lengths of a robot on legs are known from drawings "
-        "(m): prior of a geometric calibration. Default: nothing is known beforehand.",
+        description="Standard deviation of joints and leg lengths on drawings (m): prior of a geometric calibration. "
+        "Default: none.",
     )
 
     @model_validator(mode="after")

@@ -39,39 +39,37 @@ class SerialSection(RobotSection):
     """A serial robot's file."""
 
     kind: str = Field(description="The word `serial`.")
-    urdf: str = Field(description="URDF file with kinematics and masses; the path is relative to this file.")
-    base_link: str = Field(description="Link of the URDF that is fixed to the ground; its frame is O.")
+    urdf: str = Field(description="URDF file with kinematics and masses.")
+    base_link: str = Field(description="Link that is fixed to the ground; its frame is O.")
     tip_link: str | Annotated[list[str], Field(min_length=1)] = Field(
-        description="Link of the URDF whose deflection counts; its frame is P. Of several, the column `tip` says by "
-        "name which one a row is of."
+        description="Link whose deflection counts; its frame is P. Where there are several, the column `tip` names "
+        "the link of a row."
     )
     actuator_stiffness: list[Positive] | None = Field(
         default=None,
-        description="Approximate stiffness apK of every joint that moves the tip, in the order of the chain: N·m/rad "
-        "for revolute and N/m for prismatic joints. Default: joints do not yield, and geometry alone can be "
-        "identified.",
+        description="Approximate stiffness apK of each joint that moves the tip, in the order of the chain (N·m/rad "
+        "or N/m). Default: joints are rigid, only geometry is identified.",
     )
     limits: dict[str, Range] = Field(
         default_factory=dict,
-        description="Limits `[low, high]` by joint coordinate (`q1_rad`, `q2_m`, ...; rad or m). Default: those of the "
+        description="Limits `[low, high]` by joint coordinate (`q1_rad`, `q2_m`; rad or m). Default: those of the "
         "URDF.",
     )
 
     branch_joints: list[str] = Field(
         default_factory=list,
-        description="Joints of the URDF off the chain that are columns of recordings, `NAME_rad` or `NAME_m`: their "
-        "branches weigh where they stand. The others stand at zero, or at the limit nearest to it.",
+        description="Joints off the chain that are columns of recordings, `NAME_rad` or `NAME_m`. Others stand at "
+        "zero, or at the nearest limit.",
     )
     payload_links: list[str] = Field(
         default_factory=list,
-        description="Links that carry payloads beside the load on the tip, e.g. the other hand: columns "
-        "`NAME_mass_kg`, `NAME_com_x_m`, `NAME_com_y_m`, `NAME_com_z_m` (in the link's frame). They weigh as links "
-        "do.",
+        description="Links that carry payloads in addition to the load on the tip, with columns `NAME_mass_kg`, "
+        "`NAME_com_x_m`, `NAME_com_y_m`, `NAME_com_z_m` (in the link's frame).",
     )
     couplings: dict[str, CouplingSection] = Field(
         default_factory=dict,
         description="Joints that follow others linearly, by name: `elbow: {follows: {shoulder: -1.0, motor: 1.0}}`. "
-        "In the place of the URDF's `<mimic>`.",
+        "They replace the URDF's `<mimic>`.",
     )
 
 
