@@ -24,15 +24,13 @@ def test_recordings_in_other_units_and_forms_identify_the_same(
     plain = recordings_file(tmp_path)
     assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
     import expdesign as xd  # noqa: PLC0415
-    from expdesign.app.api.outputs import save_table  # noqa: PLC0415
+    from expdesign.app.api.result import TableResult  # noqa: PLC0415
     from expdesign.io.written import Purpose  # noqa: PLC0415
 
     frame = xd.load(plain)
     assert isinstance(frame, pd.DataFrame)
-    forms = [
-        save_table(tmp_path / "units.csv", frame, "mm,mrad,g", Purpose("test")),
-        save_table(tmp_path / "units.xlsx", frame, "um,deg", Purpose("test")),
-    ]
+    result = TableResult(frame, purpose=Purpose("test"))
+    forms = [result.save(tmp_path / "units.csv", "mm,mrad,g"), result.save(tmp_path / "units.xlsx", "um,deg")]
     german = tmp_path / "german.csv"
     german.write_bytes(forms[0].read_text().replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode("cp1252"))
     for path in [*forms, german]:

@@ -8,11 +8,10 @@ from typing import Any, ClassVar
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.identify import RecordingsInput, recorded_accuracy, recordings_of
-from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.referenced import referenced
-from expdesign.app.api.result import Result
+from expdesign.app.api.configuration import Config, problem_of_robot
+from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
+from expdesign.app.api.recorded import RecordingsInput, recorded_accuracy, recorded_model, recordings_of, referenced
+from expdesign.app.api.result import FolderResult
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.left_out import decided_by
@@ -25,9 +24,8 @@ from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.errors import InputError
-from expdesign.io.output import csv_text, json_text, output_folder, write_file
-from expdesign.mechanics.robots.robot_file import require_same_robot
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.output import csv_text, json_text
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.diagnosis_record import diagnosis_record
 from expdesign.report.diagnosis_texts import terminal_lines
@@ -49,7 +47,7 @@ STAGES = (
 
 
 @dataclass(frozen=True, repr=False)
-class DiagnosisResult(Result):
+class DiagnosisResult(FolderResult):
     """A diagnosis.
 
     Attributes:
@@ -126,27 +124,31 @@ class DiagnosisResult(Result):
         """Verdict, findings, stiffnesses and what to do next: a line for each."""
         return terminal_lines(self.result, self.hidden_sentence, self.acceptance)
 
+    @property
+    def notes(self) -> list[str]:
+        """That somebody ended the diagnosis."""
+        return ["interrupted: the best model so far is written"] if self.result.ended else []
+
     def page(self) -> Page:
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
         return diagnosis_report(self.result, self.hidden, self.hidden_sentence, self.acceptance)
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the report."""
         plan = self.next_plan
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            if plan is not None:
-                write_file(scratch / NEXT_PLAN, csv_text(plan))
-            for number, finding in enumerate(curves(self.result.findings), start=1):
-                if finding.curve is not None:
-                    write_file(scratch / f"law-{number}.csv", csv_text(finding.curve.frame(list(finding.columns))))
-            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
-            write_file(scratch / "diagnosis.json", json_text(self.record))
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
+        laws = {
+            f"law-{number}.csv": csv_text(finding.curve.frame(list(finding.columns)))
+            for number, finding in enumerate(curves(self.result.findings), start=1)
+            if finding.curve is not None
+        }
+        return {
+            **({} if plan is None else {NEXT_PLAN: csv_text(plan)}),
+            **laws,
+            "model.yaml": model_text(self.model, folder),
+            "diagnosis.json": json_text(self.record),
+        }
 
 
 @shows_progress("diagnosing")
@@ -166,16 +168,16 @@ def diagnose(
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 
     Args:
-        robot: that was measured.
-        recordings: in one or more files, or as a frame.
-        series: number of series of a plan that separates two explanations.
+        robot: robot (YAML) that was measured.
+        recordings: recordings (CSV), in one or more files. In Python also a frame.
+        series: series of a plan that separates two explanations.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `targets` say.
-        targets: run configuration of this robot, at whose targets the model that was found is accepted or not; where
-            the recordings are consistent, it is also said what may still be hidden there.
+        targets: run configuration (YAML) of this robot, at whose targets the model that is found is accepted or not;
+            where the recordings are consistent, it is also said what may still be hidden there.
         without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
             it is then taken for, and how well a law at a port stands in for it.
-        other_robot: whether a configuration of another geometry than the robot's is meant.
+        other_robot: a configuration of another geometry than the robot's is meant.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         callback: called with `diagnosing`, the number of the stage, 0 and a sentence on what is being done (`STAGES`).
         progress: whether progress is shown on standard error.
@@ -188,11 +190,20 @@ def diagnose(
     Example:
         >>> xd.diagnose("configs/robots/bipod.yaml", "recordings.csv").record["verdict"]
         'consistent'
+
+    Command:
+        Ctrl-C ends it with the best model so far, a second Ctrl-C without.
+
+        expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
+    if series < 1:
+        raise ArgumentError(f"{series} is not a number of series", argument="series", remedy="Use at least 1.")
     if isinstance(without, str):
         raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
-    problem = None if targets is None else _problem_for(targets, machine, confirmed=other_robot)
+    problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=other_robot)
+    if problem is not None:
+        problem.require_elastostatic("what recordings hide is known")
 
     def told(text: str) -> None:
         stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
@@ -202,15 +213,14 @@ def diagnose(
     result = diagnose_recordings(
         machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=told
     )
-    names = measured.deviation_columns(machine.robot.coordinates)
-    model = Model.from_fit(
+    model = recorded_model(
         result.known,
-        machine.document,
-        measured.source,
+        machine,
+        measured,
+        ~measured.test,
+        result.reading_deviations,
         birge_ratio=result.widening.parameters,
-        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
         verdict="refuted" if result.refuted else result.after.verdict,
-        recordings=measured.rows(~measured.test),
     )
     accepted = None if problem is None else accept_diagnosed(problem, result)
     hidden, accuracy = None, None
@@ -242,13 +252,3 @@ def accept_diagnosed(problem: DesignProblem, result: Diagnosis) -> Decision:
     model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
     remedy = "record what separates the explanations, or look at the place that is named"
     return decided_by(problem, model, refuted=result.refuted, remedy=remedy)
-
-
-def _problem_for(targets: Config, machine: RobotFile, *, confirmed: bool) -> DesignProblem:
-    """The problem of a configuration, which has to be about this robot."""
-    problem = problem_of(targets)
-    problem.require_elastostatic("what recordings hide is known")
-    require_same_robot(
-        problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=confirmed
-    )
-    return problem

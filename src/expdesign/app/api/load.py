@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from expdesign.app.api.identify import RecordingsInput, recordings_of
-from expdesign.app.api.inputs import ModelInput, PathLike, RobotFile, RobotInput, model_of, numeric, robot_of
+from expdesign.app.api.inputs import ModelInput, RobotFile, RobotInput, model_of, robot_of
+from expdesign.app.api.recorded import RecordingsInput, recordings_of
+from expdesign.app.api.result import PathLike, numeric
 from expdesign.chain.models.model_file import Model, model_from_document
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
