@@ -28,6 +28,7 @@ from expdesign.estimation.remarks import (
 from expdesign.report import words
 
 _MOST_NAMES = 6
+"""Names that a sentence lists."""
 _NOT_SOUGHT = {
     Sought.TIME: "No law of time and no creep was sought: the recordings have no column `time_s`.",
     Sought.MEMORY: "Nothing that remembers a load was sought: no series has two rows in a stated order.",

@@ -27,6 +27,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 
 SAMPLES, RANDOM = 4000, 40
+"""Repetitions and random designs where nothing is said."""
 
 
 @dataclass(frozen=True)

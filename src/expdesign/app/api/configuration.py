@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.app.api.inputs import document_of
 from expdesign.app.api.result import PathLike
-from expdesign.assurance.plausibility.finding import Finding, say
+from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.problem import pose_findings, problem_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.errors import ExpdesignError
@@ -63,7 +63,7 @@ def checked_problem(document: YamlDocument) -> DesignProblem:
     return problem
 
 
-def target_findings(document: YamlDocument) -> list[Finding]:
+def target_findings(document: YamlDocument) -> list[Implausibility]:
     """What speaks against the robot and the targets' poses of a configuration that could not be read as a whole."""
     try:
         robot = robot_from_document(_robot_document(document))

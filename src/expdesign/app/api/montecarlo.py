@@ -15,7 +15,7 @@ from expdesign.app.api.result import FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
-from expdesign.assurance.validation.simulation import Batch, simulated
+from expdesign.assurance.validation.simulation import Repetitions, simulated
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
@@ -27,6 +27,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 
 MOST_SAMPLES = 5_000_000
+"""Repetitions at most, whose samples are all kept in memory."""
 Common = tuple[Plan, int, str, Distribution]
 """What all batches share: plan, seed, plant and distribution."""
 _ROOT = Path("/")
@@ -171,7 +172,7 @@ def _by_engine(
     """Batches by an engine; a truth travels as its model file."""
     text = None if truth is None else model_text(truth, _ROOT)
 
-    def elsewhere(batches: list[Drawn]) -> list[Batch]:
+    def elsewhere(batches: list[Drawn]) -> list[Repetitions]:
         count, done = len(batches), 0
         callback("repeating", 0, count, "")
 
@@ -185,7 +186,7 @@ def _by_engine(
     return elsewhere
 
 
-def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Batch:
+def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Repetitions:
     """One batch, in a worker."""
     (size, noise, load_errors), (plan, seed, plant, distribution) = drawn, common
     real = None

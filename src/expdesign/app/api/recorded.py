@@ -13,7 +13,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
 from expdesign.assurance.model_error.recorded import HiddenByRecordings
 from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
-from expdesign.assurance.plausibility.finding import Finding, say
+from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import FittedModel, Model
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
@@ -56,7 +56,7 @@ def referenced(points: Points, option: bool | None, problem: DesignProblem | Non
     configured = None if problem is None else problem.noise.shared_reference
     source = "" if problem is None else problem.source
     found, contradictions = with_references(points, Sharing(option, configured, source))
-    say([Finding(one.what, one.holds, "shared references") for one in contradictions], points.source)
+    say([Implausibility(one.what, one.holds, "shared references") for one in contradictions], points.source)
     return found
 
 

@@ -112,7 +112,7 @@ class FolderResult(Result):
 
 
 @dataclass(frozen=True, repr=False)
-class Rows(Result):
+class RowsResult(Result):
     """A result that other functions read as a table.
 
     Attributes:
@@ -132,7 +132,7 @@ class Rows(Result):
 
 
 @dataclass(frozen=True, repr=False)
-class TableResult(Rows):
+class TableResult(RowsResult):
     """A result that is kept as one table."""
 
     def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:

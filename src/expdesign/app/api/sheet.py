@@ -10,7 +10,7 @@ import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, table_of
-from expdesign.app.api.result import FolderResult, PathLike, Rows
+from expdesign.app.api.result import FolderResult, PathLike, RowsResult
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
 from expdesign.errors import InputError
@@ -25,7 +25,7 @@ _FILL = "FFF8DC"
 
 
 @dataclass(frozen=True, repr=False)
-class SheetResult(Rows, FolderResult):
+class SheetResult(RowsResult, FolderResult):
     """What is done in the laboratory, with room for what is read.
 
     Attributes:
@@ -63,7 +63,7 @@ class SheetResult(Rows, FolderResult):
         """What to do with the sheet."""
         return [
             "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
-            "counted from the unloaded row before it in its series. Rows left empty are ignored.",
+            "counted from the unloaded row before it in its series. RowsResult left empty are ignored.",
             "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
             "otherwise. Columns time and temperature may stay empty.",
             f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",

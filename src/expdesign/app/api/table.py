@@ -26,6 +26,7 @@ from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot
 
 MOST_NODES = 50_000
+"""Nodes at most where nothing is said."""
 ERROR = {"length": 1e-8, "angle": 1e-7}
 """m, rad."""
 
