@@ -31,8 +31,8 @@ API = [
         "configuration",
         "inputs",
         "objects",
-        "outputs",
-        "referenced",
+        "recorded",
+        "unknown_columns",
         "result",
         "targets",
     )

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.commands.calls import call
+from tests.commands.calls import call, refusal
 
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 
@@ -47,8 +47,7 @@ def test_the_commands_stand_in_three_groups(capsys: pytest.CaptureFixture[str]) 
 
 
 def test_a_command_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("evalate") == 2
-    assert "Did you mean 'evaluate'?" in capsys.readouterr().err
+    assert "Did you mean 'evaluate'?" in refusal(capsys, "evalate")
 
 
 @pytest.mark.parametrize(("words", "wanted"), [("expdesign ide", "identify"), ("expdesign run --o", "--out")])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 from expdesign.io.table import read_table
 
@@ -96,5 +96,4 @@ def test_a_recording_cut_off(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     text = path.read_text(encoding="utf-8")
     path.write_text(text[: int(0.8 * len(text))], encoding="utf-8")
     capsys.readouterr()
-    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
-    assert "Is the file cut off?" in capsys.readouterr().err
+    assert "Is the file cut off?" in refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")

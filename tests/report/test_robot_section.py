@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.commands.calls import call
+from tests.commands.calls import refusal
 
 import expdesign as xd
 from expdesign.app.api.check import CheckedProblem, CheckedRobot
@@ -110,5 +110,4 @@ def test_check_writes_a_page_with_the_drawing(name: str, tmp_path: Path) -> None
 def test_recordings_have_no_robot_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     table = tmp_path / "recordings.csv"
     table.write_text("sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m\n1,1,0,0,1,0,1e-6,0\n", encoding="utf-8")
-    assert call("check", table, "--out", tmp_path / "out") == 2
-    assert "no robot to draw" in capsys.readouterr().err
+    assert "no robot to draw" in refusal(capsys, "check", table, "--out", tmp_path / "out")

@@ -63,7 +63,7 @@ class SheetResult(RowsResult, FolderResult):
         """What to do with the sheet."""
         return [
             "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
-            "counted from the unloaded row before it in its series. RowsResult left empty are ignored.",
+            "counted from the unloaded row before it in its series. Rows left empty are ignored.",
             "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
             "otherwise. Columns time and temperature may stay empty.",
             f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",

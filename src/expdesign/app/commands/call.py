@@ -12,7 +12,6 @@ import typer
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import FolderResult, Result
-from expdesign.app.commands.engines import elsewhere, engine_of
 from expdesign.app.commands.spelling import Spelling
 from expdesign.errors import ArgumentError
 from expdesign.io.output import json_text, require_writable
@@ -84,6 +83,8 @@ class Call:
         try:
             if "engine" not in parameters:
                 return function(*positional, **arguments)
+            from expdesign.app.commands.engines import elsewhere, engine_of  # noqa: PLC0415 (most work in one process)
+
             with engine_of(self.given.get("workers"), self.given.get("cluster"), self.spelling.workers) as engine:
                 return function(*positional, **arguments, engine=elsewhere(engine))
         except ArgumentError as error:

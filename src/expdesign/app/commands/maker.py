@@ -21,7 +21,6 @@ import typer
 
 from expdesign.app.commands.call import Call
 from expdesign.app.commands.docstring import Docstring
-from expdesign.app.commands.engines import CLUSTER, WORKERS
 from expdesign.app.commands.listed import function_of
 from expdesign.app.commands.spelling import SPELLINGS, Spelling
 from expdesign.io.output import new_folder
@@ -29,6 +28,8 @@ from expdesign.io.output import new_folder
 Options = dict[str, tuple[Any, Any]]
 """Annotations and defaults of arguments and options, by their names in the command."""
 _EMPTY = inspect.Parameter.empty
+WORKERS = "Processes of this machine"
+CLUSTER = "Address of a Dask scheduler instead, e.g. tcp://192.168.0.5:8786."
 _OPTION = re.compile(r"`(\w+)`")
 
 
