@@ -26,6 +26,7 @@ API = [
     if file.stem
     not in (
         "__init__",
+        "at_targets",
         "callbacks",
         "concealed",
         "configuration",

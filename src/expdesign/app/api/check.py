@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -12,8 +12,6 @@ from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
 from expdesign.app.api.recorded import referenced
 from expdesign.app.api.result import FolderResult, PathLike
 from expdesign.app.api.unknown_columns import say_unknown_columns
-from expdesign.app.sweeps.runs import SweepRun, sweep_runs
-from expdesign.app.sweeps.store import computed_by_text
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
@@ -32,14 +30,16 @@ from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.feasibility import Feasibility, feasibility, random_designs
-from expdesign.planning.optimality.gradient_check import gradient_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
 from expdesign.planning.schema import RunSection
 from expdesign.report import check_texts
-from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
 from expdesign.report.robot_section import actuator_sentences
+
+if TYPE_CHECKING:
+    from expdesign.app.sweeps.runs import SweepRun
+    from expdesign.report.page import Page
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,7 +68,7 @@ class Checked(FolderResult):
         """What is doubtful about it."""
         return self.remarks
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its legs or joints numbered.
 
         Raises:
@@ -111,7 +111,7 @@ class CheckedRobot(Checked):
         """Which leg or joint is which: a line for each of them."""
         return actuator_sentences(self.robot)
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its numbers."""
         from expdesign.report.robot_section import robot_report  # noqa: PLC0415 (slow to import)
 
@@ -135,7 +135,7 @@ class CheckedModel(Checked):
         """Which leg or joint is which: a line for each of them."""
         return self.robot.details
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its numbers."""
         return self.robot.page()
 
@@ -162,7 +162,7 @@ class CheckedProblem(Checked):
     problem: DesignProblem
     feasibility: Feasibility
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its numbers, at rest and at the targets."""
         from expdesign.report.robot_section import problem_report  # noqa: PLC0415 (slow to import)
 
@@ -192,6 +192,8 @@ class CheckedProblem(Checked):
         decisions = random_designs(problem)
         # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
         assessment = problem.assessed(decisions)
+        from expdesign.planning.optimality.gradient_check import gradient_table  # noqa: PLC0415 (on request)
+
         order = np.argsort(~assessment.identifies_targets, kind="stable")
         return gradient_table(problem, decisions[order[:2]])
 
@@ -204,7 +206,7 @@ class CheckedSweep(Checked):
         runs: what is run.
     """
 
-    runs: list[SweepRun]
+    runs: "list[SweepRun]"
 
     @property
     def summary(self) -> str:
@@ -294,6 +296,9 @@ def check(
         model = model_from_document(document)
         return CheckedModel(model, _robot(model.chain.robot, str(path), purpose), purpose=purpose)
     if {"vary", "cases", "config"} & set(content):
+        from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
+        from expdesign.app.sweeps.store import computed_by_text  # noqa: PLC0415
+
         return CheckedSweep(sweep_runs(document, computed_by_text()), purpose=purpose)
     if (
         "experiment" in content

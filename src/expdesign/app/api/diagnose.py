@@ -3,21 +3,15 @@
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.configuration import Config, problem_of_robot
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import RecordingsInput, recorded_accuracy, recorded_model, recordings_of, referenced
+from expdesign.app.api.recorded import RecordingsInput, problem_at, recorded_model, recordings_of, referenced
 from expdesign.app.api.result import FolderResult
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record
-from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_record, hidden_sentence
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
@@ -26,10 +20,13 @@ from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, json_text
-from expdesign.planning.problem import DesignProblem
 from expdesign.report.diagnosis_record import diagnosis_record
-from expdesign.report.diagnosis_texts import terminal_lines
-from expdesign.report.page import Page
+
+if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
+    from expdesign.app.api.configuration import Config
+    from expdesign.assurance.model_error.recorded import HiddenByRecordings
+    from expdesign.assurance.model_error.statement import AccuracyStatement
+    from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"
 STAGES = (
@@ -66,8 +63,8 @@ class DiagnosisResult(FolderResult):
     result: Diagnosis
     model: Model
     series: int
-    hidden: HiddenByRecordings | None = None
-    accuracy: AccuracyStatement | None = None
+    hidden: "HiddenByRecordings | None" = None
+    accuracy: "AccuracyStatement | None" = None
     acceptance: Decision | None = None
 
     @property
@@ -110,6 +107,8 @@ class DiagnosisResult(FolderResult):
         if self.acceptance is not None:
             record["acceptance"] = acceptance_record(self.acceptance)
         if hidden is not None:
+            from expdesign.assurance.model_error.statement import hidden_record  # noqa: PLC0415 (of targets)
+
             record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
@@ -117,11 +116,17 @@ class DiagnosisResult(FolderResult):
     @property
     def hidden_sentence(self) -> str | None:
         """What may still be hidden, in words."""
-        return None if self.hidden is None else hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+        if self.hidden is None:
+            return None
+        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
+
+        return hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
 
     @property
     def lines(self) -> list[str]:
         """Verdict, findings, stiffnesses and what to do next: a line for each."""
+        from expdesign.report.diagnosis_texts import terminal_lines  # noqa: PLC0415 (slow to import)
+
         return terminal_lines(self.result, self.hidden_sentence, self.acceptance)
 
     @property
@@ -129,7 +134,7 @@ class DiagnosisResult(FolderResult):
         """That somebody ended the diagnosis."""
         return ["interrupted: the best model so far is written"] if self.result.ended else []
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
@@ -158,7 +163,7 @@ def diagnose(
     *,
     series: int = 3,
     shared_reference: bool | None = None,
-    targets: Config | None = None,
+    targets: "Config | None" = None,
     without: Collection[str] = (),
     other_robot: bool = False,
     interruptible: bool = False,
@@ -201,7 +206,7 @@ def diagnose(
     if isinstance(without, str):
         raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
-    problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=other_robot)
+    problem = problem_at(targets, machine, confirmed=other_robot)
     if problem is not None:
         problem.require_elastostatic("what recordings hide is known")
 
@@ -222,33 +227,18 @@ def diagnose(
         birge_ratio=result.widening.parameters,
         verdict="refuted" if result.refuted else result.after.verdict,
     )
-    accepted = None if problem is None else accept_diagnosed(problem, result)
-    hidden, accuracy = None, None
-    if problem is not None and result.verdict == "consistent" and not result.ended:
-        told("looking for what may still be hidden")
-        try:
-            meir = meir_of_problem(problem)
-            assumptions = None if meir is None else meir.assumptions
-            hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
-            if accepted is not None:
-                accuracy = recorded_accuracy(problem, accepted.budget, hidden)
-        except KeyboardInterrupt:
-            if not interruptible:
-                raise
-            result = replace(result, ended="looking for what may still be hidden")
+    accepted, hidden, accuracy = None, None, None
+    if problem is not None:
+        from expdesign.app.api.at_targets import accept_diagnosed, hidden_at_targets  # noqa: PLC0415 (of targets)
+
+        accepted = accept_diagnosed(problem, result)
+        if result.verdict == "consistent" and not result.ended:
+            told("looking for what may still be hidden")
+            try:
+                hidden, accuracy = hidden_at_targets(problem, measured, result.noise.deviations, accepted)
+            except KeyboardInterrupt:
+                if not interruptible:
+                    raise
+                result = replace(result, ended="looking for what may still be hidden")
     purpose = purpose_of("diagnose", robot, recordings)
     return DiagnosisResult(machine, result, model, series, hidden, accuracy, accepted, purpose=purpose)
-
-
-def accept_diagnosed(problem: DesignProblem, result: Diagnosis) -> Decision:
-    """Whether the robot is accepted at the targets of a configuration with the model that was found.
-
-    Nothing is decided where that model is no explanation of the recordings.
-    """
-    sample = result.search.sample.restricted(~result.predictive.outliers)
-    counts, recorded = sample.counts, result.recordings.rows(sample.counts)
-    whitening = sample.whitening.rows(counts)
-    degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
-    model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
-    remedy = "record what separates the explanations, or look at the place that is named"
-    return decided_by(problem, model, refuted=result.refuted, remedy=remedy)

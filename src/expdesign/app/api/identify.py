@@ -3,20 +3,14 @@
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import pandas as pd
 
-from expdesign.app.api.configuration import Config, problem_of_robot
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import RecordingsInput, recorded_accuracy, recorded_model, recordings_of, referenced
+from expdesign.app.api.recorded import RecordingsInput, problem_at, recorded_model, recordings_of, referenced
 from expdesign.app.api.result import FolderResult
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
-from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_sentence
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.counted import counted
@@ -26,12 +20,15 @@ from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
-from expdesign.estimation.whitening import Whitening
 from expdesign.io.output import json_text
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.planning.problem import DesignProblem
 from expdesign.report.identification_record import identification_record, stiffness_unit
-from expdesign.report.page import Page
+
+if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
+    from expdesign.app.api.configuration import Config
+    from expdesign.assurance.model_error.recorded import HiddenByRecordings
+    from expdesign.assurance.model_error.statement import AccuracyStatement
+    from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6
 """%; a smaller deviation would say that nothing has to be identified."""
@@ -59,8 +56,8 @@ class IdentificationResult(FolderResult):
     model: Model
     acceptance: Decision | None = None
     configuration: str = ""
-    hidden: HiddenByRecordings | None = None
-    accuracy: AccuracyStatement | None = None
+    hidden: "HiddenByRecordings | None" = None
+    accuracy: "AccuracyStatement | None" = None
 
     @property
     def summary(self) -> str:
@@ -116,8 +113,9 @@ class IdentificationResult(FolderResult):
         stated = {} if self.accuracy is None else {"accuracy": self.accuracy.record}
         return identification_record(self.result) | accepted | stated
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The report."""
+        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
         from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
@@ -158,7 +156,7 @@ def identify(
     *,
     shared_reference: bool | None = None,
     prior: float | None = None,
-    targets: Config | None = None,
+    targets: "Config | None" = None,
     calibration: Calibration | None = None,
     frames: Frames = "known",
     other_robot: bool = False,
@@ -200,7 +198,7 @@ def identify(
     """
     require_prior(prior)
     machine = robot_of(robot)
-    problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=other_robot)
+    problem = problem_at(targets, machine, confirmed=other_robot)
     measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
     relative = None if prior is None else prior / 100.0
     if frames not in ("known", "unknown"):
@@ -223,13 +221,12 @@ def identify(
         options=ArmOptions(loss=loss, further=tuple(further)),
     )
     result = with_doubts(result)
-    accepted = None if problem is None else accept_identified(problem, result)
-    hidden, accuracy = None, None
-    meir = None if problem is None else meir_of_problem(problem)
-    if problem is not None and meir is not None and accepted is not None:
-        deviations, assumptions = result.noise.deviations, meir.assumptions
-        hidden = hidden_by(problem, result.recordings.rows(result.fitted), deviations, assumptions)
-        accuracy = recorded_accuracy(problem, accepted.budget, hidden)
+    accepted, hidden, accuracy = None, None, None
+    if problem is not None:
+        from expdesign.app.api.at_targets import accept_identified, hidden_by_identified  # noqa: PLC0415 (of targets)
+
+        accepted = accept_identified(problem, result)
+        hidden, accuracy = hidden_by_identified(problem, result, accepted) or (None, None)
     goodness = result.goodness
     model = recorded_model(
         result.fit,
@@ -243,12 +240,3 @@ def identify(
     source = "" if problem is None else problem.source
     purpose = purpose_of("identify", robot, recordings)
     return IdentificationResult(machine, result, model, accepted, source, hidden, accuracy, purpose=purpose)
-
-
-def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
-    """Whether an identified robot is accepted at the targets of a configuration; not decided where it is refuted."""
-    noise, recorded = result.noise, result.recordings.rows(result.fitted)
-    whitening = Whitening(noise.deviations, references=recorded.references)
-    degrees = min((group.dof for group in noise.groups), default=float("inf"))
-    model = FittedModel(result.fit, recorded, whitening, float(degrees))
-    return decided_by(problem, model, refuted=result.goodness.refuted)

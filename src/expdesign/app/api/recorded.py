@@ -1,18 +1,15 @@
-"""Recordings of a robot, as functions take them, and what follows of them: references, a model, accuracy at targets."""
+"""Recordings of a robot, as functions take them, with their references and targets, and the model of a fit to them."""
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotFile, table_of
 from expdesign.app.api.result import PathLike, Result
 from expdesign.app.api.unknown_columns import say_unknown_columns
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.model_error.recorded import HiddenByRecordings
-from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import FittedModel, Model
@@ -20,7 +17,10 @@ from expdesign.chain.recordings.reader import read_several, recordings_from_tabl
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.errors import InputError
-from expdesign.planning.problem import DesignProblem
+
+if TYPE_CHECKING:
+    from expdesign.app.api.configuration import Config
+    from expdesign.planning.problem import DesignProblem
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
 
@@ -45,7 +45,25 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     return read
 
 
-def referenced(points: Points, option: bool | None, problem: DesignProblem | None = None) -> Points:
+def problem_at(targets: "Config | None", robot: RobotFile, *, confirmed: bool) -> "DesignProblem | None":
+    """The run configuration at whose targets something is said of a robot; None without one.
+
+    Args:
+        targets: the configuration.
+        robot: that it has to be about.
+        confirmed: whether a configuration of another geometry is meant.
+
+    Raises:
+        InputError: the configuration is wrong, or of another robot.
+    """
+    if targets is None:
+        return None
+    from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (most recordings have no targets)
+
+    return problem_of_robot(targets, robot.robot, robot.document.source, confirmed=confirmed)
+
+
+def referenced(points: Points, option: bool | None, problem: "DesignProblem | None" = None) -> Points:
     """The points with their references; contradictions are logged as warnings (`chain/recordings/references.py`).
 
     Args:
@@ -91,14 +109,3 @@ def recorded_model(
         verdict=verdict,
         recordings=recordings.rows(fitted),
     )
-
-
-def recorded_accuracy(
-    problem: DesignProblem, budget: UncertaintyBudget, hidden: HiddenByRecordings
-) -> AccuracyStatement | None:
-    """The accuracy to expect at the targets from recordings: their budget, and what they may hide."""
-    parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
-    for each in budget.contributions:
-        parts[each.name == NOISE] += each.deviation**2
-    variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
-    return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")
