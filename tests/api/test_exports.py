@@ -38,8 +38,7 @@ def test_type_checkers_see_what_is_there() -> None:
     for node in imports:
         for alias in node.names:
             assert getattr(xd, alias.name) is getattr(importlib.import_module(str(node.module)), alias.name)
-    named = {alias.name for node in imports for alias in node.names}
-    assert set(xd._TYPES) <= named
+    assert set(dir(xd)) == {"__version__", *(alias.name for node in imports for alias in node.names)}
 
 
 def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
