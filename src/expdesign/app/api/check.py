@@ -24,6 +24,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
+from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import read_yaml
@@ -291,24 +292,20 @@ def check(
     if is_table_name(path):
         return _recordings(path, robot, purpose, shared_reference=shared_reference)
     document = read_yaml(path)
-    content = document.content if isinstance(document.content, dict) else {}
-    if content.get("kind") == "model":
+    kind = kind_of(document.content)
+    if kind == "identified model":
         model = model_from_document(document)
         return CheckedModel(model, _robot(model.chain.robot, str(path), purpose), purpose=purpose)
-    if {"vary", "cases", "config"} & set(content):
+    if kind == "sweep":
         from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
         from expdesign.app.sweeps.store import computed_by_text  # noqa: PLC0415
 
         return CheckedSweep(sweep_runs(document, computed_by_text()), purpose=purpose)
-    if (
-        "experiment" in content
-        or "targets" in content
-        or {"schema_version", "kind"} & set(content) == {"schema_version"}
-    ):
+    if kind == "robot":
+        return _robot(robot_from_document(document), str(path), purpose)
+    if kind == "run configuration" or (isinstance(document.content, dict) and "schema_version" in document.content):
         problem = checked_problem(document)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
-    if "kind" in content or "base_joints" in content:
-        return _robot(robot_from_document(document), str(path), purpose)
     remedy = "A robot file has the key `kind`, a run configuration `experiment`, a sweep `vary`."
     raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
 

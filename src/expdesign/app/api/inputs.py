@@ -15,6 +15,7 @@ from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError
+from expdesign.io.kinds import kind_of
 from expdesign.io.output import csv_text
 from expdesign.io.schema import Section
 from expdesign.io.table import Table, parse_table, read_table
@@ -120,7 +121,7 @@ def truth_of(truth: TruthInput) -> Model:
     if isinstance(truth, Model | Result):
         return model_of(truth)
     document = truth.document if isinstance(truth, RobotFile) else document_of(truth, "model")
-    if isinstance(document.content, dict) and document.content.get("kind") == "model":
+    if kind_of(document.content) == "identified model":
         return model_from_document(document)
     return model_of_robot(robot_from_document(document), document)
 
