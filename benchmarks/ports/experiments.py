@@ -7,8 +7,8 @@ from tempfile import TemporaryDirectory
 from benchmarks.concealed.cases import Case
 from benchmarks.concealed.generate import generate, write_questions
 
-from expdesign.app.api.identify import recordings_of
 from expdesign.app.api.inputs import robot_of
+from expdesign.app.api.recorded import recordings_of
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.robots.robot import Robot
 

@@ -23,8 +23,8 @@ from benchmarks.concealed.linear_model import Array, BaseFit
 from benchmarks.concealed.robots import HEXAPODS, bipod
 from benchmarks.ports.practice_physics import KINDS, Kind, Rows
 
-from expdesign.app.api.identify import recordings_of
 from expdesign.app.api.inputs import robot_of, table_of
+from expdesign.app.api.recorded import recordings_of
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose

@@ -8,17 +8,18 @@ The package reads like the command line (`docs/api.ipynb`):
     run.plan                                    # what to measure
     run.save("results/mine")                    # the files of `expdesign run`
 
-A function is imported from the file of its name when it is first used. It has the name of its command, except
+What is used is imported when it is first used. It has the name of its command, except
 `plan_next`, because `next` is a builtin. Results are typed. Robots and configurations can be made as objects
 (`xd.Hexapod`, `xd.Configuration`).
 """
 
+import ast as _ast
 import functools as _functools
 import importlib as _importlib
 import pathlib as _pathlib
 import typing as _typing
 
-if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getattr__` finds them by their place
+if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` reads it and imports what is used
     from expdesign.app.api.check import Checked as Checked
     from expdesign.app.api.check import CheckedModel as CheckedModel
     from expdesign.app.api.check import CheckedProblem as CheckedProblem
@@ -118,101 +119,22 @@ if _typing.TYPE_CHECKING:  # for type checkers and editors; at run time `__getat
 
 __version__ = "0.1.0"
 
-_TYPES = {
-    "Acceptance": "app.api.objects",
-    "ArgumentError": "errors",
-    "Arm": "app.api.objects",
-    "Bipod": "app.api.objects",
-    "Body": "app.api.objects",
-    "Budget": "app.api.objects",
-    "Checked": "app.api.check",
-    "CheckedModel": "app.api.check",
-    "CheckedProblem": "app.api.check",
-    "CheckedRecordings": "app.api.check",
-    "CheckedRobot": "app.api.check",
-    "CheckedSweep": "app.api.check",
-    "Collisions": "app.api.objects",
-    "CompensationResult": "app.api.compensate",
-    "ComparisonResult": "app.api.compare",
-    "Configuration": "app.api.objects",
-    "Constraints": "app.api.objects",
-    "ConvergenceError": "errors",
-    "CorrectionResult": "app.api.correct",
-    "CorrectionTableResult": "app.api.table",
-    "Costs": "app.api.objects",
-    "Criterion": "planning.criteria.criterion",
-    "Declaration": "chain.declaration",
-    "DeflectionNoise": "app.api.objects",
-    "DesignProblem": "planning.problem",
-    "DiagnosisResult": "app.api.diagnose",
-    "Effect": "chain.effect",
-    "EvaluationResult": "app.api.evaluate",
-    "ExpdesignError": "errors",
-    "Experiment": "app.api.objects",
-    "Hexapod": "app.api.objects",
-    "IdentificationResult": "app.api.identify",
-    "InfeasibleError": "errors",
-    "InputError": "errors",
-    "KeepOut": "app.api.objects",
-    "SheetResult": "app.api.sheet",
-    "LoadError": "app.api.objects",
-    "LoadErrorSource": "mechanics.loads.errors.source",
-    "MeasuredPoints": "app.api.objects",
-    "Model": "chain.models.model_file",
-    "ModelErrors": "app.api.objects",
-    "MonteCarloResult": "app.api.montecarlo",
-    "NotIdentifiableError": "errors",
-    "Optimiser": "app.api.objects",
-    "ParallelRobot": "mechanics.robots.parallel",
-    "Parameter": "chain.declaration",
-    "Payload": "app.api.objects",
-    "PhysicsResult": "app.api.physics",
-    "NextResult": "app.api.plan_next",
-    "Port": "chain.ports.port",
-    "Poses": "app.api.objects",
-    "PredictionResult": "app.api.predict",
-    "Primitive": "app.api.objects",
-    "Recordings": "chain.recordings.recordings",
-    "ReferencePose": "app.api.objects",
-    "RegistrationResult": "app.api.register",
-    "Robot": "mechanics.robots.robot",
-    "RobotFile": "app.api.inputs",
-    "RunResult": "app.api.run",
-    "SavedResult": "app.api.open_result",
-    "SimulationResult": "app.api.simulate",
-    "SingularConfigurationError": "errors",
-    "Size": "chain.declaration",
-    "SweepResult": "app.api.sweep",
-    "Target": "app.api.objects",
-    "TargetPayload": "app.api.objects",
-    "Tilt": "app.api.objects",
-    "VerificationResult": "app.api.verify",
-    "WorkersError": "app.sweeps.engine",
-    "Wrench": "app.api.objects",
-    "load_configuration": "app.api.objects",
-    "load_model": "app.api.load",
-    "load_robot": "app.api.load",
-    "read_recordings": "app.api.load",
-}
-
 
 @_functools.cache
-def _functions() -> list[str]:
-    """Names of the modules of `expdesign.app.api` that define a function of their own name."""
-    folder = _pathlib.Path(__file__).parent / "app" / "api"
-    return [file.stem for file in sorted(folder.glob("*.py")) if f"\ndef {file.stem}(" in file.read_text("utf-8")]
+def _exported() -> dict[str, str]:
+    """Modules by the names that the block for type checkers imports from them, read off this file."""
+    tree = _ast.parse(_pathlib.Path(__file__).read_text("utf-8"))
+    block = next(node for node in tree.body if isinstance(node, _ast.If))
+    imports = (node for node in block.body if isinstance(node, _ast.ImportFrom))
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
 
 
 def __getattr__(name: str) -> _typing.Any:
-    if name in _TYPES:
-        found = getattr(_importlib.import_module(f"expdesign.{_TYPES[name]}"), name)
-    elif not name.startswith("_") and name in _functions():
-        found = getattr(_importlib.import_module(f"expdesign.app.api.{name}"), name)
-    else:
+    if name.startswith("_") or name not in _exported():
         raise AttributeError(f"module `expdesign` has no attribute `{name}`")
-    globals()[name] = found
+    found = globals()[name] = getattr(_importlib.import_module(_exported()[name]), name)
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted({"__version__", *_functions(), *_TYPES})
+    return sorted({"__version__", *_exported()})

@@ -18,8 +18,7 @@ from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 from tests.identification.experiments import read
 from tests.oracle import Array
 
-from expdesign.app.api.diagnose import accept_diagnosed
-from expdesign.app.api.identify import accept_identified
+from expdesign.app.api.at_targets import accept_diagnosed, accept_identified
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.fitted import target_points
 from expdesign.chain.chain import Chain

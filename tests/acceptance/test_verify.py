@@ -12,7 +12,7 @@ import pytest
 import yaml
 from scipy.stats import norm
 from tests.acceptance.verified import CONFIG, STD, case, commands, measured, model
-from tests.commands.calls import call
+from tests.commands.calls import call, refusal
 from tests.design.problems import changed, problem
 
 import expdesign as xd
@@ -239,8 +239,7 @@ def test_bad_texts_of_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "model.yaml").write_text(model_text(model(), tmp_path))
     (tmp_path / "check.csv").write_text(csv_text(measured(commands(1), np.random.default_rng(1))))
     where = [tmp_path / name for name in ("model.yaml", "check.csv")]
-    assert call("verify", *where, "--about", tmp_path / "about.yaml", "--out", tmp_path / "out") == 2
-    assert words in capsys.readouterr().err
+    assert words in refusal(capsys, "verify", *where, "--about", tmp_path / "about.yaml", "--out", tmp_path / "out")
 
 
 def test_the_number_of_readings_that_would_prove_conformity() -> None:

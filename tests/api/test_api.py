@@ -11,7 +11,8 @@ import pytest
 from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recordings_file
 
 import expdesign as xd
-from expdesign.app.api.inputs import RobotFile, numeric
+from expdesign.app.api.inputs import RobotFile
+from expdesign.app.api.result import numeric
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
@@ -25,13 +26,14 @@ API = [
     if file.stem
     not in (
         "__init__",
+        "at_targets",
         "callbacks",
         "concealed",
         "configuration",
         "inputs",
         "objects",
-        "outputs",
-        "referenced",
+        "recorded",
+        "unknown_columns",
         "result",
         "targets",
     )

@@ -116,8 +116,10 @@ def test_results_are_pickled_and_copied(copied: Any, identified: xd.Identificati
     pd.testing.assert_frame_equal(again.stiffness, identified.stiffness)
     assert again.record == identified.record
     pd.testing.assert_frame_equal(xd.predict(again, plan).frame, xd.predict(identified, plan).frame)
-    problem = copied(xd.check(CONFIG))
-    assert problem.feasibility == xd.check(CONFIG).feasibility
+    checked = xd.check(CONFIG)
+    assert isinstance(checked, xd.CheckedProblem)
+    problem = copied(checked)
+    assert problem.feasibility == checked.feasibility
 
 
 def test_what_was_saved_is_opened(identified: xd.IdentificationResult, tmp_path: Path) -> None:

@@ -9,21 +9,15 @@ import pytest
 from tests.commands.calls import CONFIG, ROBOT, ROOT, call, recordings_file
 
 import expdesign as xd
+from expdesign.app.commands.listed import function_of, listed_commands
 
-NAMES = {"next": "plan_next"}
-"""Commands whose function has another name: `next` is a builtin."""
 FILES_ALONE = {"new", "report", "study"}
 """Commands that write files or pages from what is stored, and compute nothing of their own."""
 
 
-def _commands() -> list[str]:
-    modules = (file for file in (ROOT / "src/expdesign/app/commands").glob("*.py"))
-    return [file.stem for file in modules if "def command(" in file.read_text(encoding="utf-8")]
-
-
 def test_every_command_is_a_function() -> None:
-    for name in set(_commands()) - FILES_ALONE:
-        assert callable(getattr(xd, NAMES.get(name, name))), name
+    for name in set(listed_commands()) - FILES_ALONE:
+        assert callable(getattr(xd, str(function_of(name)))), name
 
 
 def test_every_result_is_exported() -> None:
@@ -44,8 +38,7 @@ def test_type_checkers_see_what_is_there() -> None:
     for node in imports:
         for alias in node.names:
             assert getattr(xd, alias.name) is getattr(importlib.import_module(str(node.module)), alias.name)
-    named = {alias.name for node in imports for alias in node.names}
-    assert set(xd._TYPES) <= named
+    assert set(dir(xd)) == {"__version__", *(alias.name for node in imports for alias in node.names)}
 
 
 def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

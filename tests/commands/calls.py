@@ -26,6 +26,20 @@ def call(*arguments: object) -> int:
     return 0 if code is None else int(code)
 
 
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """What a call says on standard error that must end with status 2."""
+    capsys.readouterr()
+    assert call(*arguments) == 2
+    return capsys.readouterr().err
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """The one message of a call that must be refused."""
+    (message,) = refusal(capsys, *arguments).strip().splitlines()
+    assert message.startswith("expdesign: ")
+    return message
+
+
 def plan_file(folder: Path) -> Path:
     """A plan of four measurements of the example hexapod."""
     path = folder / "plan.csv"

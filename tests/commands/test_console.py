@@ -84,7 +84,7 @@ def test_interrupted_after_something_was_written(
     def stop(text: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("expdesign.app.commands.simulate.note", stop)
+    monkeypatch.setattr("expdesign.app.commands.call.note", stop)
     out = tmp_path / "rows.csv"
     assert call("simulate", CONFIG, plan_file(tmp_path), "--out", out) == 130
     assert capsys.readouterr().err == f"expdesign: interrupted. Complete and kept: {out}.\n"

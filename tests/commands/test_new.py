@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call
+from tests.commands.calls import call, refusal
 
 from expdesign.app.templates import kinds
 
@@ -53,12 +53,10 @@ def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: pyte
 
 def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "robot.yaml").write_text("mine")
-    assert call("new", "bipod", "--out", tmp_path) == 2
-    assert "robot.yaml: this file is there already" in capsys.readouterr().err
+    assert "robot.yaml: this file is there already" in refusal(capsys, "new", "bipod", "--out", tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["robot.yaml"]
     assert (tmp_path / "robot.yaml").read_text() == "mine"
 
 
 def test_a_name_that_is_nearly_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("new", "hexpod", "--out", tmp_path) == 2
-    assert "Did you mean `hexapod`?" in capsys.readouterr().err
+    assert "Did you mean `hexapod`?" in refusal(capsys, "new", "hexpod", "--out", tmp_path)

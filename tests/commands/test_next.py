@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file, refusal
 
 
 def forecast(text: str) -> list[float]:
@@ -62,6 +62,5 @@ def test_bad_input_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str
     frame.loc[1, "sequence"] = 1
     frame.to_csv(recordings, index=False)
     capsys.readouterr()
-    assert call("next", CONFIG, recordings, "--out", out) == 2
-    assert "row 3, column sequence" in capsys.readouterr().err
+    assert "row 3, column sequence" in refusal(capsys, "next", CONFIG, recordings, "--out", out)
     assert not out.exists()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from openpyxl import load_workbook
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 import expdesign as xd
 from expdesign.errors import InputError
@@ -71,8 +71,7 @@ def test_the_same_command_replaces_what_it_wrote(tmp_path: Path, capsys: pytest.
     other = tmp_path / "other.csv"
     other.write_text(plan.read_text())
     capsys.readouterr()
-    assert call("simulate", CONFIG, other, "--out", out) == 2
-    assert "already, written by `expdesign simulate` from" in capsys.readouterr().err
+    assert "already, written by `expdesign simulate` from" in refusal(capsys, "simulate", CONFIG, other, "--out", out)
     assert len(pd.read_csv(out)) == 3
     assert call("simulate", CONFIG, other, "--out", out, "--force") == 0
 
@@ -107,8 +106,7 @@ def test_a_folder_of_another_robot(tmp_path: Path, capsys: pytest.CaptureFixture
     robot = tmp_path / "robot.yaml"
     robot.write_text(ROBOT.read_text())
     capsys.readouterr()
-    assert call("identify", robot, recordings, "--out", out) == 2
-    assert "this file is there already" in capsys.readouterr().err
+    assert "this file is there already" in refusal(capsys, "identify", robot, recordings, "--out", out)
     assert call("diagnose", ROBOT, recordings, "--out", out) == 2
     assert (out / "model.yaml").read_bytes() == model
     assert call("report", out) == 0  # the page of these very results

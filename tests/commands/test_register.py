@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
 from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 import expdesign as xd
@@ -170,6 +170,5 @@ def test_what_cannot_be_registered(
             text = text.replace(old, new)
         lists[1].write_text(text, encoding="utf-8")
     robot = robot_file(tmp_path, **changes)
-    assert call("register", robot, folder / "plan.csv", *lists, "--out", tmp_path / "out.csv") == 2
-    assert what in capsys.readouterr().err
+    assert what in refusal(capsys, "register", robot, folder / "plan.csv", *lists, "--out", tmp_path / "out.csv")
     assert not (tmp_path / "out.csv").exists()

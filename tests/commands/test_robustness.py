@@ -5,7 +5,18 @@ from typing import Any
 
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, PLAN, ROBOT, ROOT, call, model_file, plan_file, recordings_file
+from tests.commands.calls import (
+    CONFIG,
+    PLAN,
+    ROBOT,
+    ROOT,
+    call,
+    model_file,
+    plan_file,
+    recordings_file,
+    refusal,
+    refused,
+)
 
 from expdesign.app.commands import main as entry
 
@@ -32,16 +43,6 @@ def written(folder: Path, content: object, name: str = "input.yaml") -> Path:
     path = folder / name
     path.write_text(content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False))
     return path
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """The one message of a call that must be refused."""
-    capsys.readouterr()
-    assert call(*arguments) == 2
-    lines = capsys.readouterr().err.strip().splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("expdesign: ")
-    return lines[0]
 
 
 @pytest.mark.parametrize(
@@ -295,8 +296,7 @@ def test_a_file_in_the_place_of_another_is_called_by_its_name(
     arguments: tuple[str, ...], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     files = {"robot": ROBOT, "config": CONFIG, "plan": plan_file(tmp_path), "out": tmp_path / "out"}
-    assert call(*(files.get(argument, argument) for argument in arguments)) == 2
-    assert says in capsys.readouterr().err
+    assert says in refusal(capsys, *(files.get(argument, argument) for argument in arguments))
 
 
 def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
@@ -311,8 +311,7 @@ def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
 def test_a_comma_in_a_number_is_told_from_other_faults(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     plan = plan_file(tmp_path)
     plan.write_text(plan.read_text(encoding="utf-8").replace("26.5", '"26,5"', 1), encoding="utf-8")
-    assert call("evaluate", CONFIG, plan) == 2
-    assert "Write numbers with a point instead of a comma." in capsys.readouterr().err
+    assert "Write numbers with a point instead of a comma." in refusal(capsys, "evaluate", CONFIG, plan)
 
 
 def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -327,8 +326,7 @@ def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: pytest.Capture
 
 
 def test_a_folder_in_the_place_of_an_output_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path) == 2
-    assert "this is a folder, not a file" in capsys.readouterr().err
+    assert "this is a folder, not a file" in refusal(capsys, "simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path)
 
 
 def test_names_of_files_may_be_in_any_script(tmp_path: Path) -> None:

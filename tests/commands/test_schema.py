@@ -6,7 +6,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from tests.commands.calls import call
+from tests.commands.calls import call, refusal
 
 import expdesign as xd
 from expdesign.app.api.schema import KINDS, robot_sections
@@ -96,8 +96,7 @@ def test_what_is_kept_is_current(kind: str, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_a_name_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("schema", "config") == 2
-    assert "Did you mean `configuration`?" in capsys.readouterr().err
+    assert "Did you mean `configuration`?" in refusal(capsys, "schema", "config")
 
 
 def test_numbers_may_be_texts_with_their_units(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.commands.calls import ROOT, call
+from tests.commands.calls import ROOT, call, refusal
 
 CONFIGURATIONS = ROOT / "configs" / "studies"
 
@@ -38,8 +38,7 @@ def test_changed_configuration_changes_the_record(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_arguments(tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
-    assert call("study", *arguments, "--out", tmp_path / "out") == 2
-    assert said in capsys.readouterr().err
+    assert said in refusal(capsys, "study", *arguments, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -61,5 +60,4 @@ def test_without_the_extra_the_remedy_is_said(
         return load(name, *arguments, **options)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    assert call("study", "bipod-feir", "--out", tmp_path) == 2
-    assert "pip install 'expdesign[studies]'" in capsys.readouterr().err
+    assert "pip install 'expdesign[studies]'" in refusal(capsys, "study", "bipod-feir", "--out", tmp_path)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 from expdesign.io.table import read_table
 
@@ -24,15 +24,13 @@ def test_recordings_in_other_units_and_forms_identify_the_same(
     plain = recordings_file(tmp_path)
     assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
     import expdesign as xd  # noqa: PLC0415
-    from expdesign.app.api.outputs import save_table  # noqa: PLC0415
+    from expdesign.app.api.result import TableResult  # noqa: PLC0415
     from expdesign.io.written import Purpose  # noqa: PLC0415
 
     frame = xd.load(plain)
     assert isinstance(frame, pd.DataFrame)
-    forms = [
-        save_table(tmp_path / "units.csv", frame, "mm,mrad,g", Purpose("test")),
-        save_table(tmp_path / "units.xlsx", frame, "um,deg", Purpose("test")),
-    ]
+    result = TableResult(frame, purpose=Purpose("test"))
+    forms = [result.save(tmp_path / "units.csv", "mm,mrad,g"), result.save(tmp_path / "units.xlsx", "um,deg")]
     german = tmp_path / "german.csv"
     german.write_bytes(forms[0].read_text().replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode("cp1252"))
     for path in [*forms, german]:
@@ -98,5 +96,4 @@ def test_a_recording_cut_off(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     text = path.read_text(encoding="utf-8")
     path.write_text(text[: int(0.8 * len(text))], encoding="utf-8")
     capsys.readouterr()
-    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
-    assert "Is the file cut off?" in capsys.readouterr().err
+    assert "Is the file cut off?" in refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, refused
 
 import expdesign as xd
 from expdesign.errors import InputError
@@ -19,15 +19,6 @@ MARKED = (
 BODY_HEADER = (
     "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm,drx_rad,dry_rad,srx_rad,sry_rad"
 )
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """The one message of a call that must be refused."""
-    capsys.readouterr()
-    assert call(*arguments) == 2
-    lines = capsys.readouterr().err.strip().splitlines()
-    assert len(lines) == 1
-    return lines[0]
 
 
 def written(path: Path, content: object) -> Path:

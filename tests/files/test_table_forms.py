@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from openpyxl import Workbook, load_workbook
 
-from expdesign.app.api.outputs import save_table
+from expdesign.app.api.result import TableResult
 from expdesign.errors import InputError
 from expdesign.io.excel import workbook
 from expdesign.io.table import parse_table, read_table
@@ -134,7 +134,7 @@ def test_workbooks_that_cannot_be_read(tmp_path: Path) -> None:
 def test_what_is_written_reads_back(tmp_path: Path) -> None:
     generator = np.random.default_rng(1)
     frame = pd.DataFrame({"sequence": np.arange(1, 101), "x_m": generator.normal(size=100), "note": ["ä"] * 100})
-    save_table(tmp_path / "t.xlsx", frame, None, Purpose("test"))
+    TableResult(frame, purpose=Purpose("test")).save(tmp_path / "t.xlsx")
     table = read_table(tmp_path / "t.xlsx")
     np.testing.assert_allclose(table.numbers(("x_m",))[:, 0], frame["x_m"], rtol=5e-16)  # 16 digits
     assert table.frame["note"].tolist() == ["ä"] * 100

@@ -12,7 +12,7 @@ from tests.identification.experiments import table_of
 from tests.identification.test_arm_calibration import mixed, recordings_of
 from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
 
-from expdesign.assurance.plausibility.finding import Finding, say
+from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.errors import InputError
@@ -116,7 +116,7 @@ def test_positions_in_mm_are_refused(arm: Robot, positions: pd.DataFrame) -> Non
         say(recordings_findings(wrong, arm), wrong.source)
 
 
-def of_torso(folder: Path, change: Change) -> list[Finding]:
+def of_torso(folder: Path, change: Change) -> list[Implausibility]:
     torso = read_torso(folder)
     recorded = recordings_from_table(table_of(change(Torso().recordings(60, 2, 2e-5))), torso)
     return recordings_findings(recorded, torso)

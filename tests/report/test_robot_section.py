@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.commands.calls import refusal
 
 import expdesign as xd
-from expdesign.app.api.check import CheckedProblem, CheckedRobot, save
-from expdesign.errors import InputError
-from expdesign.io.written import Purpose
+from expdesign.app.api.check import CheckedProblem, CheckedRobot
 from expdesign.mechanics.robots.hexapod import Hexapod, RingSection
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.page import content_of
@@ -102,16 +101,13 @@ def test_known_markers_are_drawn_where_they_are() -> None:
 def test_check_writes_a_page_with_the_drawing(name: str, tmp_path: Path) -> None:
     found = xd.check(ROOT / "configs" / name)
     assert isinstance(found, CheckedRobot | CheckedProblem)
-    page = save(found, tmp_path / "out", Purpose("check")).read_text(encoding="utf-8")
+    page = found.save(tmp_path / "out").read_text(encoding="utf-8")
     view = content_of(page)["data"]["view"]
     assert len(view["labels"]) >= 2
     assert view["loaded"] == isinstance(found, CheckedProblem)
 
 
-def test_recordings_have_no_robot_to_draw(tmp_path: Path) -> None:
-    from expdesign.app.commands.check import command  # noqa: PLC0415 (commands are imported when they are called)
-
+def test_recordings_have_no_robot_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     table = tmp_path / "recordings.csv"
     table.write_text("sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m\n1,1,0,0,1,0,1e-6,0\n", encoding="utf-8")
-    with pytest.raises(InputError, match="no robot to draw"):
-        command(table, out=tmp_path / "out")
+    assert "no robot to draw" in refusal(capsys, "check", table, "--out", tmp_path / "out")

@@ -41,6 +41,8 @@ def kind_of(content: Any) -> Kind | None:
         return "sweep"
     if "experiment" in content or "targets" in content:
         return "run configuration"
+    if {"cases", "config"} & set(content):
+        return "sweep"
     return "robot" if "kind" in content or "base_joints" in content else None
 
 

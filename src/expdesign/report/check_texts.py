@@ -4,11 +4,11 @@ What is said of a fit wherever it is said: the statement of fit, the worst row, 
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from expdesign.counted import counted
-from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import IdleActuators
 from expdesign.mechanics.robots.robot import Robot
@@ -16,6 +16,9 @@ from expdesign.planning.feasibility import Feasibility
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, geometry_line
+
+if TYPE_CHECKING:
+    from expdesign.diagnosis.result import Diagnosis
 
 
 def fit_sentences(result: Identification) -> list[str]:
@@ -34,7 +37,7 @@ def fit_sentences(result: Identification) -> list[str]:
     return texts
 
 
-def diagnosed_fit_sentences(result: Diagnosis) -> list[str]:
+def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     """What the statements of fit say of the base model and of the model that was found, in words."""
     texts = [words.sentence(result.before.sentence())]
     if result.after is not result.before:

@@ -8,6 +8,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 
 GROWTH = 0.01
+"""Part by which the total error may grow where the plan is not met exactly."""
 MOST_DESIGNS = 120
 """Longer fronts get this for the recommended design and the knee alone, so that the report does not take long."""
 

@@ -20,7 +20,9 @@ from expdesign.report.diagnosis_texts import in_prose
 from expdesign.report.figures import axis, band, bars, chart, curve, level, points
 
 _LISTED = 0.01
+"""Probability from which a place is listed."""
 _MOST_LINES = 6
+"""Outputs of a law that its figure shows, the largest."""
 
 
 def law_blocks(result: Diagnosis) -> list[Block]:

@@ -14,6 +14,7 @@ from expdesign.report.error_budget import ErrorBudget
 from expdesign.report.figures import axis, chart
 
 PROBABILITY = 0.95
+"""Of the error to lie inside an ellipse."""
 CAPTION = (
     "Principal axes of the error to expect with design {design}, as standard deviations: the largest of each part, "
     "the smallest of both together, and the direction in which the largest lies."

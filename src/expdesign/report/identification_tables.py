@@ -146,6 +146,7 @@ _FAST = 500
 """Rows from which points are drawn by the graphics card."""
 _SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
 _DECIMALS = 6
+"""Of the range of a quantity, to which its values are the same level."""
 
 
 def varied(result: Identification, train: Recordings) -> dict[str, FloatArray]:

@@ -13,6 +13,7 @@ from expdesign.report.figures import chart, curve, level, points, whiskers
 CAUSE_NAMES = {"duir": "measurement noise", "feir": "load errors", "total": "both"}
 _SHADES = {"duir": "noise", "feir": "load", "total": "total"}
 _BINS = 60
+"""Of a histogram."""
 _HALF = 4.0
 """Predicted standard deviations that a density is drawn to either side."""
 _ACROSS = 3

@@ -28,6 +28,7 @@ from expdesign.estimation.remarks import (
 from expdesign.report import words
 
 _MOST_NAMES = 6
+"""Names that a sentence lists."""
 _NOT_SOUGHT = {
     Sought.TIME: "Laws of time and creep were not considered: the recordings have no column `time_s`.",
     Sought.MEMORY: "Effects that remember a load were not considered: no series has two rows in a stated order.",

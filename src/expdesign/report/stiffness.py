@@ -10,6 +10,7 @@ from expdesign.report.blocks import DataTable, table_of
 from expdesign.report.identification_record import unit_of_stiffness
 
 _NORMAL_95 = 1.959963984540054
+"""Standard deviations of a normal 95 % interval to each side."""
 
 
 def added_physics(result: Diagnosis) -> bool:

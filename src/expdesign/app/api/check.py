@@ -2,15 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import checked_problem, problem_of
-from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, robot_of
-from expdesign.app.api.referenced import referenced
-from expdesign.app.sweeps.runs import SweepRun, sweep_runs
-from expdesign.app.sweeps.store import computed_by_text
+from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
+from expdesign.app.api.recorded import referenced
+from expdesign.app.api.result import FolderResult, PathLike
+from expdesign.app.api.unknown_columns import say_unknown_columns
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
@@ -20,29 +21,67 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.pose_columns import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.copying import Copied
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
-from expdesign.io.output import output_folder
+from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
-from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.feasibility import Feasibility, feasibility, random_designs
-from expdesign.planning.optimality.gradient_check import gradient_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
 from expdesign.planning.schema import RunSection
 from expdesign.report import check_texts
-from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
 from expdesign.report.robot_section import actuator_sentences
 
+if TYPE_CHECKING:
+    from expdesign.app.sweeps.runs import SweepRun
+    from expdesign.report.page import Page
 
-@dataclass(frozen=True)
-class CheckedRobot(Copied):
+
+@dataclass(frozen=True, repr=False)
+class Checked(FolderResult):
+    """What was checked and can be used."""
+
+    FILES: ClassVar = ("report.html", "report.json")
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        return ()
+
+    @property
+    def details(self) -> list[str]:
+        """What there is to know beside the summary."""
+        return []
+
+    @property
+    def lines(self) -> list[str]:
+        """The file, what it is, and details."""
+        return [f"{', '.join(self.purpose.inputs)}: {self.summary}", *self.details]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is doubtful about it."""
+        return self.remarks
+
+    def page(self) -> "Page":
+        """The robot, drawn with its legs or joints numbered.
+
+        Raises:
+            InputError: there is none in what was checked.
+        """
+        remedy = "Give a robot, a model or a run configuration, or leave --out out."
+        where = ", ".join(self.purpose.inputs)
+        raise InputError("there is no robot to draw in this file", where=where, remedy=remedy)
+
+
+@dataclass(frozen=True, repr=False)
+class CheckedRobot(Checked):
     """A robot that can be used.
 
     Attributes:
@@ -73,15 +112,15 @@ class CheckedRobot(Copied):
         """Which leg or joint is which: a line for each of them."""
         return actuator_sentences(self.robot)
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its numbers."""
         from expdesign.report.robot_section import robot_report  # noqa: PLC0415 (slow to import)
 
         return robot_report(self.robot, self.summary)
 
 
-@dataclass(frozen=True)
-class CheckedModel(Copied):
+@dataclass(frozen=True, repr=False)
+class CheckedModel(Checked):
     """An identified model that can be used.
 
     Attributes:
@@ -97,7 +136,7 @@ class CheckedModel(Copied):
         """Which leg or joint is which: a line for each of them."""
         return self.robot.details
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its numbers."""
         return self.robot.page()
 
@@ -112,8 +151,8 @@ class CheckedModel(Copied):
         return self.robot.remarks
 
 
-@dataclass(frozen=True)
-class CheckedProblem(Copied):
+@dataclass(frozen=True, repr=False)
+class CheckedProblem(Checked):
     """A run configuration that can be solved.
 
     Attributes:
@@ -124,7 +163,7 @@ class CheckedProblem(Copied):
     problem: DesignProblem
     feasibility: Feasibility
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The robot, drawn with its numbers, at rest and at the targets."""
         from expdesign.report.robot_section import problem_report  # noqa: PLC0415 (slow to import)
 
@@ -154,19 +193,21 @@ class CheckedProblem(Copied):
         decisions = random_designs(problem)
         # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
         assessment = problem.assessed(decisions)
+        from expdesign.planning.optimality.gradient_check import gradient_table  # noqa: PLC0415 (on request)
+
         order = np.argsort(~assessment.identifies_targets, kind="stable")
         return gradient_table(problem, decisions[order[:2]])
 
 
-@dataclass(frozen=True)
-class CheckedSweep(Copied):
+@dataclass(frozen=True, repr=False)
+class CheckedSweep(Checked):
     """A sweep whose every run is a configuration.
 
     Attributes:
         runs: what is run.
     """
 
-    runs: list[SweepRun]
+    runs: "list[SweepRun]"
 
     @property
     def summary(self) -> str:
@@ -175,14 +216,9 @@ class CheckedSweep(Copied):
             len(self.runs), list(dict.fromkeys(key for run in self.runs for key in run.values))
         )
 
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Nothing."""
-        return ()
 
-
-@dataclass(frozen=True)
-class CheckedRecordings(Copied):
+@dataclass(frozen=True, repr=False)
+class CheckedRecordings(Checked):
     """Recordings that can be read.
 
     Attributes:
@@ -212,35 +248,18 @@ class CheckedRecordings(Copied):
         return tuple(f"warning: {text}" for text in sentences(self.identification.suspicions))
 
 
-FILES = ("report.html", "report.json")
-"""What `save` writes."""
-
-
-def save(
-    checked: CheckedRobot | CheckedModel | CheckedProblem, folder: PathLike, purpose: Purpose, *, force: bool = False
-) -> Path:
-    """Write the page of what was checked for a purpose into a folder and return its path."""
-    from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
-    with output_folder(Path(folder), purpose, force=force) as scratch:
-        write_report(scratch, checked.page(), Path(folder))
-    return Path(folder) / PAGE
-
-
-Checked = CheckedRobot | CheckedModel | CheckedProblem | CheckedSweep | CheckedRecordings
-
-
 def check(
     file: PathLike | RobotFile | Model | DesignProblem | RunSection,
     robot: RobotInput | None = None,
     *,
     shared_reference: bool | None = None,
 ) -> Checked:
-    """Read a robot, a configuration, a model, a sweep or recordings, and raise what is wrong or not identifiable.
+    """Read a robot, a configuration, a sweep or recordings, and say what is wrong or not identifiable.
 
     Args:
-        file: YAML, or CSV for recordings; or what `load` and the functions like it read.
-        robot: that recordings are of.
+        file: a robot, a model, a configuration or a sweep (YAML), or recordings (CSV). In Python also what `load` and
+            the functions like it read.
+        robot: robot (YAML) that recordings are of.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             say.
 
@@ -252,62 +271,66 @@ def check(
         SingularConfigurationError: the robot is singular at its reference pose or in a row.
         InfeasibleError: no pose of a configuration can be reached.
         NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
+
+    Command:
+        With --out a page is written in which the robot is drawn, its legs or joints numbered.
+
+        expdesign check configs/hexapod-h1.yaml --gradients
     """
+    purpose = purpose_of("check", file)
     if isinstance(file, DesignProblem | RunSection):
         problem = problem_of(file)
-        return CheckedProblem(problem, feasibility(problem))
+        return CheckedProblem(problem, feasibility(problem), purpose=purpose)
     if isinstance(file, RobotFile):
-        return _robot(file.robot, file.document.source)
+        return _robot(file.robot, file.document.source, purpose)
     if isinstance(file, Model):
-        return CheckedModel(file, _robot(file.chain.robot, file.source))
+        return CheckedModel(file, _robot(file.chain.robot, file.source, purpose), purpose=purpose)
     if not isinstance(file, str | Path):
         what = f"a `{type(file).__name__}` cannot be checked"
         raise InputError(what, remedy="Give a path, or what `load`, `load_robot` or `load_model` returned.")
     path = Path(file)
     if is_table_name(path):
-        return _recordings(path, robot, shared_reference=shared_reference)
+        return _recordings(path, robot, purpose, shared_reference=shared_reference)
     document = read_yaml(path)
-    content = document.content if isinstance(document.content, dict) else {}
-    if content.get("kind") == "model":
+    kind = kind_of(document.content)
+    if kind == "identified model":
         model = model_from_document(document)
-        return CheckedModel(model, _robot(model.chain.robot, str(path)))
-    if {"vary", "cases", "config"} & set(content):
-        return _sweep(document)
-    if (
-        "experiment" in content
-        or "targets" in content
-        or {"schema_version", "kind"} & set(content) == {"schema_version"}
-    ):
+        return CheckedModel(model, _robot(model.chain.robot, str(path), purpose), purpose=purpose)
+    if kind == "sweep":
+        from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
+        from expdesign.app.sweeps.store import computed_by_text  # noqa: PLC0415
+
+        return CheckedSweep(sweep_runs(document, computed_by_text()), purpose=purpose)
+    if kind == "robot":
+        return _robot(robot_from_document(document), str(path), purpose)
+    if kind == "run configuration" or (isinstance(document.content, dict) and "schema_version" in document.content):
         problem = checked_problem(document)
-        return CheckedProblem(problem, feasibility(problem))
-    if "kind" in content or "base_joints" in content:
-        return _robot(robot_from_document(document), str(path))
+        return CheckedProblem(problem, feasibility(problem), purpose=purpose)
     remedy = "A robot file has the key `kind`, a run configuration `experiment`, a sweep `vary`."
     raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
 
 
-def _robot(robot: Robot, source: str) -> CheckedRobot:
+def _robot(robot: Robot, source: str, purpose: Purpose) -> CheckedRobot:
     say(robot_findings(robot), source)
     reference = robot.reference_configuration()
     require_regular(robot, reference, f"{source}, reference pose")
-    return CheckedRobot(source, robot, float(robot.jacobians(reference).condition))
+    return CheckedRobot(source, robot, float(robot.jacobians(reference).condition), purpose=purpose)
 
 
-def _sweep(document: YamlDocument) -> CheckedSweep:
-    return CheckedSweep(sweep_runs(document, computed_by_text()))
-
-
-def _recordings(file: Path, robot: RobotInput | None, *, shared_reference: bool | None) -> CheckedRecordings:
+def _recordings(
+    file: Path, robot: RobotInput | None, purpose: Purpose, *, shared_reference: bool | None
+) -> CheckedRecordings:
     table = read_table(file)
     if robot is None:
-        return CheckedRecordings(check_structure(table))
+        return CheckedRecordings(check_structure(table), purpose=purpose)
     machine = robot_of(robot).robot
     table = with_targets(with_joint_columns(table, machine), machine)
     structure = check_structure(table, commanded=machine.actuated)
     recordings = referenced(recordings_from_table(table, machine), shared_reference)
     require_measured(recordings, machine)
+    say_unknown_columns(recordings)
     say(recordings_findings(recordings, machine), str(file))
     if not machine.actuated:
-        return CheckedRecordings(structure, recordings)
+        return CheckedRecordings(structure, recordings, purpose=purpose)
     found = identify_recordings(machine, recordings)
-    return CheckedRecordings(structure, recordings, found)
+    return CheckedRecordings(structure, recordings, found, purpose=purpose)

@@ -9,8 +9,8 @@ import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import PathLike, TableInput, purpose_of, table_of
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import TableInput, purpose_of, table_of
+from expdesign.app.api.result import FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.comparison.comparable import require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
@@ -18,7 +18,7 @@ from expdesign.assurance.comparison.correlation import RankCorrelation, rank_cor
 from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import csv_text, output_folder, write_file
+from expdesign.io.output import csv_text
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import LowerBound, total_lower_bound
 from expdesign.planning.parts import one_after_another
@@ -27,6 +27,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 
 SAMPLES, RANDOM = 4000, 40
+"""Repetitions and random designs where nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Settings:
 
 
 @dataclass(frozen=True, repr=False)
-class ComparisonResult(Result):
+class ComparisonResult(FolderResult):
     """A finished comparison.
 
     Attributes:
@@ -110,20 +111,15 @@ class ComparisonResult(Result):
         }
         return comparison_report(self.names, self.judgements, self.correlations, self.bounds, self.together, how)
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign compare` into a folder and return the path of the report."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "comparison.csv", csv_text(self.frame))
-            write_file(scratch / "correlation.csv", csv_text(self.correlation))
-            for name, judgement in zip(self.names, self.judgements, strict=True):
-                for contender in judgement.contenders:
-                    if contender.origin == "optimised":
-                        plan = self.plan(name, contender.name)
-                        write_file(scratch / f"plan-{_file_name(name)}-{contender.name}.csv", csv_text(plan))
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the report."""
+        plans = {
+            f"plan-{_file_name(name)}-{contender.name}.csv": csv_text(self.plan(name, contender.name))
+            for name, judgement in zip(self.names, self.judgements, strict=True)
+            for contender in judgement.contenders
+            if contender.origin == "optimised"
+        }
+        return {"comparison.csv": csv_text(self.frame), "correlation.csv": csv_text(self.correlation), **plans}
 
 
 @shows_progress("comparing")
@@ -139,16 +135,16 @@ def compare(
     callback: Callback = silent,
     progress: bool = False,
 ) -> ComparisonResult:
-    """Compare the designs that are best by each criterion alone, random ones, and given plans.
+    """Compare the designs of every criterion, random ones and given plans by the accuracy that they attain.
 
     Args:
-        configs: run configurations; their targets, tolerances and noise must be the same.
+        configs: run configurations (YAML) of the same targets, tolerances and noise.
         plans: further plans by their names, judged under every configuration.
-        separate: whether configurations may differ in these, and are then not laid over each other.
+        separate: allow other targets, tolerances or noise; nothing is overlaid then.
         samples: repetitions of experiment, identification and compensation per design.
         random: random designs per configuration.
-        generations: of the search for each criterion; the configuration's setting if left out.
-        seed: of everything.
+        generations: of the search for each criterion; as configured if left out.
+        seed: of the searches, the random designs and the experiments.
         engine: that does searches, refinements and repetitions; one after another in this process if left out. The
             results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
@@ -158,6 +154,9 @@ def compare(
         InputError: a file is wrong, or the configurations are not comparable.
         NotIdentifiableError: no design identifies what the targets need.
         WorkersError: the workers are gone.
+
+    Command:
+        expdesign compare configs/hexapod-h1.yaml --plan mine=plan.csv --out results/compare
     """
     _require_settings(configs, plans or {}, samples, random, generations, seed)
     problems = [problem_of(config) for config in configs]
@@ -217,7 +216,7 @@ def _require_settings(
     for name in plans:
         if name in (*known_criteria(), Meir.name) or not name.strip():
             what = f"`{name}` is the name of a criterion" if name.strip() else "the plan has no name"
-            raise ArgumentError(what, argument="plan", remedy="Give the plan another name.")
+            raise ArgumentError(what, argument="plans", remedy="Give the plan another name.")
 
 
 def _names(problems: list[DesignProblem]) -> list[str]:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import ModelInput, PathLike, TableInput, model_of, numeric, purpose_of, table_of
-from expdesign.app.api.outputs import save_table
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, table_of
+from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import correction_findings, target_findings
@@ -29,7 +28,6 @@ from expdesign.estimation.compensation.prediction import in_file_order, require_
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.mechanics.robots.urdf import transform
 from expdesign.report.correction_texts import correction_lines, correction_summary
 
@@ -41,7 +39,7 @@ _CONFIGURATIONS = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, repr=False)
-class CompensationResult(Result):
+class CompensationResult(TableResult):
     """What to command.
 
     Attributes:
@@ -52,7 +50,6 @@ class CompensationResult(Result):
         robot: that is commanded.
     """
 
-    text: pd.DataFrame
     compensation: Compensation
     corrections: Corrections
     sequence: list[int]
@@ -63,23 +60,11 @@ class CompensationResult(Result):
         """The largest correction and the expected uncertainty, in words."""
         return correction_summary(self.corrections, self.robot.coordinates.translations)
 
-    def as_table(self) -> pd.DataFrame:
-        """The rows as they stand in a file."""
-        return self.text
-
-    @property
-    def frame(self) -> pd.DataFrame:
-        """The commands with numbers as numbers."""
-        return numeric(self.text)
-
     @property
     def lines(self) -> list[str]:
-        """Corrections and expected uncertainties as a table in words, a line for each target."""
-        return correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
-
-    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
-        """Write the commands into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
-        return save_table(file, self.text, units, self.purpose, force=force)
+        """Corrections and expected uncertainties as a table in words, a line for each target, and the summary."""
+        table = correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
+        return [*table, self.summary]
 
 
 def compensate(
@@ -87,13 +72,15 @@ def compensate(
 ) -> CompensationResult:
     """Find the commands that bring the platform to the targets under load.
 
+    The load is that at the target: a payload's wrench is taken at the orientation that the platform shall have. For an
+    arm, targets are poses `x_m` ... `rz_rad` of the tip, with joint columns as the posture to stay near, or joint
+    columns alone: the pose that the nominal robot has there.
+
     Args:
-        model: identified robot.
-        targets: where the platform shall be, and the load there (a payload's wrench is taken at that orientation); or a
-            run configuration, whose targets are then taken. For
-            an arm poses `x_m` ... `rz_rad` of the tip, with joint columns as the posture to stay near, or joint columns
-            alone: the pose that the nominal robot has there.
-        other_robot: whether a configuration of another geometry than the model's is meant.
+        model: identified model (YAML).
+        targets: targets (CSV): where the platform shall be, and the load there; or a run configuration (YAML) with its
+            targets.
+        other_robot: a configuration of another geometry than the model's is meant.
         frame: of the poses of an arm's tip: `base`, or `instrument` as it was identified.
 
     Raises:
@@ -105,12 +92,13 @@ def compensate(
     Example:
         >>> xd.compensate("identified/model.yaml", "configs/bipod.yaml").summary
         'largest correction 72.1 um; expected U 0.993 um'
+
+    Command:
+        expdesign compensate results/mine/model.yaml targets.csv --out commands.csv
     """
     identified = model_of(model)
     robot = identified.chain.robot
-    problem = _configuration(targets)
-    if problem is not None:
-        require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
+    problem = _configuration(targets, robot, identified.source, confirmed=other_robot)
     table = _table(targets, problem)
     require_history(identified, table)
     if frame not in get_args(Frame):
@@ -122,15 +110,17 @@ def compensate(
     )
 
 
-def _configuration(targets: "TableInput | Config") -> "DesignProblem | None":
+def _configuration(
+    targets: "TableInput | Config", robot: Robot, source: str, *, confirmed: bool
+) -> "DesignProblem | None":
     """The run configuration that holds the targets, or None where they are a table."""
     if isinstance(targets, pd.DataFrame | Result):
         return None
     if isinstance(targets, str | Path) and Path(targets).suffix.lower() not in _CONFIGURATIONS:
         return None
-    from expdesign.app.api.configuration import problem_of  # noqa: PLC0415
+    from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415
 
-    return problem_of(targets)
+    return problem_of_robot(targets, robot, source, confirmed=confirmed)
 
 
 def _table(targets: "TableInput | Config", problem: "DesignProblem | None") -> Table:

@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.app.api.inputs import PathLike, document_of
-from expdesign.assurance.plausibility.finding import Finding, say
+from expdesign.app.api.inputs import document_of
+from expdesign.app.api.result import PathLike
+from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.problem import pose_findings, problem_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.errors import ExpdesignError
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
-from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot_file import require_same_robot, robot_from_document
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.schema import RunSection
@@ -24,6 +26,25 @@ def problem_of(config: Config) -> DesignProblem:
     if isinstance(config, DesignProblem):
         return config
     return checked_problem(document_of(config, "configuration"))
+
+
+def problem_of_robot(config: Config | None, robot: Robot, source: str, *, confirmed: bool) -> DesignProblem | None:
+    """A run configuration of a robot, read; None where there is none.
+
+    Args:
+        config: run configuration.
+        robot: that it has to be about.
+        source: the robot's file, for messages.
+        confirmed: whether a configuration of another geometry is meant.
+
+    Raises:
+        InputError: the configuration is wrong, or of another robot.
+    """
+    if config is None:
+        return None
+    problem = problem_of(config)
+    require_same_robot(problem.loaded.robot, problem.source, robot, source, confirmed=confirmed)
+    return problem
 
 
 def checked_problem(document: YamlDocument) -> DesignProblem:
@@ -42,7 +63,7 @@ def checked_problem(document: YamlDocument) -> DesignProblem:
     return problem
 
 
-def target_findings(document: YamlDocument) -> list[Finding]:
+def target_findings(document: YamlDocument) -> list[Implausibility]:
     """What speaks against the robot and the targets' poses of a configuration that could not be read as a whole."""
     try:
         robot = robot_from_document(_robot_document(document))

@@ -1,14 +1,14 @@
 """`correct`: recordings from absolute measured poses, freed of thermal deflection by reference poses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, purpose_of, robot_of, table_of
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
+from expdesign.app.api.result import RecordedTable
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.columns import order_in_time
 from expdesign.chain.recordings.reader import recordings_from_table
@@ -23,13 +23,12 @@ from expdesign.chain.recordings.thermal_correction import (
 from expdesign.counted import counted
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
-from expdesign.io.output import csv_text, json_text, output_file
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True, repr=False)
-class CorrectionResult(Result):
+class CorrectionResult(RecordedTable):
     """What the correction made.
 
     Attributes:
@@ -41,7 +40,6 @@ class CorrectionResult(Result):
         axes: names of the axes.
     """
 
-    text: pd.DataFrame
     poses: pd.DataFrame
     deflections: CorrectedDeflections
     repeatability: Repeatability | None
@@ -58,10 +56,24 @@ class CorrectionResult(Result):
         return self.text if len(self.text) else self.poses
 
     @property
-    def frame(self) -> pd.DataFrame:
-        """The recordings with numbers as numbers."""
-        return numeric(self.text)
+    def lines(self) -> list[str]:
+        """Scatter of repeated poses and residuals of identification, before and after, with the noise of each."""
+        units = [f"{name} (µ{name.rsplit('_', 1)[1]})" for name in self.axes]
+        lines, here = [f"per axis: {', '.join(units)}"], self.repeatability
+        if here is None:
+            lines.append("no pose was measured twice at the same command and load: there is no scatter to compare")
+        else:
+            scatter = "RMS scatter of repeated poses"
+            lines.append(f"{scatter} before {_micro(here.before)}, noise alone {_micro(here.noise_before)}")
+            lines.append(f"{scatter} after  {_micro(here.after)}, noise alone {_micro(here.noise_after)}")
+        if self.residuals is not None:
+            noises = (self.deflections.noise_before, self.deflections.covariance)
+            for when, values, noise in zip(("before", "after "), self.residuals, noises, strict=True):
+                residual = f"RMS residual of identification {when} {_micro(values)}"
+                lines.append(f"{residual}, noise of a deflection {_micro(_mean_deviation(noise))}")
+        return lines
 
+    @property
     def record(self) -> dict[str, Any]:
         """RMS before and after with the noise that is expected, and the covariance of every deflection."""
         found: dict[str, Any] = {"axes": list(self.axes), "deflections": len(self.text)}
@@ -85,27 +97,20 @@ class CorrectionResult(Result):
             found["residuals_of_identification"] = {"rms_before": before.tolist(), "rms_after": after.tolist()}
         return found
 
-    def save(self, file: PathLike, *, force: bool = False) -> Path:
-        """Write the recordings (or the corrected poses, where nothing has a load) into a file."""
-        output_file(Path(file), csv_text(self.as_table()), self.purpose, force=force)
-        return Path(file)
-
-    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
-        """Write `record` into a JSON file."""
-        output_file(Path(file), json_text(self.record()), self.purpose, force=force)
-        return Path(file)
-
 
 def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) -> CorrectionResult:
     """Free measured poses of thermal deflection by the reference pose that was measured before each of them.
 
     Args:
-        robot: the robot, one on legs.
-        poses: absolute measured poses with a column `kind` (docs/reference-poses.md).
-        interpolate: between the references before and after a pose.
+        robot: robot (YAML), one on legs.
+        poses: measured poses (CSV) with a column `kind`: reference or pose (docs/reference-poses.md).
+        interpolate: between the references before and after each pose.
 
     Raises:
         InputError: a file is missing or wrong, or the robot has no legs.
+
+    Command:
+        expdesign correct configs/robots/hexapod-h1.yaml poses.csv --out recordings.csv
     """
     given = robot_of(robot).robot
     if not given.on_legs:
@@ -165,3 +170,7 @@ def _mean_deviation(covariance: FloatArray | None) -> list[float] | None:
         return None
     deviations: list[float] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2).mean(axis=0)).tolist()
     return deviations
+
+
+def _micro(values: Sequence[float] | FloatArray | None) -> str:
+    return "not stated" if values is None else "[" + ", ".join(f"{1e6 * value:.3g}" for value in values) + "]"

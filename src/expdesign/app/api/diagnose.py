@@ -3,35 +3,30 @@
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.identify import RecordingsInput, recorded_accuracy, recordings_of
-from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.referenced import referenced
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
+from expdesign.app.api.recorded import RecordingsInput, problem_at, recorded_model, recordings_of, referenced
+from expdesign.app.api.result import FolderResult
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record
-from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_record, hidden_sentence
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.errors import InputError
-from expdesign.io.output import csv_text, json_text, output_folder, write_file
-from expdesign.mechanics.robots.robot_file import require_same_robot
-from expdesign.planning.problem import DesignProblem
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.output import csv_text, json_text
 from expdesign.report.diagnosis_record import diagnosis_record
-from expdesign.report.diagnosis_texts import terminal_lines
-from expdesign.report.page import Page
+
+if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
+    from expdesign.app.api.configuration import Config
+    from expdesign.assurance.model_error.recorded import HiddenByRecordings
+    from expdesign.assurance.model_error.statement import AccuracyStatement
+    from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"
 STAGES = (
@@ -49,7 +44,7 @@ STAGES = (
 
 
 @dataclass(frozen=True, repr=False)
-class DiagnosisResult(Result):
+class DiagnosisResult(FolderResult):
     """A diagnosis.
 
     Attributes:
@@ -68,8 +63,8 @@ class DiagnosisResult(Result):
     result: Diagnosis
     model: Model
     series: int
-    hidden: HiddenByRecordings | None = None
-    accuracy: AccuracyStatement | None = None
+    hidden: "HiddenByRecordings | None" = None
+    accuracy: "AccuracyStatement | None" = None
     acceptance: Decision | None = None
 
     @property
@@ -112,6 +107,8 @@ class DiagnosisResult(Result):
         if self.acceptance is not None:
             record["acceptance"] = acceptance_record(self.acceptance)
         if hidden is not None:
+            from expdesign.assurance.model_error.statement import hidden_record  # noqa: PLC0415 (of targets)
+
             record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
@@ -119,34 +116,44 @@ class DiagnosisResult(Result):
     @property
     def hidden_sentence(self) -> str | None:
         """What may still be hidden, in words."""
-        return None if self.hidden is None else hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+        if self.hidden is None:
+            return None
+        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
+
+        return hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
 
     @property
     def lines(self) -> list[str]:
         """Verdict, findings, stiffnesses and what to do next: a line for each."""
+        from expdesign.report.diagnosis_texts import terminal_lines  # noqa: PLC0415 (slow to import)
+
         return terminal_lines(self.result, self.hidden_sentence, self.acceptance)
 
-    def page(self) -> Page:
+    @property
+    def notes(self) -> list[str]:
+        """That somebody ended the diagnosis."""
+        return ["interrupted: the best model so far is written"] if self.result.ended else []
+
+    def page(self) -> "Page":
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
         return diagnosis_report(self.result, self.hidden, self.hidden_sentence, self.acceptance)
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign diagnose` into a folder and return the path of the report."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the report."""
         plan = self.next_plan
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            if plan is not None:
-                write_file(scratch / NEXT_PLAN, csv_text(plan))
-            for number, finding in enumerate(curves(self.result.findings), start=1):
-                if finding.curve is not None:
-                    write_file(scratch / f"law-{number}.csv", csv_text(finding.curve.frame(list(finding.columns))))
-            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
-            write_file(scratch / "diagnosis.json", json_text(self.record))
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
+        laws = {
+            f"law-{number}.csv": csv_text(finding.curve.frame(list(finding.columns)))
+            for number, finding in enumerate(curves(self.result.findings), start=1)
+            if finding.curve is not None
+        }
+        return {
+            **({} if plan is None else {NEXT_PLAN: csv_text(plan)}),
+            **laws,
+            "model.yaml": model_text(self.model, folder),
+            "diagnosis.json": json_text(self.record),
+        }
 
 
 @shows_progress("diagnosing")
@@ -156,7 +163,7 @@ def diagnose(
     *,
     series: int = 3,
     shared_reference: bool | None = None,
-    targets: Config | None = None,
+    targets: "Config | None" = None,
     without: Collection[str] = (),
     other_robot: bool = False,
     interruptible: bool = False,
@@ -166,16 +173,16 @@ def diagnose(
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
 
     Args:
-        robot: that was measured.
-        recordings: in one or more files, or as a frame.
-        series: number of series of a plan that separates two explanations.
+        robot: robot (YAML) that was measured.
+        recordings: recordings (CSV), in one or more files. In Python also a frame.
+        series: series of a plan that separates two explanations.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `targets` say.
-        targets: run configuration of this robot, at whose targets the model that was found is accepted or not; where
-            the recordings are consistent, it is also said what may still be hidden there.
+        targets: run configuration (YAML) of this robot, at whose targets the model that is found is accepted or not;
+            where the recordings are consistent, it is also said what may still be hidden there.
         without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
             it is then taken for, and how well a law at a port stands in for it.
-        other_robot: whether a configuration of another geometry than the robot's is meant.
+        other_robot: a configuration of another geometry than the robot's is meant.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         callback: called with `diagnosing`, the number of the stage, 0 and a sentence on what is being done (`STAGES`).
         progress: whether progress is shown on standard error.
@@ -188,11 +195,20 @@ def diagnose(
     Example:
         >>> xd.diagnose("configs/robots/bipod.yaml", "recordings.csv").record["verdict"]
         'consistent'
+
+    Command:
+        Ctrl-C ends it with the best model so far, a second Ctrl-C without.
+
+        expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
+    if series < 1:
+        raise ArgumentError(f"{series} is not a number of series", argument="series", remedy="Use at least 1.")
     if isinstance(without, str):
         raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
-    problem = None if targets is None else _problem_for(targets, machine, confirmed=other_robot)
+    problem = problem_at(targets, machine, confirmed=other_robot)
+    if problem is not None:
+        problem.require_elastostatic("what recordings hide is known")
 
     def told(text: str) -> None:
         stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
@@ -202,53 +218,27 @@ def diagnose(
     result = diagnose_recordings(
         machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=told
     )
-    names = measured.deviation_columns(machine.robot.coordinates)
-    model = Model.from_fit(
+    model = recorded_model(
         result.known,
-        machine.document,
-        measured.source,
+        machine,
+        measured,
+        ~measured.test,
+        result.reading_deviations,
         birge_ratio=result.widening.parameters,
-        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
         verdict="refuted" if result.refuted else result.after.verdict,
-        recordings=measured.rows(~measured.test),
     )
-    accepted = None if problem is None else accept_diagnosed(problem, result)
-    hidden, accuracy = None, None
-    if problem is not None and result.verdict == "consistent" and not result.ended:
-        told("looking for what may still be hidden")
-        try:
-            meir = meir_of_problem(problem)
-            assumptions = None if meir is None else meir.assumptions
-            hidden = hidden_by(problem, measured, result.noise.deviations, assumptions)
-            if accepted is not None:
-                accuracy = recorded_accuracy(problem, accepted.budget, hidden)
-        except KeyboardInterrupt:
-            if not interruptible:
-                raise
-            result = replace(result, ended="looking for what may still be hidden")
+    accepted, hidden, accuracy = None, None, None
+    if problem is not None:
+        from expdesign.app.api.at_targets import accept_diagnosed, hidden_at_targets  # noqa: PLC0415 (of targets)
+
+        accepted = accept_diagnosed(problem, result)
+        if result.verdict == "consistent" and not result.ended:
+            told("looking for what may still be hidden")
+            try:
+                hidden, accuracy = hidden_at_targets(problem, measured, result.noise.deviations, accepted)
+            except KeyboardInterrupt:
+                if not interruptible:
+                    raise
+                result = replace(result, ended="looking for what may still be hidden")
     purpose = purpose_of("diagnose", robot, recordings)
     return DiagnosisResult(machine, result, model, series, hidden, accuracy, accepted, purpose=purpose)
-
-
-def accept_diagnosed(problem: DesignProblem, result: Diagnosis) -> Decision:
-    """Whether the robot is accepted at the targets of a configuration with the model that was found.
-
-    Nothing is decided where that model is no explanation of the recordings.
-    """
-    sample = result.search.sample.restricted(~result.predictive.outliers)
-    counts, recorded = sample.counts, result.recordings.rows(sample.counts)
-    whitening = sample.whitening.rows(counts)
-    degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
-    model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
-    remedy = "record what separates the explanations, or look at the place that is named"
-    return decided_by(problem, model, refuted=result.refuted, remedy=remedy)
-
-
-def _problem_for(targets: Config, machine: RobotFile, *, confirmed: bool) -> DesignProblem:
-    """The problem of a configuration, which has to be about this robot."""
-    problem = problem_of(targets)
-    problem.require_elastostatic("what recordings hide is known")
-    require_same_robot(
-        problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=confirmed
-    )
-    return problem

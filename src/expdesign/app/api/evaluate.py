@@ -6,17 +6,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+from rich.table import Table
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.planned import planned_decision
 from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenPhysics, hidden_record
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.errors import InputError, SingularConfigurationError
-from expdesign.io.table import Table
+from expdesign.io.table import Table as GivenTable
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.record import evaluation_record
@@ -48,6 +50,24 @@ class EvaluationResult(Result):
         """DUIR, FEIR and total."""
         values = self.criteria["value"]
         return ", ".join(f"{name} {values[name]:.4g}" for name in ("duir", "feir", "total")) + " tolerances"
+
+    @property
+    def lines(self) -> list[str]:
+        """Every criterion, as a table as wide as the terminal, and what is accepted."""
+        shown, record = Table("criterion", "value", "unit", "better"), self.record
+        for name, criterion in self.problem.criteria.items():
+            text = "not identifiable" if record[name] is None else f"{record[name]:.6g}"
+            shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
+        console = Console(soft_wrap=True)
+        with console.capture() as table:
+            console.print(shown)
+        accuracy = [] if self.accuracy is None else [self.accuracy.sentence]
+        return [*table.get().splitlines(), *sentences(self.acceptance), *accuracy]
+
+    @property
+    def notes(self) -> list[str]:
+        """What is doubtful about the plan."""
+        return [f"expdesign: {remark}" for remark in self.remarks]
 
     @property
     def record(self) -> dict[str, Any]:
@@ -88,11 +108,11 @@ class EvaluationResult(Result):
 
 
 def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
-    """Judge a plan by every criterion.
+    """Judge one plan by every criterion.
 
     Args:
-        config: run configuration.
-        plan: of any number of rows.
+        config: run configuration (YAML).
+        plan: plan (CSV), of any number of rows.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -101,6 +121,9 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     Example:
         >>> round(xd.evaluate("configs/bipod.yaml", "plan.csv").record["total"], 3)  # tolerances
         0.615
+
+    Command:
+        expdesign evaluate configs/hexapod-h1.yaml results/mine/plan.csv --json
     """
     problem = problem_of(config)
     table = table_of(plan, "plan")
@@ -121,7 +144,7 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     )
 
 
-def _require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
+def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) -> None:
     """Raise where a row is singular, or beyond the robot's limits."""
     robot = problem.loaded.robot
     condition = robot.jacobians(plan.configurations).condition

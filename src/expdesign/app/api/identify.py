@@ -1,54 +1,43 @@
 """`identify`: stiffness with confidence intervals, from recordings."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
-import numpy as np
 import pandas as pd
 
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import PathLike, RobotFile, RobotInput, purpose_of, robot_of, table_of
-from expdesign.app.api.referenced import referenced
-from expdesign.app.api.result import Result
-from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record
-from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances, hidden_sentence
-from expdesign.assurance.plausibility.finding import say
+from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
+from expdesign.app.api.recorded import RecordingsInput, problem_at, recorded_model, recordings_of, referenced
+from expdesign.app.api.result import FolderResult
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model, model_text
-from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
-from expdesign.chain.recordings.recordings import Recordings
 from expdesign.counted import counted
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import ArgumentError
 from expdesign.estimation.arm_options import ArmOptions, Further, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
-from expdesign.estimation.whitening import Whitening
-from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.output import json_text
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.mechanics.robots.robot_file import require_same_robot
-from expdesign.planning.problem import DesignProblem
 from expdesign.report.identification_record import identification_record, stiffness_unit
-from expdesign.report.page import Page
+
+if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
+    from expdesign.app.api.configuration import Config
+    from expdesign.assurance.model_error.recorded import HiddenByRecordings
+    from expdesign.assurance.model_error.statement import AccuracyStatement
+    from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6
 """%; a smaller deviation would say that nothing has to be identified."""
 
 Frames = Literal["known", "unknown"]
 
-RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
-
 
 @dataclass(frozen=True, repr=False)
-class IdentificationResult(Result):
+class IdentificationResult(FolderResult):
     """An identified robot.
 
     Attributes:
@@ -67,8 +56,8 @@ class IdentificationResult(Result):
     model: Model
     acceptance: Decision | None = None
     configuration: str = ""
-    hidden: HiddenByRecordings | None = None
-    accuracy: AccuracyStatement | None = None
+    hidden: "HiddenByRecordings | None" = None
+    accuracy: "AccuracyStatement | None" = None
 
     @property
     def summary(self) -> str:
@@ -78,6 +67,22 @@ class IdentificationResult(Result):
         if goodness.p_value is None:
             return text
         return f"{text}, chi2 {self.result.fit.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
+
+    @property
+    def lines(self) -> list[str]:
+        """What was identified, how well it fits, and what is accepted."""
+        from expdesign.report.identification_texts import identification_lines  # noqa: PLC0415 (slow to import)
+
+        accepted = [] if self.acceptance is None else sentences(self.acceptance)
+        accuracy = [] if self.accuracy is None else [self.accuracy.sentence]
+        return [*identification_lines(self.result), *accepted, *accuracy]
+
+    @property
+    def notes(self) -> list[str]:
+        """What is doubtful."""
+        from expdesign.report.identification_texts import identification_warnings  # noqa: PLC0415 (slow to import)
+
+        return identification_warnings(self.result)
 
     def as_model(self) -> Model:
         """The identified model."""
@@ -108,8 +113,9 @@ class IdentificationResult(Result):
         stated = {} if self.accuracy is None else {"accuracy": self.accuracy.record}
         return identification_record(self.result) | accepted | stated
 
-    def page(self) -> Page:
+    def page(self) -> "Page":
         """The report."""
+        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
         from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
@@ -123,35 +129,12 @@ class IdentificationResult(Result):
             )
         return identification_report(self.result, self.robot.document.source, self.configuration, further)
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign identify` into a folder and return the path of the report."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "model.yaml", model_text(self.model, Path(folder)))
-            write_file(scratch / "identification.json", json_text(self.record))
-            if self.result.arm is not None and self.result.geometry is not None:
-                write_file(scratch / "robot.urdf", calibrated_urdf(self.result.arm, self.result.recordings))
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
-
-
-def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
-    """Recordings, read from one or more files or from a frame."""
-    if isinstance(recordings, Recordings):
-        return recordings
-    if isinstance(recordings, pd.DataFrame | Result):
-        measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
-        require_measured(measured, robot.robot)
-        say(recordings_findings(measured, robot.robot), measured.source)
-        return measured
-    files = [recordings] if isinstance(recordings, str | Path) else recordings
-    if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
-        what = f"recordings cannot be a `{type(recordings).__name__}`"
-        raise InputError(what, remedy="Give one path or several, a frame, `Recordings`, or what `simulate` returned.")
-    read = read_several([Path(file) for file in files], robot.robot)
-    say(recordings_findings(read, robot.robot), read.source)
-    return read
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the report."""
+        files = {"model.yaml": model_text(self.model, folder), "identification.json": json_text(self.record)}
+        if self.result.arm is not None and self.result.geometry is not None:
+            files["robot.urdf"] = calibrated_urdf(self.result.arm, self.result.recordings)
+        return files
 
 
 def with_doubts(result: Identification) -> Identification:
@@ -173,7 +156,7 @@ def identify(
     *,
     shared_reference: bool | None = None,
     prior: float | None = None,
-    targets: Config | None = None,
+    targets: "Config | None" = None,
     calibration: Calibration | None = None,
     frames: Frames = "known",
     other_robot: bool = False,
@@ -183,17 +166,17 @@ def identify(
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
     Args:
-        robot: whose stiffness is wanted.
-        recordings: in one or more files, or as a frame.
+        robot: robot (YAML).
+        recordings: recordings (CSV), in one or more files. In Python also a frame.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `targets` say.
-        prior: prior relative standard deviation of `actuator_stiffness`, in percent; None for no prior.
-        targets: run configuration at whose targets the robot is accepted or not.
-        calibration: `elastostatic`, `geometric` or `both`; None for what the columns say.
-        frames: `unknown` where measured poses are not in the very frames of the commands: the displacements of the
-            frames of instrument and platform are then identified as well.
-        other_robot: whether a configuration of another geometry than the robot's is meant.
-        loss: of rows of an arm's positions with large residuals: `squares`, `huber` or `student`.
+        prior: prior relative standard deviation of `actuator_stiffness`, in percent; no prior if left out.
+        targets: run configuration (YAML) at whose targets the robot is accepted or not.
+        calibration: `elastostatic`, `geometric` or `both`; what the columns of the recordings say if left out.
+        frames: `known`, or `unknown` where measured poses are not in the very frames of the commands: the displacements
+            of the frames of instrument and platform are then identified as well.
+        other_robot: a configuration of another geometry than the robot's is meant.
+        loss: of large residuals of an arm's positions: `squares`, `huber` or `student`.
         further: what is identified of an arm from positions beside geometry and compliances: `masses` (of links),
             `tool` (mass and first moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of
             the instrument against the base, as a process in time).
@@ -209,14 +192,13 @@ def identify(
         [10080000.0, 13030000.0]
         >>> result.save("identified").name
         'report.html'
+
+    Command:
+        expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
     require_prior(prior)
     machine = robot_of(robot)
-    problem = None if targets is None else problem_of(targets)
-    if problem is not None:
-        require_same_robot(
-            problem.loaded.robot, problem.source, machine.robot, machine.document.source, confirmed=other_robot
-        )
+    problem = problem_at(targets, machine, confirmed=other_robot)
     measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
     relative = None if prior is None else prior / 100.0
     if frames not in ("known", "unknown"):
@@ -239,43 +221,22 @@ def identify(
         options=ArmOptions(loss=loss, further=tuple(further)),
     )
     result = with_doubts(result)
-    accepted = None if problem is None else accept_identified(problem, result)
-    hidden, accuracy = None, None
-    meir = None if problem is None else meir_of_problem(problem)
-    if problem is not None and meir is not None and accepted is not None:
-        deviations, assumptions = result.noise.deviations, meir.assumptions
-        hidden = hidden_by(problem, result.recordings.rows(result.fitted), deviations, assumptions)
-        accuracy = recorded_accuracy(problem, accepted.budget, hidden)
-    names = measured.deviation_columns(machine.robot.coordinates)
-    model = Model.from_fit(
+    accepted, hidden, accuracy = None, None, None
+    if problem is not None:
+        from expdesign.app.api.at_targets import accept_identified, hidden_by_identified  # noqa: PLC0415 (of targets)
+
+        accepted = accept_identified(problem, result)
+        hidden, accuracy = hidden_by_identified(problem, result, accepted) or (None, None)
+    goodness = result.goodness
+    model = recorded_model(
         result.fit,
-        machine.document,
-        measured.source,
-        birge_ratio=result.goodness.birge_ratio,
-        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
-        verdict=result.goodness.verdict,
-        recordings=measured.rows(result.fitted),
+        machine,
+        measured,
+        result.fitted,
+        result.reading_deviations,
+        birge_ratio=goodness.birge_ratio,
+        verdict=goodness.verdict,
     )
     source = "" if problem is None else problem.source
     purpose = purpose_of("identify", robot, recordings)
     return IdentificationResult(machine, result, model, accepted, source, hidden, accuracy, purpose=purpose)
-
-
-def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
-    """Whether an identified robot is accepted at the targets of a configuration; not decided where it is refuted."""
-    noise, recorded = result.noise, result.recordings.rows(result.fitted)
-    whitening = Whitening(noise.deviations, references=recorded.references)
-    degrees = min((group.dof for group in noise.groups), default=float("inf"))
-    model = FittedModel(result.fit, recorded, whitening, float(degrees))
-    return decided_by(problem, model, refuted=result.goodness.refuted)
-
-
-def recorded_accuracy(
-    problem: DesignProblem, budget: UncertaintyBudget, hidden: HiddenByRecordings
-) -> AccuracyStatement | None:
-    """The accuracy to expect at the targets from recordings: their budget, and what they may hide."""
-    parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
-    for each in budget.contributions:
-        parts[each.name == NOISE] += each.deviation**2
-    variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
-    return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")

@@ -9,12 +9,13 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.app.api.result import Result
+from expdesign.app.api.result import PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
+from expdesign.io.kinds import kind_of
 from expdesign.io.output import csv_text
 from expdesign.io.schema import Section
 from expdesign.io.table import Table, parse_table, read_table
@@ -22,8 +23,6 @@ from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import YamlDocument, document_from_mapping, read_yaml
 from expdesign.mechanics.robots.robot import Robot, RobotSection
 from expdesign.mechanics.robots.robot_file import robot_from_document
-
-PathLike = str | Path
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,7 @@ def truth_of(truth: TruthInput) -> Model:
     if isinstance(truth, Model | Result):
         return model_of(truth)
     document = truth.document if isinstance(truth, RobotFile) else document_of(truth, "model")
-    if isinstance(document.content, dict) and document.content.get("kind") == "model":
+    if kind_of(document.content) == "identified model":
         return model_from_document(document)
     return model_of_robot(robot_from_document(document), document)
 
@@ -135,19 +134,7 @@ def table_of(table: TableInput, name: str) -> Table:
     return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
 
 
-def numeric(text: pd.DataFrame) -> pd.DataFrame:
-    """A frame whose cells are as in a CSV file, with the columns that hold numbers only as numbers, exactly as read."""
-    return pd.DataFrame({name: _numbers(text[name].tolist()) for name in text.columns})
-
-
-def _numbers(cells: list[Any]) -> list[Any]:
-    for kind in (int, float):
-        try:
-            return [float("nan") if kind is float and cell == "" else kind(cell) for cell in _texts(cells)]
-        except ValueError:
-            continue
-    return cells
-
-
-def _texts(cells: list[Any]) -> list[str]:
-    return [repr(float(cell)) if isinstance(cell, float) else str(cell) for cell in cells]
+def require_seed(seed: int) -> None:
+    """Raise an `ArgumentError` where random numbers cannot have this seed."""
+    if seed < 0:
+        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")

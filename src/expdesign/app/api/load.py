@@ -4,11 +4,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from expdesign.app.api.identify import RecordingsInput, recordings_of
-from expdesign.app.api.inputs import ModelInput, PathLike, RobotFile, RobotInput, model_of, numeric, robot_of
+from expdesign.app.api.inputs import ModelInput, RobotFile, RobotInput, model_of, robot_of
+from expdesign.app.api.recorded import RecordingsInput, recordings_of
+from expdesign.app.api.result import PathLike, numeric
 from expdesign.chain.models.model_file import Model, model_from_document
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
+from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot_file import robot_from_document
@@ -35,12 +37,12 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
     if is_table_name(path):
         return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot)
     document = read_yaml(path)
-    content = document.content if isinstance(document.content, dict) else {}
-    if content.get("kind") == "model":
+    kind = kind_of(document.content)
+    if kind == "identified model":
         return model_from_document(document)
-    if "experiment" in content or "targets" in content:
+    if kind == "run configuration":
         return problem_from_document(document)
-    if "kind" in content or "base_joints" in content:
+    if kind == "robot":
         return RobotFile(robot_from_document(document), document)
     remedy = "A robot and a model have the key `kind`, a run configuration `experiment`."
     raise InputError("neither a robot, a run configuration nor a model", where=str(path), remedy=remedy)

@@ -10,16 +10,16 @@ import pandas as pd
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
-from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, purpose_of, truth_of
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, truth_of
+from expdesign.app.api.result import FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
-from expdesign.assurance.validation.simulation import Batch, simulated
+from expdesign.assurance.validation.simulation import Repetitions, simulated
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.output import json_text
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.plan import Plan
@@ -27,6 +27,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 
 MOST_SAMPLES = 5_000_000
+"""Repetitions at most, whose samples are all kept in memory."""
 Common = tuple[Plan, int, str, Distribution]
 """What all batches share: plan, seed, plant and distribution."""
 _ROOT = Path("/")
@@ -35,7 +36,7 @@ DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")
 
 
 @dataclass(frozen=True, repr=False)
-class MonteCarloResult(Result):
+class MonteCarloResult(FolderResult):
     """Repetitions of a plan.
 
     Attributes:
@@ -73,6 +74,11 @@ class MonteCarloResult(Result):
         return "\n".join(lines)
 
     @property
+    def notes(self) -> list[str]:
+        """What is doubtful about the plan."""
+        return [f"expdesign: {remark}" for remark in self.remarks]
+
+    @property
     def record(self) -> dict[str, Any]:
         """The content of `montecarlo.json`."""
         return self.result.record()
@@ -83,14 +89,9 @@ class MonteCarloResult(Result):
 
         return montecarlo_report(self.result, *self.purpose.inputs[1:2])
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign montecarlo` into a folder and return the path of the report."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "montecarlo.json", json_text(self.record))
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the report."""
+        return {"montecarlo.json": json_text(self.record)}
 
 
 @shows_progress("repeating")
@@ -107,17 +108,17 @@ def montecarlo(
     callback: Callback = silent,
     progress: bool = False,
 ) -> MonteCarloResult:
-    """Repeat a plan's experiment, identification and exact compensation, and compare with the criteria.
+    """Repeat experiment, identification and exact compensation, and compare with DUIR, FEIR and total.
 
     Args:
-        config: run configuration.
-        plan: what is measured.
+        config: run configuration (YAML).
+        plan: plan (CSV), of any number of rows.
         samples: number of repetitions.
         seed: of all random numbers.
         plant: `explicit` (the linear mapping) or `equilibrium` (the exact equilibrium of a robot on legs).
         distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
-        truth: robot file or model without further effects that is really measured and commanded; the configuration's
-            robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
+        truth: robot or model file (YAML) without further effects that is really measured and commanded; the
+            configuration's robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
         engine: that does batches of repetitions; one after another in this process if left out. The results are the
             same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
@@ -133,6 +134,9 @@ def montecarlo(
     Example:
         >>> xd.montecarlo("configs/bipod.yaml", "plan.csv", samples=2000).summary.splitlines()[-1]
         '0 of 9 comparisons differ by more than three standard errors (largest 1.13)'
+
+    Command:
+        expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
     if plant not in PLANTS:
         raise ArgumentError(f"there is no plant `{plant}`", argument="plant", remedy=f"Known: {', '.join(PLANTS)}.")
@@ -143,8 +147,7 @@ def montecarlo(
     if not 100 <= samples <= MOST_SAMPLES:
         what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
         raise ArgumentError(what, argument="samples", remedy="Use e.g. 100000.")
-    if seed < 0:
-        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
+    require_seed(seed)
     judged = evaluate(config, plan)
     model = None if truth is None else truth_of(truth)
     real = None if model is None else _truth(judged.problem, model, plant)
@@ -169,7 +172,7 @@ def _by_engine(
     """Batches by an engine; a truth travels as its model file."""
     text = None if truth is None else model_text(truth, _ROOT)
 
-    def elsewhere(batches: list[Drawn]) -> list[Batch]:
+    def elsewhere(batches: list[Drawn]) -> list[Repetitions]:
         count, done = len(batches), 0
         callback("repeating", 0, count, "")
 
@@ -183,7 +186,7 @@ def _by_engine(
     return elsewhere
 
 
-def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Batch:
+def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Repetitions:
     """One batch, in a worker."""
     (size, noise, load_errors), (plan, seed, plant, distribution) = drawn, common
     real = None

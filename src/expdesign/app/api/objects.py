@@ -18,7 +18,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field
 
-from expdesign.app.api.inputs import PathLike
+from expdesign.app.api.result import PathLike
 from expdesign.io.schema import validate
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.bipod import BipodSection

@@ -7,8 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.app.api.inputs import PathLike, numeric
-from expdesign.app.api.result import Result
+from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.chain.models.model_file import Model, read_model
 from expdesign.errors import InputError
 from expdesign.io.table import read_table

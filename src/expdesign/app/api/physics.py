@@ -1,6 +1,8 @@
 """`physics`: what a robot can have beside its base model, with places, forms, parameters and usual sizes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import pandas as pd
@@ -10,6 +12,9 @@ from expdesign.app.api.result import Result
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.models.effect_entry import Offered, offered, unit_of_parameter
 from expdesign.counted import counted
+
+MOST = 3
+"""Names of parameters of one size that are all listed."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,6 +35,17 @@ class PhysicsResult(Result):
         return f"{counted(len({each.physics for each in self.offered}), 'physics', 'physics')} of {self.robot}"
 
     @property
+    def lines(self) -> list[str]:
+        """Every physics with where it can be, its forms, and the usual sizes of its parameters."""
+        lines, last = [], ""
+        for entry in self.record["physics"]:
+            if entry["physics"] != last:
+                lines += _about(entry)
+            last = entry["physics"]
+            lines += _at(entry)
+        return lines
+
+    @property
     def frame(self) -> pd.DataFrame:
         """One row per parameter."""
         rows = [
@@ -46,16 +62,61 @@ class PhysicsResult(Result):
 
 
 def physics(robot: RobotInput) -> PhysicsResult:
-    """List the physics that a robot can have beside its base model.
+    """List the physics that a robot can have: identifiers, places, forms, parameters with units and usual sizes.
 
     Args:
-        robot: file, mapping or loaded robot.
+        robot: robot (YAML).
 
     Raises:
         InputError: the file is missing or wrong.
+
+    Command:
+        expdesign physics configs/robots/hexapod-h1.yaml
     """
     machine = robot_of(robot).robot
     return PhysicsResult(machine.name, tuple(offered(machine)), purpose=purpose_of("physics", robot))
+
+
+def _about(entry: Mapping[str, Any]) -> list[str]:
+    """What a physics does, and what it depends on."""
+    lines = [entry["physics"], f"  {entry['sentence']}"]
+    if entry["usually"]:
+        lines.append(f"  usually: {entry['usually']}")
+    if entry["depends_on"]:
+        depends = f"  depends on {', '.join(entry['depends_on'])}"
+        lines.append(f"{depends}; beyond what was recorded it {entry['beyond_recorded']}")
+    return lines
+
+
+def _at(entry: Mapping[str, Any]) -> list[str]:
+    """Where it can be, in which forms, with which parameters."""
+    lines = [f"  at {_listed(entry['components'])}"]
+    if entry["variants"] != [""]:
+        lines.append(f"    forms: {', '.join(form or '(none named)' for form in entry['variants'])}")
+    for size, alike in groupby(entry["parameters"], _size):
+        lines.append(f"    {_names([one['parameter'] for one in alike])}: usually {size}")
+    if entry["example"]:
+        lines.append(f'    --conceal "{entry["example"]}"')
+    if len(entry["shown_in"]) < MOST:
+        lines.append(f"    shows in {' and '.join(entry['shown_in'])} only")
+    return lines
+
+
+def _listed(names: list[str]) -> str:
+    """`leg 1 to leg 6, all legs`."""
+    numbered = [name for name in names if name[-1].isdigit()]
+    others = [name for name in names if name not in numbered]
+    return ", ".join(([f"{numbered[0]} to {numbered[-1]}"] if len(numbered) > 2 else numbered) + others)
+
+
+def _names(names: list[str]) -> str:
+    """A few names, or the first and the last."""
+    return ", ".join(names) if len(names) <= MOST else f"{names[0]} to {names[-1]} ({len(names)} parameters)"
+
+
+def _size(one: Mapping[str, Any]) -> str:
+    size = f"{one['usual']:g} × {one['multiple_of']}" if one["multiple_of"] else f"{one['usual']:g} {one['unit']}"
+    return size.strip() + (f" ({one['source']})" if one["source"] else "")
 
 
 def _entry(one: Offered) -> dict[str, Any]:

@@ -4,15 +4,15 @@ Named so because `next` is a builtin function of Python.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import PathLike, TableInput, purpose_of, table_of
-from expdesign.app.api.referenced import referenced
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import TableInput, purpose_of, require_seed, table_of
+from expdesign.app.api.recorded import referenced
+from expdesign.app.api.result import TableResult
+from expdesign.app.api.unknown_columns import say_unknown_columns
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
@@ -21,7 +21,6 @@ from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.io.output import csv_text, output_file
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -32,44 +31,55 @@ MOST = 24
 
 
 @dataclass(frozen=True, repr=False)
-class NextResult(Result):
+class NextResult(TableResult):
     """The next measurements, and what they are expected to achieve.
 
     Attributes:
+        text: the plan of the next measurements, numbered on from the recordings.
         recordings: what was measured so far.
-        frame: the plan of the next measurements, numbered on from the recordings.
         before: expected total error now, in tolerances; infinite where the recordings do not determine it.
         after: the same with each further measurement, shape (k,).
         fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
             diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
+        accuracy: expected error, in tolerances, at which it was to stop, or None.
     """
 
     recordings: Recordings
-    frame: pd.DataFrame
     before: float
     after: FloatArray
     fit: StatementOfFit | None
     undetermined: str | None
+    accuracy: float | None = None
 
     @property
     def summary(self) -> str:
         """How many measurements there are."""
         return f"{counted(len(self.frame), 'further measurement')}"
 
-    def as_table(self) -> pd.DataFrame:
-        """The plan."""
-        return self.frame
+    @property
+    def lines(self) -> list[str]:
+        """The error to expect now and with each further measurement, and whether that is enough."""
+        lines, totals, wanted = [], self.totals, 1.0 if self.accuracy is None else self.accuracy
+        if self.fit is not None and self.fit.refuted:
+            lines.append(f"{self.fit.sentence()} More of them will not help until `expdesign diagnose` has found why.")
+        if self.undetermined is not None:
+            lines.append(f"so far: {self.undetermined}")
+        if totals[0] <= wanted:
+            lines.append(f"already within {wanted:g} tolerances: no further measurement is needed")
+        for index, total in enumerate(totals):
+            when = f"with {index} more" if index else "expected total error now"
+            lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
+        if self.accuracy is not None and totals[-1] > self.accuracy:
+            count = len(self.after)
+            enough = f"{'is' if count == 1 else 'are'} not enough for {self.accuracy:g} tolerances"
+            lines.append(f"{count} more {enough}")
+        return lines
 
     @property
     def totals(self) -> FloatArray:
         """Expected total error now and with each further measurement, shape (k + 1,)."""
         return np.concatenate([[self.before], self.after])
-
-    def save(self, file: PathLike, *, force: bool = False) -> Path:
-        """Write the plan into a file."""
-        output_file(Path(file), csv_text(self.frame), self.purpose, force=force)
-        return Path(file)
 
 
 def plan_next(
@@ -83,9 +93,9 @@ def plan_next(
     """Plan the next measurements, given what was measured.
 
     Args:
-        config: run configuration.
-        recordings: what was measured so far.
-        count: how many; 1 if left out, or as many as the accuracy takes (at most `MOST`).
+        config: run configuration (YAML).
+        recordings: what was measured so far (CSV).
+        count: how many; 1 if left out, or as many as the accuracy takes (at most 24).
         accuracy: expected error from noise and load errors, in tolerances, at which to stop.
         seed: of the candidates that are drawn.
 
@@ -96,6 +106,9 @@ def plan_next(
     Example:
         >>> xd.plan_next("configs/bipod.yaml", "recordings.csv", count=2).totals.round(2).tolist()  # tolerances
         [0.61, 0.54, 0.48]
+
+    Command:
+        expdesign next configs/hexapod-h1.yaml recordings.csv --out plan-next.csv --accuracy 0.8
     """
     _require_sensible(count, accuracy, seed)
     purpose = purpose_of("next", config, recordings)
@@ -104,19 +117,19 @@ def plan_next(
     measured = referenced(recordings_from_table(table, problem.loaded.robot), None, problem)
     require_measured(measured, problem.loaded.robot)
     require_readings_of(problem, measured)
+    say_unknown_columns(measured)
     fit, undetermined = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame = _continued(problem, found.decisions, measured)
-    return NextResult(measured, frame, found.before, found.after, fit, undetermined, purpose=purpose)
+    return NextResult(frame, measured, found.before, found.after, fit, undetermined, accuracy, purpose=purpose)
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
     if count is not None and count < 1:
         raise ArgumentError(f"{count} is not a number of measurements", argument="count", remedy="Use at least 1.")
-    if seed < 0:
-        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
+    require_seed(seed)
     if accuracy is not None and not 0.0 < accuracy < float("inf"):
         raise ArgumentError(
             f"{accuracy:g} is not an accuracy", argument="accuracy", remedy="Give tolerances, e.g. 0.8."

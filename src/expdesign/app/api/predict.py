@@ -1,15 +1,13 @@
 """`predict`: deflections of an identified robot, with their standard deviations."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, numeric, purpose_of, table_of, truth_of
-from expdesign.app.api.outputs import save_table
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, table_of, truth_of
+from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.pose_columns import TARGET
@@ -30,7 +28,7 @@ from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True, repr=False)
-class PredictionResult(Result):
+class PredictionResult(TableResult):
     """Points with their deflections.
 
     Attributes:
@@ -42,7 +40,6 @@ class PredictionResult(Result):
         beyond: rows at which the model extrapolates: commands or loads outside of those of its recordings.
     """
 
-    text: pd.DataFrame
     prediction: Prediction
     birge_ratio: float = 1.0
     readings: bool = False
@@ -54,14 +51,15 @@ class PredictionResult(Result):
         text = f"{counted(len(self.text), 'point')} predicted"
         return f"{text}, {self.beyond} of them beyond what was calibrated" if self.beyond else text
 
-    def as_table(self) -> pd.DataFrame:
-        """The rows as they stand in a file."""
-        return self.text
+    @property
+    def lines(self) -> list[str]:
+        """Nothing beside the file."""
+        return []
 
     @property
-    def frame(self) -> pd.DataFrame:
-        """The points with numbers as numbers."""
-        return numeric(self.text)
+    def notes(self) -> list[str]:
+        """How many points there are, and what their standard deviations contain."""
+        return [f"{self.summary}; {self.contains}"]
 
     @property
     def contains(self) -> str:
@@ -71,10 +69,6 @@ class PredictionResult(Result):
             return f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
         return f"standard deviations are of the model{ratio}; --readings adds the noise of a reading"
 
-    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
-        """Write the points into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
-        return save_table(file, self.text, units, self.purpose, force=force)
-
 
 def predict(
     model: TruthInput, points: TableInput, *, platform: bool = False, readings: bool = False
@@ -82,12 +76,12 @@ def predict(
     """Predict deflections at points in recordings form.
 
     Args:
-        model: identified robot, or a robot file whose stiffness is then taken as exact.
-        points: commands and loads.
-        platform: the motion of the platform instead of the instrument's reading.
-        readings: whether standard deviations are to hold readings: the noise of a reading is added as the model's
-            recordings have it (or, with a model that does not say, as the points state it). Axes that these did not
-            measure have none.
+        model: identified model, or a robot file (YAML) whose stiffness is then taken as exact.
+        points: points (CSV) in recordings form without the measured columns.
+        platform: as the platform moves, not as the instrument would read it.
+        readings: standard deviations that hold measurements: the noise of a reading is added as the model's recordings
+            have it (or, with a model that does not say, as the points state it). Axes that these did not measure have
+            none.
 
     Raises:
         InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a
@@ -98,6 +92,9 @@ def predict(
         >>> predicted = xd.predict("identified/model.yaml", "plan.csv").frame
         >>> (1e6 * predicted["dy_m"]).round(1).tolist()  # µm
         [-132.6, -73.6, -66.2, -133.8]
+
+    Command:
+        expdesign predict results/mine/model.yaml points.csv --out predicted.csv
     """
     identified = truth_of(model)
     robot = identified.chain.robot

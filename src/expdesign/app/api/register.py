@@ -9,9 +9,8 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import PathLike, RobotInput, TableInput, numeric, purpose_of, robot_of, table_of
-from expdesign.app.api.outputs import save_table
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
+from expdesign.app.api.result import PathLike, RecordedTable
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
@@ -27,7 +26,6 @@ from expdesign.chain.recordings.registered_deflections import (
 from expdesign.chain.recordings.states import RecordedState, matched
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import json_text, output_file
 from expdesign.io.table import Table
 from expdesign.io.units import Unit, unit_of
 from expdesign.mechanics.robots.orientation import rotation_matrix
@@ -35,7 +33,7 @@ from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True, repr=False)
-class RegistrationResult(Result):
+class RegistrationResult(RecordedTable):
     """Recordings from points.
 
     Attributes:
@@ -49,7 +47,6 @@ class RegistrationResult(Result):
         unmeasured: sequence numbers of loaded rows for which there are no points.
     """
 
-    text: pd.DataFrame
     found: tuple[RegisteredDeflection, ...]
     covariance: FloatArray
     estimated: float | None
@@ -73,15 +70,24 @@ class RegistrationResult(Result):
         """How many rows there are."""
         return f"{counted(len(self.text), 'row')} registered"
 
-    def as_table(self) -> pd.DataFrame:
-        """The rows as they stand in a file."""
-        return self.text
+    @property
+    def lines(self) -> list[str]:
+        """How many rows there are, and how well the points were measured."""
+        lines = [self.summary]
+        if self.estimated is not None:
+            size = f"{self.estimated * 1e6:.3g} µm"
+            lines.append(f"standard deviation of a coordinate, estimated from the residuals: {size}")
+        return [*lines, *([self.marker_fit] if self.marker_fit else [])]
 
     @property
-    def frame(self) -> pd.DataFrame:
-        """The recordings with numbers as numbers."""
-        return numeric(self.text)
+    def notes(self) -> list[str]:
+        """Points that moved otherwise than the others, and rows without points."""
+        notes = [f"warning: {text}" for text in self.suspicions]
+        if self.unmeasured:
+            notes.append(f"no points for row {', '.join(map(str, self.unmeasured))} of the plan: left out")
+        return notes
 
+    @property
     def record(self) -> dict[str, Any]:
         """The covariance of every deflection, and what the registrations leave over."""
         return {
@@ -91,15 +97,6 @@ class RegistrationResult(Result):
             "points": [list(one.points) for one in self.found],
             "suspicions": list(self.suspicions),
         }
-
-    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
-        """Write the recordings into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
-        return save_table(file, self.text, units, self.purpose, force=force)
-
-    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
-        """Write `record` into a JSON file."""
-        output_file(Path(file), json_text(self.record()), self.purpose, force=force)
-        return Path(file)
 
 
 def register(
@@ -114,18 +111,25 @@ def register(
 ) -> RegistrationResult:
     """Turn lists of points, measured unloaded and loaded, into recordings.
 
+    Sets of points (groups of a list, or files) named `loaded-SEQUENCE` and `unloaded-SERIES` belong to rows of the
+    plan; docs/units-and-files.md says how else they may be named.
+
     Args:
-        robot: with `markers` (places of the points on the platform) or `instrument`, unless `base_frame` is set.
-        plan: in recordings form with `sequence` and `series`; which points belong to which row is said in
-            docs/units-and-files.md.
-        points: one or more lists.
-        unit: of their coordinates, where a list does not state it.
-        deviation: standard deviation of a measured coordinate (m); else as the lists state it, or estimated.
-        base_frame: whether the points were measured in the robot's base frame O.
+        robot: robot (YAML), with `markers` (places of the points on the platform) or `instrument`, unless the points
+            are in its base frame.
+        plan: plan or laboratory sheet (CSV, .xlsx) with `sequence` and `series`.
+        points: lists of points, in one or more files.
+        unit: of the coordinates, where a list does not state it, e.g. mm.
+        deviation: standard deviation of a measured coordinate; else as the lists state it, or estimated. In Python in
+            m.
+        base_frame: the points were measured in the robot's base frame.
         positions: positions of markers instead of deflections.
 
     Raises:
         InputError: a file is missing or wrong, points do not match the plan, or do not determine a motion.
+
+    Command:
+        expdesign register robot.yaml plan.csv unloaded.txt loaded.txt --out recordings.csv
     """
     machine = robot_of(robot).robot
     table = table_of(plan, "plan")

@@ -1,14 +1,28 @@
-"""What the functions of the package return: one short line to look at, and what other functions take of it."""
+"""What the functions of the package return: objects that say themselves in a line, and can be saved, opened and copied.
+
+A result is a `FolderResult` (files and a page in a folder), a `TableResult` (rows in one file) or neither. What its
+command prints stands in it as well (`lines`, `notes`), so that a notebook can say the same.
+"""
 
 import html
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
 from expdesign.chain.models.model_file import Model
 from expdesign.copying import Copied
+from expdesign.io.excel import is_excel_name, workbook
+from expdesign.io.output import csv_text, json_text, output_file, output_folder, write_bytes
+from expdesign.io.tables_in_units import in_units
 from expdesign.io.written import Purpose
+
+if TYPE_CHECKING:
+    from expdesign.report.page import Page
+
+PathLike = str | Path
 
 
 @dataclass(frozen=True, repr=False)
@@ -16,17 +30,25 @@ class Result(Copied):
     """A result.
 
     Attributes:
-        FILES: of the class: names of the files that `save` writes into a folder, `*` for any characters.
         purpose: the command and the main inputs; `save` replaces what was written for the same.
     """
 
-    FILES: ClassVar[tuple[str, ...]] = ()
     purpose: Purpose = field(default=Purpose(""), kw_only=True, compare=False)
 
     @property
     def summary(self) -> str:
         """The result in one line."""
         return self.purpose.command
+
+    @property
+    def lines(self) -> list[str]:
+        """What the command prints."""
+        return self.summary.splitlines()
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What the command says beside its results, on standard error."""
+        return ()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.summary.splitlines()[0]}>"
@@ -43,3 +65,125 @@ class Result(Copied):
     def as_model(self) -> Model | None:
         """The model that a function uses where it is given this result in the place of a model file."""
         return None
+
+
+@dataclass(frozen=True, repr=False)
+class FolderResult(Result):
+    """A result that is kept as files of a folder.
+
+    Attributes:
+        FILES: of the class: names of the files that `save` writes into a folder, `*` for any characters.
+        FIRST: of the class: name of the file whose path `save` returns.
+    """
+
+    FILES: ClassVar[tuple[str, ...]] = ()
+    FIRST: ClassVar[str] = "report.html"
+
+    def files(self, folder: Path = Path()) -> Mapping[str, str | bytes]:
+        """Names and contents of the files without the report, as they will lie in `folder`."""
+        return {}
+
+    def page(self) -> "Page | None":
+        """The report."""
+        return None
+
+    def save(self, folder: PathLike, *, force: bool = False) -> Path:
+        """Write the result and return the path of its report, or of its first file.
+
+        Args:
+            folder: folder for the results.
+            force: replace files that are there for another purpose.
+
+        Raises:
+            InputError: the folder cannot be written, or holds files that must not be replaced.
+        """
+        return self._write(Path(folder), self.files(Path(folder)), force=force)
+
+    def _write(self, folder: Path, contents: Mapping[str, str | bytes], *, force: bool) -> Path:
+        page = self.page()
+        with output_folder(folder, self.purpose, force=force) as scratch:
+            for name, content in contents.items():
+                write_bytes(scratch / name, content.encode("utf-8") if isinstance(content, str) else content)
+            if page is not None:
+                from expdesign.report.stored import write_report  # noqa: PLC0415 (slow to import)
+
+                write_report(scratch, page, folder)
+        return folder / self.FIRST
+
+
+@dataclass(frozen=True, repr=False)
+class RowsResult(Result):
+    """A result that other functions read as a table.
+
+    Attributes:
+        text: the rows as they stand in a file.
+    """
+
+    text: pd.DataFrame
+
+    def as_table(self) -> pd.DataFrame:
+        """The rows as they stand in a file."""
+        return self.text
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """The rows with numbers as numbers."""
+        return numeric(self.text)
+
+
+@dataclass(frozen=True, repr=False)
+class TableResult(RowsResult):
+    """A result that is kept as one table."""
+
+    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write the rows and return the path of the file.
+
+        Args:
+            file: file for the rows: a workbook if it ends in `.xlsx`, else CSV.
+            units: units to write, by what they measure, e.g. `mm,mrad`; SI if left out.
+            force: replace a file that is there for another purpose.
+
+        Raises:
+            InputError: a unit is unknown, or the file cannot be written or must not be replaced.
+        """
+        frame, path = in_units(self.as_table(), units), Path(file)
+        output_file(path, workbook(frame) if is_excel_name(path) else csv_text(frame), self.purpose, force=force)
+        return path
+
+
+@dataclass(frozen=True, repr=False)
+class RecordedTable(TableResult):
+    """A table with a record of how its rows came about."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What does not fit into rows: covariances, residuals."""
+        raise NotImplementedError
+
+    def save_record(self, file: PathLike, *, force: bool = False) -> Path:
+        """Write `record`.
+
+        Args:
+            file: JSON file for what does not fit into rows, such as the covariance of each.
+            force: replace a file that is there for another purpose.
+        """
+        output_file(Path(file), json_text(self.record), self.purpose, force=force)
+        return Path(file)
+
+
+def numeric(text: pd.DataFrame) -> pd.DataFrame:
+    """A frame whose cells are as in a CSV file, with the columns that hold numbers only as numbers, exactly as read."""
+    return pd.DataFrame({name: _numbers(text[name].tolist()) for name in text.columns})
+
+
+def _numbers(cells: list[Any]) -> list[Any]:
+    for kind in (int, float):
+        try:
+            return [float("nan") if kind is float and cell == "" else kind(cell) for cell in _texts(cells)]
+        except ValueError:
+            continue
+    return cells
+
+
+def _texts(cells: list[Any]) -> list[str]:
+    return [repr(float(cell)) if isinstance(cell, float) else str(cell) for cell in cells]

@@ -11,9 +11,9 @@ import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import PathLike, purpose_of
-from expdesign.app.api.result import Result
-from expdesign.assurance.acceptance.decision import acceptance_record
+from expdesign.app.api.inputs import purpose_of
+from expdesign.app.api.result import FolderResult, PathLike
+from expdesign.assurance.acceptance.decision import acceptance_record, sentences
 from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.model_error.planned import recommended_accuracy
 from expdesign.counted import counted
@@ -37,7 +37,7 @@ from expdesign.report.page import Page
 
 
 @dataclass(frozen=True, repr=False)
-class RunResult(Result):
+class RunResult(FolderResult):
     """A finished search.
 
     Attributes:
@@ -60,6 +60,16 @@ class RunResult(Result):
             f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
             f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
         )
+
+    @property
+    def lines(self) -> list[str]:
+        """The summary, what is accepted of the recommended design, and what is not known of it."""
+        lines = [self.summary, *sentences(recommended_acceptance(self.problem, self.front))]
+        if "accuracy" in self.record:
+            lines.append(self.record["accuracy"]["sentence"])
+        if self.record["duir_lower_bound"] is None:
+            lines.append(f"no lower bound of DUIR: {self.record['duir_lower_bound_certified_on']}")
+        return lines
 
     def as_table(self) -> pd.DataFrame:
         """The recommended plan."""
@@ -98,8 +108,8 @@ class RunResult(Result):
 
         return design_report(self.problem, self.front, self.record)
 
-    def files(self) -> dict[str, str]:
-        """Names and texts of the files that hold the results, without the report."""
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the report."""
         further = {} if self.protocol is None else {"poses.csv": csv_text(self.protocol)}
         return {
             **further,
@@ -115,16 +125,6 @@ class RunResult(Result):
             write_file(scratch / "plan.csv", csv_text(self.plan))
             write_file(scratch / "pareto.csv", csv_text(self.pareto))
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign run` into a folder and return the path of the report."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            for name, text in self.files().items():
-                write_file(scratch / name, text)
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
-
 
 @shows_progress("searching", "bounding")
 def run(
@@ -138,16 +138,18 @@ def run(
     timed: bool = True,
     searched: Callable[[RunResult], None] = lambda run: None,
 ) -> RunResult:
-    """Find the Pareto front of a configuration's objectives, and lower bounds of DUIR and of the total error.
+    """Find the Pareto front of DUIR against FEIR and the recommended plan.
+
+    The front is that of the configuration's objectives; DUIR and the total error are bounded from below.
 
     Args:
-        config: run configuration.
+        config: run configuration (YAML).
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
         follow: called with the state of the search, its front so far; returns True to end it with what is there.
         ended: whether a person wants no more; asked after every generation and every round of bounding.
-        seconds: limit of all that is done here and of writing the results; the search ends with what is there, and
-            bounds after the round that they are in. Without a limit, the same input gives the same front.
+        seconds: end after so many seconds in all, writing included, with what is there: the search at once, bounds
+            after the round that they are in. Without a limit, the same input gives the same front.
         timed: whether the record says how long it took; without that, the same input gives the same bytes.
         searched: called with the run as it is before it is bounded, so that its plans can be kept.
 
@@ -163,7 +165,14 @@ def run(
         ['design', 'duir', 'feir', 'total']
         >>> bool(result.pareto["total"].min() < 1.13)  # tolerances
         True
+
+    Command:
+        Ctrl-C ends the search with what is there; all is written, and the plan before it is bounded.
+
+        expdesign run configs/hexapod-h1.yaml --out results/mine --watch
     """
+    if seconds is not None and seconds < 0.0:
+        raise ArgumentError(f"{seconds:g} s is no time", argument="seconds", remedy="Use at least 0.")
     started = time.perf_counter()
     problem = problem_of(config)
     if problem.space.decisions == 0:

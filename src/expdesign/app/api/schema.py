@@ -19,7 +19,9 @@ KINDS = ("configuration", "robot", "sweep")
 
 
 def schema(kind: str = "configuration", robots: Sequence[str] | None = None) -> dict[str, Any]:
-    """The JSON schema of a kind of file: every key with its type, meaning, unit and default.
+    """Give the JSON schema of a kind of file, with which an editor completes keys and marks mistakes.
+
+    Every key has its type, meaning, unit and default.
 
     Args:
         kind: `configuration`, `robot` or `sweep`.
@@ -27,6 +29,9 @@ def schema(kind: str = "configuration", robots: Sequence[str] | None = None) -> 
 
     Raises:
         InputError: there is no such kind.
+
+    Command:
+        expdesign schema configuration > configuration.schema.json
     """
     if kind not in KINDS:
         raise InputError(f"there is no schema of `{kind}`", remedy=nearest(kind, KINDS))

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import PathLike, TableInput, numeric, purpose_of, table_of
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import TableInput, purpose_of, table_of
+from expdesign.app.api.result import FolderResult, PathLike, RowsResult
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
 from expdesign.errors import InputError
 from expdesign.io.excel import workbook
-from expdesign.io.output import csv_text, output_folder, write_bytes, write_file
+from expdesign.io.output import csv_text
 from expdesign.io.tables_in_units import in_units
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, read_plan
@@ -25,7 +25,7 @@ _FILL = "FFF8DC"
 
 
 @dataclass(frozen=True, repr=False)
-class SheetResult(Result):
+class SheetResult(RowsResult, FolderResult):
     """What is done in the laboratory, with room for what is read.
 
     Attributes:
@@ -39,22 +39,13 @@ class SheetResult(Result):
     """
 
     FILES: ClassVar = ("sheet.html", "sheet.csv", "sheet.xlsx")
-    text: pd.DataFrame
+    FIRST: ClassVar = "sheet.html"
     steps: Steps
     minutes: float | None
     minutes_in_plan_order: float | None
     title: str
     shared: bool
     robot_file: str = ""
-
-    def as_table(self) -> pd.DataFrame:
-        """The rows as they stand in a file."""
-        return self.text
-
-    @property
-    def frame(self) -> pd.DataFrame:
-        """The steps with numbers as numbers."""
-        return numeric(self.text)
 
     @property
     def summary(self) -> str:
@@ -68,7 +59,7 @@ class SheetResult(Result):
         return text
 
     @property
-    def notes(self) -> list[str]:
+    def instructions(self) -> list[str]:
         """What to do with the sheet."""
         return [
             "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
@@ -78,30 +69,46 @@ class SheetResult(Result):
             f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
         ]
 
-    def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
-        """Write `sheet.html`, `sheet.csv` and `sheet.xlsx` into a folder, in SI or in units such as `mm,mrad`."""
+    def files(self, folder: Path = Path(), units: str | None = None) -> dict[str, str | bytes]:
+        """The sheet as a table, as a workbook and as a page for printing."""
         from expdesign.report.laboratory_sheet import rounded, sheet_page  # noqa: PLC0415 (slow to import)
 
         frame = rounded(in_units(self.text, units))
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "sheet.csv", csv_text(frame))
-            path = shlex.quote(str(Path(folder) / "sheet.xlsx"))
-            lines = [line.replace(" sheet.xlsx ", f" {path} ") for line in self.notes]
-            notes = [self.title, self.summary, *lines]
-            write_bytes(scratch / "sheet.xlsx", workbook(frame, notes=notes, blank=_FILL))
-            write_file(scratch / "sheet.html", sheet_page(frame, self.title, self.summary, lines))
-        return Path(folder) / "sheet.html"
+        path = shlex.quote(str(folder / "sheet.xlsx"))
+        lines = [line.replace(" sheet.xlsx ", f" {path} ") for line in self.instructions]
+        notes = [self.title, self.summary, *lines]
+        return {
+            "sheet.csv": csv_text(frame),
+            "sheet.xlsx": workbook(frame, notes=notes, blank=_FILL),
+            "sheet.html": sheet_page(frame, self.title, self.summary, lines),
+        }
+
+    def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write the sheet and return the path of its page.
+
+        Args:
+            folder: folder for the results.
+            units: units to write, by what they measure, e.g. `mm,mrad`; SI if left out.
+            force: replace files that are there for another purpose. A sheet with readings never is.
+
+        Raises:
+            InputError: a unit is unknown, or the folder cannot be written.
+        """
+        return self._write(Path(folder), self.files(Path(folder), units), force=force)
 
 
 def sheet(config: Config, plan: TableInput) -> SheetResult:
-    """A plan as steps for the laboratory, in the order that saves changes of pose and load.
+    """Write a plan as a sheet for the laboratory, in the order that saves changes; `identify` takes it back filled in.
 
     Args:
-        config: run configuration; `experiment.costs` says in minutes what changes take.
-        plan: what is measured.
+        config: run configuration (YAML); its `experiment.costs` says in minutes what changes of pose and load take.
+        plan: plan (CSV), of any number of rows.
 
     Raises:
         InputError: a file is missing or wrong, a series mixes poses, or poses are measured between reference poses.
+
+    Command:
+        expdesign sheet configs/hexapod-h1.yaml results/mine/plan.csv --out results/sheet --units mm,mrad
     """
     problem = problem_of(config)
     if isinstance(problem.noise, ReferencedNoise):

@@ -8,9 +8,8 @@ import pandas as pd
 
 from expdesign.app.api.concealed import with_concealed
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import PathLike, TableInput, TruthInput, numeric, purpose_of, table_of, truth_of
-from expdesign.app.api.outputs import save_table
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, table_of, truth_of
+from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_of_robot
 from expdesign.chain.recordings.columns import REFERENCE
@@ -18,7 +17,6 @@ from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import measured_names
 from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
-from expdesign.errors import ArgumentError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot_file import require_same_robot
@@ -28,32 +26,32 @@ from expdesign.planning.synthetic import simulated_deflections, simulated_poses
 
 
 @dataclass(frozen=True, repr=False)
-class SimulationResult(Result):
+class SimulationResult(TableResult):
     """Recordings that were not measured.
 
     Attributes:
         text: the rows as they stand in a file.
+        seed: of the noise and the load errors.
+        noise: whether there is noise.
     """
 
-    text: pd.DataFrame
+    seed: int
+    noise: bool
 
     @property
     def summary(self) -> str:
         """How many rows there are."""
         return f"{counted(len(self.text), 'row')} simulated"
 
-    def as_table(self) -> pd.DataFrame:
-        """The rows as they stand in a file."""
-        return self.text
+    @property
+    def lines(self) -> list[str]:
+        """Nothing beside the file."""
+        return []
 
     @property
-    def frame(self) -> pd.DataFrame:
-        """The rows with numbers as numbers."""
-        return numeric(self.text)
-
-    def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
-        """Write the recordings into a file, CSV or .xlsx, in SI or in units such as `mm,mrad`."""
-        return save_table(file, self.text, units, self.purpose, force=force)
+    def notes(self) -> list[str]:
+        """How many rows there are, and of which seed."""
+        return [f"{self.summary} (seed {self.seed}{'' if self.noise else ', no noise'})"]
 
 
 def simulate(
@@ -70,15 +68,15 @@ def simulate(
     """Simulate the recordings of a plan.
 
     Args:
-        config: run configuration.
-        plan: what is measured.
-        model: what deflects, an identified model or a robot file; the configuration's robot if left out.
-        conceal: physics that really deflects and that the base model lacks, such as `leg_backlash at leg 4, 5 um`
-            (`expdesign physics`).
+        config: run configuration (YAML).
+        plan: plan (CSV), of any number of rows.
+        model: model or robot file (YAML) that deflects; the configuration's robot if left out.
+        conceal: physics that really deflects and that the base model lacks, e.g. 'leg_backlash at leg 4, 5 um';
+            `expdesign physics` lists what there is.
         seed: of the noise and the load errors.
-        noise: whether there is the configuration's noise.
-        load_errors: whether there are the configuration's load errors.
-        other_robot: whether a model of another geometry than the configuration's is meant.
+        noise: with the configuration's noise.
+        load_errors: with the configuration's load errors.
+        other_robot: a model of another geometry than the configuration's is meant.
 
     Raises:
         InputError: a file is missing or wrong, or the seed is negative.
@@ -87,9 +85,11 @@ def simulate(
         >>> recordings = xd.simulate("configs/bipod.yaml", "plan.csv", seed=1)
         >>> recordings.frame.columns[6:].tolist()
         ['dx_m', 'dy_m', 'sx_m', 'sy_m']
+
+    Command:
+        expdesign simulate configs/hexapod-h1.yaml plan.csv --out recordings.csv --seed 3
     """
-    if seed < 0:
-        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")
+    require_seed(seed)
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
     table = table_of(plan, "plan")
@@ -110,12 +110,12 @@ def simulate(
         require_history(identified, complete)
     if not problem.loaded.regressor.referenced:
         drawn = simulated_poses(problem, given, points, identified, seed, noise=noise, errors=load_errors)
-        return SimulationResult(_measured(complete.frame, drawn, problem, given), purpose=purpose)
+        return SimulationResult(_measured(complete.frame, drawn, problem, given), seed, noise, purpose=purpose)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
     pose_map = problem.loaded.robot.jacobians(given.configurations).pose
     frame = _with_references(complete.frame, problem, given)
     text = _recorded(frame, deflections, problem, problem.noise.deviations_at(pose_map))
-    return SimulationResult(text, purpose=purpose)
+    return SimulationResult(text, seed, noise, purpose=purpose)
 
 
 def _with_references(frame: pd.DataFrame, problem: DesignProblem, plan: Plan) -> pd.DataFrame:

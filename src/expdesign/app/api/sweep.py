@@ -9,8 +9,8 @@ import pandas as pd
 import yaml
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.inputs import PathLike, document_of, numeric, purpose_of
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import document_of, purpose_of
+from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.app.api.run import run
 from expdesign.app.sweeps.engine import Engine, Serial
 from expdesign.app.sweeps.runs import sweep_runs
@@ -47,6 +47,18 @@ class SweepResult(Result):
         return f"{counted(len(self.table), 'run')} in {self.folder}, {self.failed} of them without a result"
 
     @property
+    def lines(self) -> list[str]:
+        """The table's path."""
+        return [str(self.folder / TABLE)]
+
+    @property
+    def notes(self) -> list[str]:
+        """How many runs have no result."""
+        if not self.failed:
+            return []
+        return [f"{self.failed} of {len(self.table)} runs have no result; the column `message` says why."]
+
+    @property
     def failed(self) -> int:
         """How many runs have no result."""
         return int((self.table["status"] == "failed").sum())
@@ -62,22 +74,25 @@ def sweep(
     progress: bool = False,
     force: bool = False,
 ) -> SweepResult:
-    """Do the runs of a sweep that are not done yet, and keep each as it arrives.
+    """Do many runs with other values; interrupted, the same command goes on.
 
-    Given again after an interruption, it goes on; given again with more values, it does only the new runs. A run is
-    done again where other code or other libraries would compute it now.
+    Each run is kept as it arrives. Given again with more values, only the new runs are done. A run is done again where
+    other code or other libraries would compute it now.
 
     Args:
-        file: what varies.
-        folder: for the results.
+        file: what varies (YAML).
+        folder: folder for the results; the same folder continues a sweep.
         engine: that does the runs; one after another in this process if left out.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
-        force: whether the tables of another sweep in the folder are replaced.
+        force: replace the tables of another sweep in the folder.
 
     Raises:
         InputError: the sweep is wrong, or a result cannot be written.
         WorkersError: the workers are gone.
+
+    Command:
+        expdesign sweep configs/sweep-measurements.yaml --out results/measurements --workers 2
     """
     path = Path(folder)
     document = document_of(file, "sweep")

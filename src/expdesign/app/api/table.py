@@ -9,29 +9,30 @@ import numpy as np
 import pandas as pd
 
 import expdesign
-from expdesign.app.api.inputs import ModelInput, PathLike, model_of, purpose_of
-from expdesign.app.api.result import Result
+from expdesign.app.api.inputs import ModelInput, model_of, purpose_of
+from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import points_from_table
-from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
+from expdesign.errors import ArgumentError, ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.estimation.compensation.c_source import c_source
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.correction_table import CorrectionTable, correction_table
 from expdesign.estimation.compensation.prediction import require_history
 from expdesign.io.nearest import nearest
-from expdesign.io.output import csv_text, json_text, output_folder, write_file
+from expdesign.io.output import csv_text, json_text
 from expdesign.io.table import Table
 from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot
 
 MOST_NODES = 50_000
+"""Nodes at most where nothing is said."""
 ERROR = {"length": 1e-8, "angle": 1e-7}
 """m, rad."""
 
 
 @dataclass(frozen=True, repr=False)
-class CorrectionTableResult(Result):
+class CorrectionTableResult(FolderResult):
     """A table of corrections: command = target + correction.
 
     Attributes:
@@ -43,6 +44,7 @@ class CorrectionTableResult(Result):
     """
 
     FILES: ClassVar = ("table.csv", "correction.c", "table.json")
+    FIRST: ClassVar = "correction.c"
     axes: tuple[str, ...]
     outputs: tuple[str, ...]
     held: dict[str, float]
@@ -100,13 +102,13 @@ class CorrectionTableResult(Result):
         about += f"made by expdesign {expdesign.__version__}. SI units."
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write `table.csv`, `correction.c` and `table.json` into a folder."""
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "table.csv", csv_text(self.frame))
-            write_file(scratch / "correction.c", self.c_source)
-            write_file(scratch / "table.json", json_text(self.record))
-        return Path(folder)
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files."""
+        return {
+            "table.csv": csv_text(self.frame),
+            "correction.c": self.c_source,
+            "table.json": json_text(self.record),
+        }
 
 
 def table(
@@ -118,14 +120,16 @@ def table(
     nodes: int = MOST_NODES,
     seed: int = 1,
 ) -> CorrectionTableResult:
-    """Tabulate the corrections of commands, as finely as the wanted error of interpolation takes.
+    """Tabulate corrections of commands, as CSV and as a file of C99, with the error of interpolation stated.
+
+    The table has as many nodes as the wanted error of interpolation takes.
 
     Args:
-        model: identified robot.
+        model: identified model (YAML).
         over: low and high of every coordinate of target or load that varies, by the names of columns (`x_m`, `z_mm`).
         at: values of coordinates that do not vary; poses, places and wrenches that are not named are those of the
             robot's reference and 0.
-        error: largest error of interpolation, `length` in m and `angle` in rad.
+        error: largest error of interpolation, of lengths and angles. In Python `length` in m and `angle` in rad.
         nodes: at most.
         seed: of the points at which the table is checked.
 
@@ -135,7 +139,13 @@ def table(
         InfeasibleError: a command in the range is beyond the robot's limits.
         SingularConfigurationError: the robot is singular in the range.
         ConvergenceError: more nodes would be needed.
+
+    Command:
+        expdesign table model.yaml --over x_mm=-20:20 --over mass_kg=0:30 --at com_z_m=0.12 --out table
     """
+    if nodes < 2 or seed < 0:
+        what = "nodes must be at least 2 and the seed at least 0"
+        raise ArgumentError(what, argument="nodes", remedy="Correct it.")
     identified = model_of(model)
     robot = identified.chain.robot
     ranges = {name: _range(name, pair) for name, pair in _in_si(over, "over", robot).items()}

@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import ModelInput, PathLike, TableInput, model_of, purpose_of, table_of
-from expdesign.app.api.referenced import referenced
-from expdesign.app.api.result import Result
+from expdesign.app.api.configuration import Config, problem_of_robot
+from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, table_of
+from expdesign.app.api.recorded import referenced
+from expdesign.app.api.result import FolderResult, PathLike
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.about import About, about_of, read_about
 from expdesign.assurance.acceptance.budget import tolerances
@@ -23,8 +23,7 @@ from expdesign.chain.models.model_file import Model
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
-from expdesign.io.output import json_text, output_folder, write_file
-from expdesign.mechanics.robots.robot_file import require_same_robot
+from expdesign.io.output import json_text
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 
@@ -33,7 +32,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, repr=False)
-class VerificationResult(Result):
+class VerificationResult(FolderResult):
     """A verified robot.
 
     Attributes:
@@ -41,7 +40,7 @@ class VerificationResult(Result):
         check: what was measured.
         result: what it says.
         about: texts of the certificate.
-        files: SHA-256 of every file, by its name.
+        hashes: SHA-256 of every file, by its name.
     """
 
     FILES: ClassVar = ("verification.json", "report.html", "report.json")
@@ -49,7 +48,7 @@ class VerificationResult(Result):
     check: CheckMeasurement
     result: Verification
     about: About
-    files: dict[str, str]
+    hashes: dict[str, str]
 
     @property
     def summary(self) -> str:
@@ -57,11 +56,25 @@ class VerificationResult(Result):
         return f"verdict {self.result.verdict} for {self.model.chain.robot.name}"
 
     @property
+    def lines(self) -> list[str]:
+        """The verdict, and what it rests on."""
+        from expdesign.report.verification_report import statement  # noqa: PLC0415 (slow to import)
+
+        return [f"verdict: {self.result.verdict}", *statement(self.result)]
+
+    @property
+    def notes(self) -> list[str]:
+        """Texts of the certificate that nobody has given."""
+        stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
+        empty = [name for name, text in self.about.model_dump().items() if not text and name not in stated]
+        return [f"left to be filled in by hand: {', '.join(empty)}"] if empty else []
+
+    @property
     def record(self) -> dict[str, Any]:
         """The content of `verification.json`."""
         robot = self.model.chain.robot
         axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
-        record = verification_record(self.result, robot, axes, self.about, self.files)
+        record = verification_record(self.result, robot, axes, self.about, self.hashes)
         return {"certificate": certificate_number(record)} | record
 
     def page(self) -> Page:
@@ -69,16 +82,11 @@ class VerificationResult(Result):
         from expdesign.report.verification_report import verification_report  # noqa: PLC0415 (slow to import)
 
         number = self.record["certificate"]
-        return verification_report(self.result, self.model, self.check, self.about, self.files, number)
+        return verification_report(self.result, self.model, self.check, self.about, self.hashes, number)
 
-    def save(self, folder: PathLike, *, force: bool = False) -> Path:
-        """Write the files of `expdesign verify` into a folder and return the path of the certificate."""
-        from expdesign.report.stored import PAGE, write_report  # noqa: PLC0415 (slow to import)
-
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "verification.json", json_text(self.record))
-            write_report(scratch, self.page(), Path(folder))
-        return Path(folder) / PAGE
+    def files(self, folder: Path = Path()) -> dict[str, str]:
+        """Names and texts of the files without the certificate."""
+        return {"verification.json": json_text(self.record)}
 
 
 def verify(
@@ -91,17 +99,18 @@ def verify(
     shared_reference: bool | None = None,
     other_robot: bool = False,
 ) -> VerificationResult:
-    """Compare poses attained at compensated commands with what was predicted, and with their tolerances.
+    """Compare the poses attained after compensation with predictions and tolerances, and write a certificate.
 
     Args:
-        model: identified robot, with which the commands were found.
-        recordings: the commands as `compensate` wrote them, with what was measured filled in.
-        config: run configuration that names the tolerances (and the noise, where the recordings do not).
-        about: texts of the certificate.
+        model: identified model (YAML) with which the commands were found.
+        recordings: commands of `compensate` with what was measured filled in (CSV).
+        config: run configuration (YAML) whose targets have the tolerances (and the noise, where the recordings do not
+            have it).
+        about: texts of the certificate (YAML).
         coverage: of the expanded uncertainty; the configuration's, or that of k = 2, if left out.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `config` say.
-        other_robot: whether a configuration of another geometry than the robot's is meant.
+        other_robot: a configuration of another geometry than the robot's is meant.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -112,6 +121,9 @@ def verify(
         >>> checked = xd.verify("identified/model.yaml", "check.csv", config="configs/bipod.yaml")
         >>> checked.record["verdict"]
         'not proven'
+
+    Command:
+        expdesign verify results/mine/model.yaml check.csv --config configs/hexapod-h1.yaml --out results/verified
     """
     if coverage is not None and not 0.0 < coverage < 1.0:
         raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")
@@ -121,9 +133,7 @@ def verify(
     require_history(identified, table)
     check = read_check_measurement(table, robot)
     require_regular_points(robot, check.points)
-    problem = None if config is None else problem_of(config)
-    if problem is not None:
-        require_same_robot(problem.loaded.robot, problem.source, robot, identified.source, confirmed=other_robot)
+    problem = problem_of_robot(config, robot, identified.source, confirmed=other_robot)
     deviations = _deviations(identified, check, problem)
     check = replace(check, points=referenced(check.points, shared_reference, problem))
     comparison = compare(identified, check, deviations)
@@ -136,9 +146,9 @@ def verify(
     statement = comparison.statement(check.points, columns)
     judged = judge(check, comparison, limits, chosen, robot)
     result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
-    files = _hashes(model, recordings, config, about)
+    hashes = _hashes(model, recordings, config, about)
     return VerificationResult(
-        identified, check, result, _about(about), files, purpose=purpose_of("verify", model, recordings)
+        identified, check, result, _about(about), hashes, purpose=purpose_of("verify", model, recordings)
     )
 
 

@@ -4,9 +4,6 @@ from expdesign.app.sweeps.engine import Engine, Processes, Serial
 from expdesign.errors import InputError
 from expdesign.processors import processors
 
-WORKERS = "Processes of this machine"
-CLUSTER = "Address of a Dask scheduler instead, e.g. tcp://192.168.0.5:8786."
-
 
 def engine_of(workers: int | None, cluster: str | None, default: int | None = None) -> Engine:
     """The engine of the options `--workers` and `--cluster`, to be used as a context.

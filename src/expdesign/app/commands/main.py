@@ -1,18 +1,12 @@
 """Entry point: `expdesign COMMAND ...`.
 
-Every module of this package with a function `command` is a command of the module's name. It is imported when it is
-called: for the list of commands its group and the first line of its description are read off its source, so that
-`expdesign --help` and the completion of a shell do not wait for the libraries of all of them.
+A command is made of a function of the package when it is called (`maker`), so that `expdesign --help` and the
+completion of a shell do not wait for the libraries of all of them.
 """
 
-import ast
 import importlib
 import logging
-import pkgutil
 import sys
-from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -20,45 +14,14 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import expdesign
+from expdesign.app.commands.listed import COMMANDS, listed_commands
 from expdesign.errors import ArgumentError, ExpdesignError
-
-GROUPS = {
-    "way": "The way, from a plan to a certificate",
-    "data": "Data",
-    "research": "Research",
-}
-"""Groups of commands with their titles, in the order of the list; a command says which one it is in (`GROUP`)."""
 
 _LOOK: dict[str, Any] = {
     "pretty_exceptions_enable": False,
     "rich_markup_mode": None,
     "context_settings": {"help_option_names": ["-h", "--help"]},
 }
-
-
-@dataclass(frozen=True)
-class Listed:
-    """A command in the list: the first line of its description, its group and its place there."""
-
-    first: str
-    group: str
-    place: int
-
-
-@lru_cache(maxsize=1)
-def command_modules() -> dict[str, Listed]:
-    """The commands by their names, in the order of the list."""
-    found = {}
-    for info in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        tree = ast.parse((Path(__file__).parent / f"{info.name}.py").read_text(encoding="utf-8"))
-        group, place = next(iter(GROUPS)), 0
-        for node in tree.body:
-            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "GROUP":
-                group, place = ast.literal_eval(node.value)
-            if isinstance(node, ast.FunctionDef) and node.name == "command":
-                first = (ast.get_docstring(node) or "").split("\n")[0]
-                found[info.name.replace("_", "-")] = Listed(first, group, place)
-    return dict(sorted(found.items(), key=lambda item: (list(GROUPS).index(item[1].group), item[1].place, item[0])))
 
 
 class _InterruptedError(BaseException):
@@ -69,14 +32,15 @@ class LazyCommands(TyperGroup):
     """The commands, imported one by one when they are called."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return list(command_modules())
+        return list(listed_commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        if cmd_name not in command_modules():
+        if cmd_name not in listed_commands():
             return None
-        module = importlib.import_module(f"expdesign.app.commands.{cmd_name.replace('-', '_')}")
+        # The libraries of a command are imported when it is called.
+        function, help_text = importlib.import_module("expdesign.app.commands.maker").made(cmd_name)
         one = typer.Typer(add_completion=False, **_LOOK)
-        one.command(name=cmd_name)(module.command)
+        one.command(name=cmd_name, help=help_text)(function)
         return get_command(one)
 
     def invoke(self, ctx: Any) -> Any:
@@ -86,16 +50,14 @@ class LazyCommands(TyperGroup):
             raise _InterruptedError from None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        listed = command_modules()
+        listed = listed_commands()
         width = max(map(len, listed))
-        for group, title in GROUPS.items():
+        for title, names in COMMANDS.items():
             with formatter.section(title):
-                formatter.write_dl(
-                    [(name.ljust(width), one.first) for name, one in listed.items() if one.group == group]
-                )
+                formatter.write_dl([(name.ljust(width), listed[name].first) for name in names])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        self.commands = dict.fromkeys(command_modules(), self)  # for the suggestion of the nearest name
+        self.commands = dict.fromkeys(listed_commands(), self)  # for the suggestion of the nearest name
         return super().resolve_command(ctx, args)
 
 

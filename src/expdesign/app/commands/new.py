@@ -7,15 +7,11 @@ from typing import Annotated
 
 import typer
 
-from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force
+from expdesign.app.commands.call import Force, note
 from expdesign.app.templates import kinds, needed
 from expdesign.errors import InputError
 from expdesign.io.output import require_writable, write_file
 from expdesign.io.written import Purpose, require_free
-
-GROUP = ("way", 1)
-"""Where it stands in the list of commands."""
 
 
 def command(

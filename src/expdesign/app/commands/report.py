@@ -5,10 +5,7 @@ from typing import Annotated
 
 import typer
 
-from expdesign.app.commands.writing import Force
-
-GROUP = ("research", 8)
-"""Where it stands in the list of commands."""
+from expdesign.app.commands.call import Force
 
 
 def command(

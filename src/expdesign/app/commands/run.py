@@ -8,69 +8,38 @@ import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import Any
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
-from expdesign.app.api.inputs import purpose_of
 from expdesign.app.commands import BEGUN
-from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Config, Force, require_folder
-from expdesign.assurance.acceptance.decision import sentences
-from expdesign.assurance.acceptance.planned import recommended_acceptance
-from expdesign.io.output import new_folder
-
-GROUP = ("way", 3)
-"""Where it stands in the list of commands."""
+from expdesign.app.commands.call import Call, note
 
 
-def command(
-    config: Config,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the results; a new one under results/ if left out.")
-    ] = None,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Show the front as it grows in the browser, where the run can be ended.")
-    ] = False,
-    seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="End after so many seconds in all, with what is there.")
-    ] = None,
-    port: Annotated[int, typer.Option(help="Of the page of --watch on this machine; any that is free if 0.")] = 0,
-    force: Force = False,
-) -> None:
-    """Find the Pareto front of DUIR against FEIR and the recommended plan.
+def command(call: Call, watch: bool = False, port: int = 0) -> None:
+    """Run, ended by the clock or by a person, and looked at on the way.
 
-    Ctrl-C ends the search with what is there; all is written, and the plan before it is bounded.
-
-    Example: expdesign run configs/hexapod-h1.yaml --out results/mine --watch
+    Args:
+        call: the command.
+        watch: show the front as it grows in the browser, where the run can be ended.
+        port: of the page of --watch on this machine; any that is free if 0.
     """
-    folder = out or new_folder(config.stem)
-    require_folder(folder, xd.RunResult, purpose_of("run", config), force=force)
-    if seconds is not None:  # what it took to get here counts too
-        seconds = max(0.0, seconds - (time.perf_counter() - BEGUN))
+    call.require_free()
+    out, force = call.out, call.given["force"]
+    assert out is not None
+    further: dict[str, Any] = {"searched": lambda run: run.save_plan(out, force=force)}
+    seconds = call.given.get("seconds")
+    if seconds is not None and seconds >= 0.0:  # what it took to get here counts too
+        further["seconds"] = max(0.0, seconds - (time.perf_counter() - BEGUN))
     with _interruptible() as interrupted:
         if watch:
-            result, page = _watched(config, folder, port, seconds, interrupted, force=force)
+            result, page = _watched(call, port, interrupted, further)
         else:
-            result = xd.run(
-                config,
-                progress=True,
-                ended=interrupted,
-                seconds=seconds,
-                searched=lambda run: run.save_plan(folder, force=force),
-            )
-            page = result.save(folder, force=force)
-    print(result.summary)
-    for text in sentences(recommended_acceptance(result.problem, result.front)):
-        print(text)
-    if "accuracy" in result.record:
-        print(result.record["accuracy"]["sentence"])
-    if result.record["duir_lower_bound"] is None:
-        print(f"no lower bound of DUIR: {result.record['duir_lower_bound_certified_on']}")
+            result = call.result(ended=interrupted, **further)
+            page = call.kept(result)
+    call.say(result)
     if result.protocol is not None:
-        note(f"{folder / 'poses.csv'} has every pose to measure, references included; `expdesign correct` reads it")
+        note(f"{out / 'poses.csv'} has every pose to measure, references included; `expdesign correct` reads it")
     print(page)
 
 
@@ -94,34 +63,21 @@ def _interruptible() -> Iterator[Callable[[], bool]]:
 
 
 def _watched(
-    config: Path,
-    folder: Path,
-    port: int,
-    seconds: float | None,
-    interrupted: Callable[[], bool],
-    *,
-    force: bool,
-) -> tuple[xd.RunResult, Path]:
+    call: Call, port: int, interrupted: Callable[[], bool], further: dict[str, Any]
+) -> tuple[xd.RunResult, Path | None]:
     """The run with a page on which it can be looked at and ended, and the path of its report."""
     from expdesign.app.watching.server import serve  # noqa: PLC0415 (needed here alone)
     from expdesign.app.watching.watched import Watched  # noqa: PLC0415
 
-    problem = problem_of(config)
-    watched = Watched(problem, str(folder))
+    problem = problem_of(call.given["config"])
+    watched = Watched(problem, str(call.out))
     with serve(watched, port) as watch:
         note(f"watch it at {watch.address}")
         _open(watch.address)
-        result = xd.run(
-            problem,
-            callback=watched.stage,
-            progress=True,
-            follow=watched.follow,
-            ended=lambda: interrupted() or watched.wanted,
-            seconds=seconds,
-            searched=lambda run: run.save_plan(folder, force=force),
-        )
+        ended = {"ended": lambda: interrupted() or watched.wanted}
+        result = call.result(config=problem, callback=watched.stage, follow=watched.follow, **ended, **further)
         watched.stage("writing", 0, 0, "")
-        page = result.save(folder, force=force)
+        page = call.kept(result)
         watched.ended("ended" if "ended_by_hand" in result.record else "finished")
         watch.report = page
     return result, page

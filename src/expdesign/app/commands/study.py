@@ -8,13 +8,9 @@ from typing import Annotated
 
 import typer
 
-from expdesign.app.commands.console import note
-from expdesign.app.commands.writing import Force
+from expdesign.app.commands.call import Force, note
 from expdesign.errors import InputError
 from expdesign.io.output import require_writable
-
-GROUP = ("research", 6)
-"""Where it stands in the list of commands."""
 
 
 def command(

@@ -40,6 +40,7 @@ Work = Callable[[Any], Any]
 
 SINGLE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 MOST_ATTEMPTS = 3
+"""Times that a process may end at the same work before it is given up."""
 
 
 class WorkersError(ExpdesignError):

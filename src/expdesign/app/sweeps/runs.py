@@ -88,6 +88,7 @@ class SweepSection(Section):
 
 _KEY = re.compile(r"[^.\[\]]+|\[\d+\]")
 MOST_RUNS = 100_000
+"""Of one sweep; more are a slip in its ranges."""
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,16 @@ expanded one U = k·u_c (6.2.1).
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.estimation.coverage_factor import Coverage
-from expdesign.planning.criteria.assessment import Assessment
-from expdesign.planning.problem import DesignProblem
+
+if TYPE_CHECKING:  # what is decided of recordings without targets need not wait for planning
+    from expdesign.planning.criteria.assessment import Assessment
+    from expdesign.planning.problem import DesignProblem
 
 NOISE = "noise"
 
@@ -97,14 +100,14 @@ class UncertaintyBudget:
         return np.sqrt(total)
 
 
-def tolerances(problem: DesignProblem) -> FloatArray:
+def tolerances(problem: "DesignProblem") -> FloatArray:
     """Tolerances of the targets (m, rad), shape (t, n), NaN where an axis does not matter."""
     importance = problem.targets.importance
     with np.errstate(divide="ignore"):
         return np.where(importance > 0.0, 1.0 / np.sqrt(importance), np.nan)
 
 
-def load_contributions(problem: DesignProblem, assessment: Assessment) -> tuple[Contribution, ...]:
+def load_contributions(problem: "DesignProblem", assessment: "Assessment") -> tuple[Contribution, ...]:
     """One line for each source of load error of the first design of an assessment."""
     deviations = np.sqrt(assessment.source_variances[0])
     return tuple(
@@ -113,7 +116,7 @@ def load_contributions(problem: DesignProblem, assessment: Assessment) -> tuple[
     )
 
 
-def planned_budget(problem: DesignProblem, assessment: Assessment) -> UncertaintyBudget:
+def planned_budget(problem: "DesignProblem", assessment: "Assessment") -> UncertaintyBudget:
     """The budget of the first design of an assessment, before anything is measured."""
     noise = Contribution(NOISE, np.sqrt(assessment.noise_variance[0]), True)
     return UncertaintyBudget(

@@ -13,6 +13,7 @@ from expdesign.planning.problem import DesignProblem
 
 PARTS = (("targets",), ("aggregate",), ("experiment", "deflection_noise"))
 MOST_SAID = 4
+"""Differences that a message lists."""
 
 
 def require_comparable(problems: list[DesignProblem]) -> None:

@@ -16,6 +16,7 @@ from expdesign.planning.start import starting_designs
 
 Origin = Literal["optimised", "random", "given"]
 _RANDOM_STREAM = 7
+"""Keeps the random designs apart from the searches' numbers of the same seed."""
 _PROBES, _SAME = 8, 1e-12
 """Designs on which criteria are compared, and the relative difference below which they are the same."""
 

@@ -11,6 +11,7 @@ from expdesign.assurance.comparison.judgement import Judgement
 FEWEST = 4
 """Designs below which there is no correlation worth the name."""
 _RESAMPLES, _STREAM = 2000, 13
+"""Bootstrap samples of an interval, and what keeps their numbers apart from others of the same seed."""
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,12 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
-Weighting = Callable[["Sample"], FloatArray]
+Weighting = Callable[["Hypothesis"], FloatArray]
 """Weights (N, k) of the readings of a sample."""
 
 
 @dataclass(frozen=True)
-class Sample:
+class Hypothesis:
     """Recordings under a hypothesis.
 
     Attributes:
@@ -40,7 +40,7 @@ class Sample:
     readings: FloatArray
     deviations: FloatArray | None
 
-    def scaled(self, factors: FloatArray) -> "Sample":
+    def scaled(self, factors: FloatArray) -> "Hypothesis":
         """Readings times factors (k,), their standard deviations with them."""
         deviations = None if self.deviations is None else self.deviations * np.abs(factors)
         return replace(self, readings=self.readings * factors, deviations=deviations)
@@ -97,13 +97,13 @@ class Evidence:
     recordings: Recordings
     robot: Robot
     options: MistakeOptions = DEFAULT
-    _observations: dict[tuple[int, int], tuple[Sample, FloatArray]] = field(default_factory=dict, repr=False)
+    _observations: dict[tuple[int, int], tuple[Hypothesis, FloatArray]] = field(default_factory=dict, repr=False)
 
     @cached_property
-    def stated(self) -> Sample:
+    def stated(self) -> Hypothesis:
         """The recordings as they are."""
         data = self.recordings
-        return Sample(data.configurations, data.wrenches, data.deflections, data.deviations)
+        return Hypothesis(data.configurations, data.wrenches, data.deflections, data.deviations)
 
     @cached_property
     def linear(self) -> BoolArray:
@@ -137,14 +137,14 @@ class Evidence:
         """Whether χ² of the first weighting has the distribution of that name."""
         return self.stated.deviations is not None
 
-    def _by_size(self, sample: Sample) -> FloatArray:
+    def _by_size(self, sample: Hypothesis) -> FloatArray:
         weights = np.ones_like(sample.readings)
         for kind in (self.linear, ~self.linear):
             size = np.sqrt((sample.readings[:, kind] ** 2).mean()) if kind.any() else 0.0
             weights[:, kind] = 1.0 / size if size > 0.0 else 0.0
         return weights
 
-    def observation(self, sample: Sample) -> FloatArray:
+    def observation(self, sample: Hypothesis) -> FloatArray:
         """Sensitivities of the readings to relative compliances, shape (N, k, n_p); kept for samples alike."""
         key = (id(sample.configurations), id(sample.wrenches))
         if key not in self._observations:
@@ -153,7 +153,7 @@ class Evidence:
             self._observations[key] = sample, matrix  # the sample is kept so that its arrays keep their identity
         return self._observations[key][1]
 
-    def fit(self, sample: Sample, weighting: Weighting) -> Fitted | None:
+    def fit(self, sample: Hypothesis, weighting: Weighting) -> Fitted | None:
         """Least squares under a weighting; None where nothing can be fitted."""
         observation = self.observation(sample)
         if not np.isfinite(observation).all():
@@ -210,13 +210,13 @@ class Evidence:
         residuals, basis, fitted = self._deletion
         return _score(residuals**2 / np.maximum(1.0 - (basis**2).sum(axis=-1), 1e-9), 1, fitted)
 
-    def at(self, configurations: FloatArray, payload: FloatArray | None = None) -> Sample:
+    def at(self, configurations: FloatArray, payload: FloatArray | None = None) -> Hypothesis:
         """The recordings at other commands (N, n_q): weights act where the platform would then be."""
         payload = self.recordings.payload if payload is None else payload
         other = replace(self.stated, configurations=configurations)
         return other if payload is None else replace(other, wrenches=self._weights(configurations, payload))
 
-    def with_payload(self, payload: FloatArray, gravity: FloatArray | None = None) -> Sample:
+    def with_payload(self, payload: FloatArray, gravity: FloatArray | None = None) -> Hypothesis:
         """The recordings under payloads (N, 4), and under another gravity (N, d) where it is given."""
         return replace(self.stated, wrenches=self._weights(self.stated.configurations, payload, gravity))
 
@@ -234,7 +234,7 @@ class Evidence:
         return f"row {self.recordings.lines[row]}" + (f", column {column}" if column else "")
 
 
-def _by_deviation(sample: Sample) -> FloatArray:
+def _by_deviation(sample: Hypothesis) -> FloatArray:
     assert sample.deviations is not None
     return 1.0 / sample.deviations
 

@@ -14,7 +14,7 @@ _LOGGER = logging.getLogger("expdesign.assurance.plausibility")
 
 
 @dataclass(frozen=True)
-class Finding:
+class Implausibility:
     """Something that cannot be, or that is hardly meant.
 
     Attributes:
@@ -30,7 +30,7 @@ class Finding:
     impossible: bool = False
 
 
-def say(findings: Sequence[Finding], source: str) -> None:
+def say(findings: Sequence[Implausibility], source: str) -> None:
     """Raise the first impossible finding, or log every suspicious one as a warning (on standard error by default).
 
     Raises:

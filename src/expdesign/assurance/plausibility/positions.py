@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.plausibility.finding import Finding, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
 from expdesign.assurance.plausibility.options import DEFAULT
 from expdesign.chain.readings.choice import reading_of
@@ -43,11 +43,12 @@ _ARM = 0.2
 _FARTHEST, _SLACK = 2.0, 2.0
 """Times the span of the robot, and m: no payload is farther away than both together."""
 _DEGREES = 180.0 / np.pi
+"""° of a radian."""
 _ROWS = 120
 """Rows with which hypotheses are compared."""
 
 
-def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
+def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     """What speaks against units, signs and frames of positions of markers, beside commands of a serial robot."""
     if not robot.jointed or 0 not in recordings.axes:
         return []
@@ -73,7 +74,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Finding]:
     if GAIN * least >= stated:
         return []
     left = f"{100 * stated:.0f} % of the spread of the positions is left after registration"
-    return [Finding(f"{left}, where {100 * least:.2g} % would be", text)]
+    return [Implausibility(f"{left}, where {100 * least:.2g} % would be", text)]
 
 
 def _some(recordings: Recordings) -> IntArray:
@@ -82,7 +83,7 @@ def _some(recordings: Recordings) -> IntArray:
     return fitted[:: -(-len(fitted) // _ROWS) or 1]
 
 
-def _payloads(recordings: Recordings, robot: Robot) -> list[Finding]:
+def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     """Payloads of the tip and of other links whose centres of mass are farther away than the robot could hold them."""
     tree, size = robot.links.tree, extent(robot) or 0.0
     centres = {"com_x_m": recordings.payload[:, 1:]} if recordings.payload is not None else {}
@@ -95,11 +96,11 @@ def _payloads(recordings: Recordings, robot: Robot) -> list[Finding]:
         if farthest > _FARTHEST * size + _SLACK:
             what = f"a payload's centre of mass lies {farthest:.3g} m away, but the robot spans {size:.3g} m"
             likely = "Write centres of mass in m: they look like mm."
-            found.append(Finding(what, likely, f"column {column}", impossible=True))
+            found.append(Implausibility(what, likely, f"column {column}", impossible=True))
     return found
 
 
-def _units(train: Recordings, robot: Robot) -> list[Finding]:
+def _units(train: Recordings, robot: Robot) -> list[Implausibility]:
     """Readings that spread over many times what the tip does are in another unit, whatever the frames."""
     rotations = robot.jacobians(train.configurations).rotation.reshape(len(train), -1)
     own, tip, turn = (_spread(x) for x in (train.deflections, robot.position(train.configurations), rotations))
@@ -108,7 +109,11 @@ def _units(train: Recordings, robot: Robot) -> list[Finding]:
     for factor, unit in ((1e3, "mm"), (1e6, "µm")):
         if factor / _LARGER < ratio < factor * _LARGER:
             what = f"the positions spread over {own:.3g} m, and the tip of the robot over {tip:.3g} m"
-            return [Finding(what, f"Write them in m: they look like {unit}.", f"column {POSITION[0]}", impossible=True)]
+            return [
+                Implausibility(
+                    what, f"Write them in m: they look like {unit}.", f"column {POSITION[0]}", impossible=True
+                )
+            ]
     return []
 
 
@@ -165,7 +170,7 @@ def _tips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
         yield text, replace(train, configurations=moved)
 
 
-def _standing(tree: KinematicTree) -> list[Finding]:
+def _standing(tree: KinematicTree) -> list[Implausibility]:
     """Joints off the chain whose place nobody says, although they move weight that the chain carries."""
     joints = tree.urdf.joints.values()
     mass = {
@@ -182,7 +187,7 @@ def _standing(tree: KinematicTree) -> list[Finding]:
     likely = (
         f"They are taken to stand at 0. If they did not, add `branch_joints: [{', '.join(heavy)}]` and their columns."
     )
-    return [Finding(what, likely, "robot file")]
+    return [Implausibility(what, likely, "robot file")]
 
 
 def _hangs_on(link: str, ancestor: str, tree: KinematicTree) -> bool:
@@ -193,7 +198,7 @@ def _hangs_on(link: str, ancestor: str, tree: KinematicTree) -> bool:
     return link == ancestor
 
 
-def _orientations(recordings: Recordings, robot: Robot) -> list[Finding]:
+def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     """Measured orientations that do not turn as the tip does, and would if they were written otherwise."""
     if recordings.aim is None:
         return []
@@ -223,7 +228,7 @@ def _orientations(recordings: Recordings, robot: Robot) -> list[Finding]:
     what = (
         f"the measured orientations are off by {stated:.2g} rad (RMS) after registration, and would be by {least:.2g}"
     )
-    return [Finding(what, text, "column measured_rx_rad")]
+    return [Implausibility(what, text, "column measured_rx_rad")]
 
 
 def _angle(train: Recordings, robot: Robot) -> float | None:
@@ -261,7 +266,7 @@ def _slips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
             yield f"Is {value} {what}? Correct it.", replace(train, deflections=readings)
 
 
-def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Finding]:
+def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Implausibility]:
     """Rows whose positions agree far closer than positions repeat; `train` are those that are fitted."""
     left = _left(train, robot)
     if left is None:
@@ -272,7 +277,7 @@ def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Fin
         return []
     first, other = (recordings.lines[runs[0].first - back] for back in (runs[0].offset, 0))
     what = f"the readings of row {other} agree with those of row {first} far closer than readings repeat"
-    return [Finding(what, "Were rows copied? Every row has to be measured; take them out.")]
+    return [Implausibility(what, "Were rows copied? Every row has to be measured; take them out.")]
 
 
 def _left(train: Recordings, robot: Robot) -> FloatArray | None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.finding import Finding, extent, largest
+from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.mechanics.robots.robot import Robot
 
@@ -31,9 +31,10 @@ UNSEEN, PERFECT = 1.0, 1e7
 COARSE = (1e-2, 0.2)
 """m, rad: tolerances that need no calibration."""
 _SAMPLES = 200
+"""Measurements drawn from the design space to be judged."""
 
 
-def problem_findings(problem: "DesignProblem") -> list[Finding]:
+def problem_findings(problem: "DesignProblem") -> list[Implausibility]:
     """What speaks against a run configuration."""
     found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
     if problem.loaded.regressor.referenced:
@@ -49,7 +50,7 @@ def _decoded(problem: "DesignProblem") -> tuple[FloatArray, FloatArray]:
     return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
 
 
-def _ranges(problem: "DesignProblem") -> list[Finding]:
+def _ranges(problem: "DesignProblem") -> list[Implausibility]:
     corners = np.stack([problem.space.lower, problem.space.upper])
     drawn = problem.space.sample(_SAMPLES, np.random.default_rng(0))
     poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
@@ -60,7 +61,7 @@ def _ranges(problem: "DesignProblem") -> list[Finding]:
     ]
 
 
-def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Finding]:
+def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausibility]:
     """What speaks against the units of poses (s, n_q)."""
     size = extent(robot)
     found = []
@@ -70,14 +71,14 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Finding]:
             turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PLATFORM_ANGLE
             if most > turns * 1.0001:
                 what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
-                found.append(Finding(what, "Is it in degrees? It has to be in rad.", where))
+                found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))
         elif size is not None and most > FAR * size:
             what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
-            found.append(Finding(what, "Is it in millimetres? It has to be in m.", where))
+            found.append(Implausibility(what, "Is it in millimetres? It has to be in m.", where))
     return found
 
 
-def _noise(problem: "DesignProblem") -> list[Finding]:
+def _noise(problem: "DesignProblem") -> list[Implausibility]:
     robot, noise = problem.loaded.robot, problem.noise
     deviations = np.sqrt(np.diag(noise.covariance))
     found = []
@@ -90,11 +91,11 @@ def _noise(problem: "DesignProblem") -> list[Finding]:
         coarse = deviation > high
         what = f"no instrument has a noise of {deviation:.3g} {unit[0]}"
         likely = f"Is it in {unit[1]}?" if coarse else f"Is it a variance, or divided by 1e6 twice? In {unit[0]}."
-        found.append(Finding(what, likely, f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"))
+        found.append(Implausibility(what, likely, f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"))
     return found[:1]
 
 
-def _tolerances(problem: "DesignProblem") -> list[Finding]:
+def _tolerances(problem: "DesignProblem") -> list[Implausibility]:
     robot, importance = problem.loaded.robot, problem.targets.importance
     found = []
     for target, axis in np.argwhere(importance > 0.0):
@@ -106,15 +107,17 @@ def _tolerances(problem: "DesignProblem") -> list[Finding]:
         if tolerance > limit:
             unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
             what = f"a tolerance of {tolerance:.3g} {unit[0]} needs no calibration"
-            found.append(Finding(what, f"Is it in {unit[1]}?", where))
+            found.append(Implausibility(what, f"Is it in {unit[1]}?", where))
         elif tolerance < 1e-12:
             found.append(
-                Finding(f"a tolerance of {tolerance:.3g} is below what can be measured", "Check its unit.", where)
+                Implausibility(
+                    f"a tolerance of {tolerance:.3g} is below what can be measured", "Check its unit.", where
+                )
             )
     return found[:1]
 
 
-def _centres(problem: "DesignProblem") -> list[Finding]:
+def _centres(problem: "DesignProblem") -> list[Implausibility]:
     robot = problem.loaded.robot
     size = extent(robot)
     if size is None or not robot.coordinates.centre_of_mass:
@@ -124,7 +127,7 @@ def _centres(problem: "DesignProblem") -> list[Finding]:
     for index, (loaded, parameters) in enumerate(problem.target_loads):
         centres.append((loaded.load.centres(parameters), f"targets.{index}.payload.com_m"))
     return [
-        Finding(
+        Implausibility(
             f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m",
             "Is it in millimetres? It has to be in m.",
             where,
@@ -135,7 +138,7 @@ def _centres(problem: "DesignProblem") -> list[Finding]:
     ][:1]
 
 
-def _masses(problem: "DesignProblem") -> list[Finding]:
+def _masses(problem: "DesignProblem") -> list[Implausibility]:
     """Loads of the experiment against those of the targets."""
     loaded = problem.loaded
     poses, loads = _decoded(problem)
@@ -152,11 +155,11 @@ def _masses(problem: "DesignProblem") -> list[Finding]:
         there = largest(np.linalg.norm(problem.target_wrenches[:, part], axis=1))
         if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
             what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
-            found.append(Finding(what, f"Is one of them {units}?", "experiment.load"))
+            found.append(Implausibility(what, f"Is one of them {units}?", "experiment.load"))
     return found[:1]
 
 
-def _deflections(problem: "DesignProblem") -> list[Finding]:
+def _deflections(problem: "DesignProblem") -> list[Implausibility]:
     loaded, robot = problem.loaded, problem.loaded.robot
     at_targets = problem.targets.observation @ robot.compliance
     poses, loads = _decoded(problem)
@@ -170,7 +173,7 @@ def _deflections(problem: "DesignProblem") -> list[Finding]:
     return _seen(problem, in_plan)
 
 
-def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Finding | None:
+def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausibility | None:
     """What speaks against deflections (s, n) under loads (m, rad)."""
     split, size = robot.coordinates.translations, extent(robot)
     soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
@@ -180,14 +183,14 @@ def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Finding 
     )
     if size is not None and moved > soft * size:
         what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
-        return Finding(what, likely, where, moved > BROKEN * size)
+        return Implausibility(what, likely, where, moved > BROKEN * size)
     if turned > TURNED:
         what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
-        return Finding(what, likely, where, turned > OVERTURNED)
+        return Implausibility(what, likely, where, turned > OVERTURNED)
     return None
 
 
-def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Finding]:
+def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Implausibility]:
     """Deflections in the plan against the noise: translations and rotations apart."""
     if not len(in_plan):
         return []
@@ -199,19 +202,19 @@ def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Finding]:
     if max(best) < UNSEEN:
         what = f"no deflection would be above the noise (the largest is {max(best):.2g} standard deviations)"
         likely = "Is the noise in µm or mm, a mass in tonnes, a force in kN, or the stiffness in another unit?"
-        return [Finding(what, likely, "experiment.deflection_noise")]
+        return [Implausibility(what, likely, "experiment.deflection_noise")]
     if max(best) > PERFECT:
         what = f"the noise would be {max(best):.2g} times smaller than the deflections"
         likely = "Is it in another unit, or a load (a mass in grams) or the stiffness?"
-        return [Finding(what, likely, "experiment.deflection_noise")]
+        return [Implausibility(what, likely, "experiment.deflection_noise")]
     if len(best) == 2 and max(best) > 3e4 * min(best) and min(best) < UNSEEN:
         kinds = ("translations", "rotations") if best[0] < best[1] else ("rotations", "translations")
         what = f"the largest of all {kinds[0]} is {min(best):.2g} standard deviations, of {kinds[1]} {max(best):.2g}"
-        return [Finding(what, f"Is the noise of the {kinds[0]} in another unit?", "experiment.deflection_noise")]
+        return [Implausibility(what, f"Is the noise of the {kinds[0]} in another unit?", "experiment.deflection_noise")]
     return []
 
 
-def _load_errors(problem: "DesignProblem") -> list[Finding]:
+def _load_errors(problem: "DesignProblem") -> list[Implausibility]:
     size, load = extent(problem.loaded.robot), problem.loaded.load
     _, loads = _decoded(problem)
     heaviest = largest(loads[:, 0]) if load.has_mass else 0.0
@@ -222,14 +225,14 @@ def _load_errors(problem: "DesignProblem") -> list[Finding]:
         most, where = largest(source.deviation), f"experiment.load_error.{index}"
         if source.source == "com" and size is not None and most > size:
             found.append(
-                Finding(f"a centre of mass known to {most:.3g} m is not known", "Is it in millimetres?", where)
+                Implausibility(f"a centre of mass known to {most:.3g} m is not known", "Is it in millimetres?", where)
             )
         elif source.source == "mass" and heaviest and most > heaviest:
-            found.append(Finding(f"a mass known to {most:.3g} kg is not known", "Is it in grams?", where))
+            found.append(Implausibility(f"a mass known to {most:.3g} kg is not known", "Is it in grams?", where))
         elif source.source == "direction" and most > 0.3:
             found.append(
-                Finding(f"a direction known to {most:.3g} rad is not known", "Is it in degrees or mrad?", where)
+                Implausibility(f"a direction known to {most:.3g} rad is not known", "Is it in degrees or mrad?", where)
             )
         elif source.source == "wrench" and forces and largest(source.deviation[:split]) > 10.0 * forces:
-            found.append(Finding(f"a force known to {most:.3g} N is not known", "Is it in mN?", where))
+            found.append(Implausibility(f"a force known to {most:.3g} N is not known", "Is it in mN?", where))
     return found

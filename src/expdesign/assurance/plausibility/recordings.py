@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.assurance.plausibility.evidence import Evidence, Fitted, Weighting, evidence_of
-from expdesign.assurance.plausibility.finding import Finding
+from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes import MISTAKES
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
@@ -26,7 +26,9 @@ _SPARE = 4
 """Readings beyond the compliances that a judgement takes at least."""
 
 
-def recordings_findings(recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT) -> list[Finding]:
+def recordings_findings(
+    recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT
+) -> list[Implausibility]:
     """What speaks against units, signs, frames and single numbers of recordings of deflections or positions."""
     if recordings.measurand is POSITIONS:
         return positions_findings(recordings, robot)
@@ -40,7 +42,7 @@ def recordings_findings(recordings: Recordings, robot: Robot, options: MistakeOp
     return [*named, *(finding for finding in _own(evidence) if not named or finding.where)]
 
 
-def _own(evidence: Evidence) -> Iterator[Finding]:
+def _own(evidence: Evidence) -> Iterator[Implausibility]:
     for mistake in MISTAKES:
         yield from mistake.findings(evidence)
 
@@ -51,7 +53,7 @@ class _Suspect:
     fitted: Fitted
 
 
-def _named(evidence: Evidence) -> list[Finding]:
+def _named(evidence: Evidence) -> list[Implausibility]:
     """The alternative that explains the recordings, where they do not fit as they are."""
     alternatives: list[Alternative] | None = None
     for place, (weighting, stated) in enumerate(zip(evidence.weightings, evidence.fits, strict=True)):
@@ -71,7 +73,7 @@ def _named(evidence: Evidence) -> list[Finding]:
             else:
                 what += f" ({before} of the readings is left over, and {after})"
             or_else = f" Or: {others[0].alternative.sentence}" if others else ""
-            return [Finding(what, best.alternative.sentence + or_else, best.alternative.where)]
+            return [Implausibility(what, best.alternative.sentence + or_else, best.alternative.where)]
     return []
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.assurance.plausibility.finding import Finding, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
 
@@ -20,20 +20,20 @@ DISPROPORTION = 60.0
 """Ratio of the sizes of two parts of one robot beyond which one of them is in another unit."""
 
 
-def robot_findings(robot: Robot) -> list[Finding]:
+def robot_findings(robot: Robot) -> list[Implausibility]:
     """What speaks against a robot file."""
     return [*_size(robot), *_proportions(robot), *_limits(robot), *_stiffness(robot), *_gravity(robot)]
 
 
-def _size(robot: Robot) -> list[Finding]:
+def _size(robot: Robot) -> list[Implausibility]:
     size = extent(robot)
     if size is None or SIZES[0] <= size <= SIZES[1]:
         return []
     unit = "millimetres" if size > SIZES[1] else "kilometres, or metres divided by 1000 once too often"
-    return [Finding(f"the robot would be {size:.3g} m large", f"Is its geometry in {unit}? It has to be in m.")]
+    return [Implausibility(f"the robot would be {size:.3g} m large", f"Is its geometry in {unit}? It has to be in m.")]
 
 
-def _proportions(robot: Robot) -> list[Finding]:
+def _proportions(robot: Robot) -> list[Implausibility]:
     drawing = robot.drawing(robot.reference_configuration())
     if drawing is None:
         return []
@@ -44,7 +44,7 @@ def _proportions(robot: Robot) -> list[Finding]:
     if sizes[big] <= DISPROPORTION * sizes[small]:
         return []
     what = f"the {big} would be {sizes[big]:.3g} m and the {small} {sizes[small]:.3g} m large"
-    return [Finding(what, f"Is one of them in millimetres (with home, which is the length of the {big})?")]
+    return [Implausibility(what, f"Is one of them in millimetres (with home, which is the length of the {big})?")]
 
 
 def _part_sizes(drawing: Drawing) -> dict[str, float]:
@@ -58,16 +58,16 @@ def _part_sizes(drawing: Drawing) -> dict[str, float]:
     return {name: size for name, size in sizes.items() if size > 0.0}
 
 
-def _limits(robot: Robot) -> list[Finding]:
+def _limits(robot: Robot) -> list[Implausibility]:
     reference = robot.reference_configuration()
     excess, size = float(robot.limit_excess(reference)), extent(robot)
     if size is None or not excess > 0.6 * min(size, SIZES[1]):
         return []
     what = f"the limits exclude the robot's own reference pose by far: {robot.limit_message(reference)}"
-    return [Finding(what, "Is the geometry, or are the limits, in millimetres? Both have to be in m.", "", True)]
+    return [Implausibility(what, "Is the geometry, or are the limits, in millimetres? Both have to be in m.", "", True)]
 
 
-def _stiffness(robot: Robot) -> list[Finding]:
+def _stiffness(robot: Robot) -> list[Implausibility]:
     found = []
     rotary = np.array([robot.configuration != robot.coordinates.pose and name.endswith("_rad")
                        for name in robot.configuration[: len(robot.stiffness)]])  # fmt: skip
@@ -84,17 +84,17 @@ def _stiffness(robot: Robot) -> list[Finding]:
             if not low <= value <= high:
                 what = f"no machine has an actuator stiffness of {value:.3g} {unit}"
                 impossible = not low / IMPOSSIBLE <= value <= high * IMPOSSIBLE
-                found.append(Finding(what, f"Is it in {other}?", "actuator_stiffness", impossible))
+                found.append(Implausibility(what, f"Is it in {other}?", "actuator_stiffness", impossible))
                 break
         if values.max() > UNEQUAL * values.min():
             what = f"the stiffest actuator would be {values.max() / values.min():.3g} times as stiff as the softest"
-            found.append(Finding(what, "Is one of them in another unit?", "actuator_stiffness"))
+            found.append(Implausibility(what, "Is one of them in another unit?", "actuator_stiffness"))
     return found
 
 
-def _gravity(robot: Robot) -> list[Finding]:
+def _gravity(robot: Robot) -> list[Implausibility]:
     size = float(np.linalg.norm(robot.gravity))
     if size == 0.0 or GRAVITY[0] <= size <= GRAVITY[1]:
         return []
     likely = "Is it in mm/s²?" if size > GRAVITY[1] else "Is it in parts of g? It has to be in m/s²."
-    return [Finding(f"gravity would be {size:.3g} m/s²", likely, "gravity_m_s2")]
+    return [Implausibility(f"gravity would be {size:.3g} m/s²", likely, "gravity_m_s2")]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.finding import Finding, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.problem import FAR, deflection_finding, pose_findings
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -20,7 +20,7 @@ _UNITS = {
 }
 
 
-def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated | None) -> list[Finding]:
+def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated | None) -> list[Implausibility]:
     """What speaks against targets (poses and loads), before commands are computed."""
     found = [*pose_findings(robot, points.configurations, "targets"), *_centres(points, robot)]
     return found if calibrated is None else [*found, *_loads(points, robot, calibrated)]
@@ -28,7 +28,7 @@ def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated |
 
 def correction_findings(
     robot: Robot, points: LoadedPoints, translation: FloatArray, rotation: FloatArray
-) -> list[Finding]:
+) -> list[Implausibility]:
     """What speaks against corrections (m, rad), shape (N,), of a model that does not say how it was calibrated."""
     for values, axis in ((translation, 0), (rotation, robot.coordinates.translations)):
         row = int(np.argmax(values))
@@ -40,7 +40,7 @@ def correction_findings(
     return []
 
 
-def _centres(points: LoadedPoints, robot: Robot) -> list[Finding]:
+def _centres(points: LoadedPoints, robot: Robot) -> list[Implausibility]:
     size = extent(robot)
     if size is None or points.payload is None or points.payload.shape[1] < 2:
         return []
@@ -50,10 +50,10 @@ def _centres(points: LoadedPoints, robot: Robot) -> list[Finding]:
         return []
     what = f"a centre of mass would be {distances[row]:.3g} m away from a robot of {size:.3g} m"
     likely = "Is it in millimetres? It has to be in m."
-    return [Finding(what, likely, f"row {points.lines[row]}", bool(distances[row] > 10.0 * FAR * size))]
+    return [Implausibility(what, likely, f"row {points.lines[row]}", bool(distances[row] > 10.0 * FAR * size))]
 
 
-def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[Finding]:
+def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[Implausibility]:
     """The row whose load exceeds what was calibrated by most; a mass stands for its force, and both for its moment."""
     size = extent(robot)
     for name, values in sorted(quantities(points, robot).items(), key=lambda item: item[0] != MASS):
@@ -70,6 +70,6 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[F
         what = (
             f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest that was calibrated ({largest:.4g})"
         )
-        return [Finding(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
+        return [Implausibility(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
                         bool(ratio > OTHER_UNIT))]  # fmt: skip
     return []

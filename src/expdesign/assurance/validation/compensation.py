@@ -26,6 +26,7 @@ from expdesign.mechanics.symbolic import BatchFunction
 TOLERANCE = 1e-13
 """m, rad: largest remaining error of the predicted configuration, as in the command `compensate`."""
 _ITERATIONS = 50
+"""Steps of the fixed point at most."""
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from expdesign.mechanics.symbolic import BatchFunction
 TOLERANCE = 1e-13
 """m, rad: largest last correction of a pose."""
 _ITERATIONS = 60
+"""Steps of the iteration at most."""
 
 
 class Equilibrium:

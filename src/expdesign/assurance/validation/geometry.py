@@ -22,6 +22,7 @@ from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
 _STEPS = 20
+"""Steps of the iteration at most."""
 _CONVERGED = 1e-13
 """m and rad; change of a pose in one step below which it is found."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.comparison import Estimate, mean, root_mean_square, standard_deviation
 from expdesign.assurance.validation.plants import ExplicitPlant, Plant
-from expdesign.assurance.validation.simulation import Batch, Simulation, batch_sizes, joined, simulate
+from expdesign.assurance.validation.simulation import Repetitions, Simulation, batch_sizes, joined, simulate
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
@@ -21,7 +21,7 @@ CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
 
 Drawn = tuple[tuple[int, int], bool, bool]
 """A batch (`batch_sizes`), and whether noise and load errors are drawn in it."""
-Elsewhere = Callable[[list[Drawn]], list[Batch]]
+Elsewhere = Callable[[list[Drawn]], list[Repetitions]]
 """Does batches and returns them in their order."""
 
 ROUNDING = 1e-12

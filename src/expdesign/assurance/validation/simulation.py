@@ -15,10 +15,11 @@ from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
 _BATCH = 10_000
+"""Repetitions that are computed at once, which bounds the memory."""
 
 
 @dataclass(frozen=True)
-class Batch:
+class Repetitions:
     """Some of the repetitions: errors (s, t, n), estimates (s, n_p) and the residual as in `Simulation`."""
 
     errors: FloatArray
@@ -102,12 +103,14 @@ def batch_sizes(samples: int) -> list[tuple[int, int]]:
     return [(number, min(_BATCH, samples - start)) for number, start in enumerate(range(0, samples, _BATCH))]
 
 
-def joined(problem: DesignProblem, plan: Plan, batches: list[Batch], noise: bool, load_errors: bool) -> Simulation:
+def joined(
+    problem: DesignProblem, plan: Plan, batches: list[Repetitions], noise: bool, load_errors: bool
+) -> Simulation:
     """The simulation whose repetitions are those of `batches`, in this order."""
     whole = (
         batches[0]
         if len(batches) == 1
-        else Batch(
+        else Repetitions(
             np.concatenate([batch.errors for batch in batches]),
             np.concatenate([batch.estimates for batch in batches]),
             max(batch.residual for batch in batches),
@@ -137,7 +140,7 @@ def simulated(
     plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
     truth: LoadedRobot | None = None,
-) -> Batch:
+) -> Repetitions:
     """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
     assessment = _assessed(problem, plan)
     if not problem.loaded.regressor.referenced:
@@ -173,7 +176,7 @@ def simulated(
             found = robot.errors(attained, target, wrench)
             errors[rows, index] = found if axes is None else found @ axes[index].T
             residual = max(residual, attained.residual)
-    return Batch(errors, estimates, residual)
+    return Repetitions(errors, estimates, residual)
 
 
 def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
@@ -195,7 +198,7 @@ def _of_geometry(
     how: tuple[int, bool, bool],
     assessment: Assessment,
     distribution: Distribution,
-) -> Batch:
+) -> Repetitions:
     """The same for a calibration of the geometry, alone or with the stiffness; `how`: seed, noise, load errors."""
     seed, noise, load_errors = how
     machine, axes = GeometricPlant(problem, plan), problem.targets.axes
@@ -215,7 +218,7 @@ def _of_geometry(
             errors[rows, index] = found if axes is None else found @ axes[index].T
             residual = max(residual, step)
     nominal = problem.loaded.regressor.nominal(problem.loaded.robot)
-    return Batch(errors, nominal + estimates, residual)
+    return Repetitions(errors, nominal + estimates, residual)
 
 
 def _readings(

@@ -2,7 +2,7 @@
 
 from expdesign.assurance.plausibility.mistakes.columns import SwappedCommands, SwappedLoads, SwappedReadings
 from expdesign.assurance.plausibility.mistakes.deviations import Scatter, WithoutReading
-from expdesign.assurance.plausibility.mistakes.frames import AngleOrder, Gravity, InstrumentFrame, LoadFrame
+from expdesign.assurance.plausibility.mistakes.frames import AngleOrder, Gravity, LoadFrame, WrongInstrumentFrame
 from expdesign.assurance.plausibility.mistakes.mistake import Mistake
 from expdesign.assurance.plausibility.mistakes.moments import Moments
 from expdesign.assurance.plausibility.mistakes.numbers import Constant, CopiedRows, Rounded
@@ -24,7 +24,7 @@ MISTAKES: tuple[Mistake, ...] = (
     SlippedLoad(),
     ExchangedRows(),
     ShiftedRows(),
-    InstrumentFrame(),
+    WrongInstrumentFrame(),
     LoadFrame(),
     Gravity(),
     AngleOrder(),

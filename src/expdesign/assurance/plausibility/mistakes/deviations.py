@@ -7,7 +7,7 @@ from scipy.stats import chi2 as chi_squared
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.evidence import Evidence
-from expdesign.assurance.plausibility.finding import Finding
+from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes.mistake import Mistake
 from expdesign.assurance.plausibility.options import MistakeOptions
 
@@ -20,13 +20,13 @@ _COLUMNS = 3
 class WithoutReading(Mistake):
     """A column of standard deviations whose reading is missing."""
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         coordinates = evidence.robot.coordinates
         readings = evidence.recordings.components(coordinates)
         for reading, deviation in zip(readings, coordinates.deviation, strict=False):
             if deviation in evidence.recordings.extra.columns:
                 what = f"{deviation} stands there without its reading {reading}"
-                yield Finding(what, f"Add {reading} (is it spelt otherwise?), or leave {deviation} out.")
+                yield Implausibility(what, f"Add {reading} (is it spelt otherwise?), or leave {deviation} out.")
 
 
 class Scatter(Mistake):
@@ -35,7 +35,7 @@ class Scatter(Mistake):
     Physics that the model lacks makes readings scatter more, never less, and not all columns by one factor.
     """
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         stated, fitted = evidence.stated, evidence.fits[0]
         if stated.deviations is None or fitted is None or fitted.dof <= 0:
             return
@@ -50,7 +50,7 @@ class Scatter(Mistake):
             named = [evidence.names[i] for i in np.flatnonzero(small)]
             factor = float(np.exp(-np.log(scatter[small]).mean()))
             what = f"the readings of {', '.join(named)} scatter {factor:.2g} times less than their standard deviations"
-            yield Finding(what, "Are these too large: in another unit, or multiplied by 10? Correct them.")
+            yield Implausibility(what, "Are these too large: in another unit, or multiplied by 10? Correct them.")
         elif not small.any():
             yield from self._all_larger(of_readings, freedoms, evidence.options)
 
@@ -66,7 +66,7 @@ class Scatter(Mistake):
         return freedom
 
     @staticmethod
-    def _all_larger(squares: FloatArray, freedom: FloatArray, options: MistakeOptions) -> Iterator[Finding]:
+    def _all_larger(squares: FloatArray, freedom: FloatArray, options: MistakeOptions) -> Iterator[Implausibility]:
         """That rows and columns alike scatter more than stated by one power of ten, as they do by no physics."""
         if freedom.sum() < options.enough or freedom.shape[1] < _COLUMNS:
             return
@@ -76,7 +76,7 @@ class Scatter(Mistake):
             if alike and abs(np.log(factor / known)) < options.noisy:
                 what = f"all readings scatter {factor:.3g} times more than their standard deviations"
                 likely = f"Are the standard deviations {known:g} times too small: in another unit, or divided twice?"
-                yield Finding(what, likely)
+                yield Implausibility(what, likely)
 
 
 def _alike(squares: FloatArray, freedom: FloatArray) -> float:

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.plausibility.evidence import Evidence, Sample
+from expdesign.assurance.plausibility.evidence import Evidence, Hypothesis
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative, Mistake
 from expdesign.mechanics.robots.orientation import Orientation, angles_of, rotation_matrix
 from expdesign.mechanics.symbolic import BatchFunction
@@ -50,7 +50,7 @@ def _on_axes(turn: FloatArray, rotations: int) -> FloatArray:
     return whole
 
 
-def turned_readings(sample: Sample, turn: FloatArray, axes: IntArray, rotations: int) -> Sample | None:
+def turned_readings(sample: Hypothesis, turn: FloatArray, axes: IntArray, rotations: int) -> Hypothesis | None:
     """The readings in the base frame, `turn` having the instrument's axes as columns; None where one was not measured.
 
     Args:
@@ -67,7 +67,7 @@ def turned_readings(sample: Sample, turn: FloatArray, axes: IntArray, rotations:
     return replace(sample, readings=sample.readings @ own.T, deviations=deviations)
 
 
-class InstrumentFrame(Mistake):
+class WrongInstrumentFrame(Mistake):
     """The instrument's axes are not those of the base."""
 
     def alternatives(self, evidence: Evidence) -> Iterator[Alternative]:

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from expdesign.assurance.plausibility.evidence import Evidence, Sample
-from expdesign.assurance.plausibility.finding import Finding
+from expdesign.assurance.plausibility.evidence import Evidence, Hypothesis
+from expdesign.assurance.plausibility.finding import Implausibility
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Alternative:
     """
 
     sentence: str
-    sample: Sample
+    sample: Hypothesis
     where: str = ""
     tried: int = 1
 
@@ -31,6 +31,6 @@ class Mistake:
         """The recordings as they would be without the mistake."""
         return iter(())
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         """What gives the mistake away without a comparison."""
         return iter(())

@@ -12,7 +12,7 @@ from scipy.stats import chi2 as chi_squared
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.evidence import Evidence
-from expdesign.assurance.plausibility.finding import Finding
+from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes.mistake import Mistake
 
 _MARKS = 15
@@ -59,7 +59,7 @@ class CopiedRows(Mistake):
     of freedom as were compared; that numbers of a certain resolution are equal has the probability step/(2√π·σ) each.
     """
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         noise, readings, options = noise_of(evidence), evidence.stated.readings, evidence.options
         if noise is None:
             return
@@ -80,7 +80,7 @@ class CopiedRows(Mistake):
         others = f" ({total} rows in all)" if total > longest.last - longest.first + 1 else ""
         what = f"the readings of {rows[1]} agree with those of {rows[0]} far closer than readings repeat{others}"
         likely = "Did the instrument stand still while the load changed?" if stuck else "Were rows copied?"
-        yield Finding(what, f"{likely} Every row has to be measured; take them out.")
+        yield Implausibility(what, f"{likely} Every row has to be measured; take them out.")
 
 
 def agreeing_rows(readings: FloatArray, noise: FloatArray, chance: float) -> list[_Run]:
@@ -112,7 +112,7 @@ def agreeing_rows(readings: FloatArray, noise: FloatArray, chance: float) -> lis
 class Rounded(Mistake):
     """A column rounded far more coarsely than its standard deviation says."""
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         deviations, readings = evidence.stated.deviations, evidence.stated.readings
         if deviations is None:
             return
@@ -125,13 +125,13 @@ class Rounded(Mistake):
             if rounded > 2.0 * stated and accident < evidence.options.chance:
                 what = f"{name} is rounded to {step:.3g}, which alone is a standard deviation of {rounded:.2g}"
                 likely = f"Stated is {stated:.2g}. Export more digits, or state at least {rounded:.2g}."
-                yield Finding(what, likely, f"column {name}")
+                yield Implausibility(what, likely, f"column {name}")
 
 
 class Constant(Mistake):
     """A column that has one value in all rows, although the robot would move along it."""
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         readings, fitted = evidence.stated.readings, evidence.fits[-1]
         if len(readings) < 4 or fitted is None:
             return
@@ -149,4 +149,4 @@ class Constant(Mistake):
             if expected > 6.0 * stated and share > 0.02:
                 what = f"{name} is {values[0]:g} in every row, although the loads would change it by {expected:.2g}"
                 likely = "Was it not measured? Leave the column out."
-                yield Finding(what, likely, f"column {name}")
+                yield Implausibility(what, likely, f"column {name}")

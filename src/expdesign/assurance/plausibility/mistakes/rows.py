@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from expdesign.assurance.plausibility.evidence import Evidence, Sample
+from expdesign.assurance.plausibility.evidence import Evidence, Hypothesis
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative, Mistake
 
 
@@ -29,11 +29,11 @@ class ShiftedRows(Mistake):
                 yield Alternative(text, _inner(sample, shift))
 
 
-def _inner(sample: Sample, shift: int) -> Sample:
+def _inner(sample: Hypothesis, shift: int) -> Hypothesis:
     """Without the row that comes from the other end."""
     rows = slice(shift, None) if shift > 0 else slice(None, shift)
     deviations = None if sample.deviations is None else sample.deviations[rows]
-    return Sample(sample.configurations[rows], sample.wrenches[rows], sample.readings[rows], deviations)
+    return Hypothesis(sample.configurations[rows], sample.wrenches[rows], sample.readings[rows], deviations)
 
 
 class ExchangedRows(Mistake):

@@ -9,6 +9,7 @@ from expdesign.assurance.plausibility.evidence import Evidence
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative, Mistake
 
 _FACTORS = (10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
+"""Of slips of the decimal point."""
 
 
 def _in_words(factor: float) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.assurance.plausibility.evidence import Evidence, Fitted
-from expdesign.assurance.plausibility.finding import Finding
+from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes.mistake import Mistake
 
 _POOR = 0.5
@@ -14,7 +14,7 @@ _POOR = 0.5
 
 
 @dataclass(frozen=True)
-class _Known:
+class _Slip:
     """A factor of the compliances with what makes it.
 
     Attributes:
@@ -31,16 +31,17 @@ class _Known:
 
 
 _KGF, _POUND = 9.80665, 0.45359237
+"""N of a kgf, kg of a pound."""
 _TEN_SOFT = "are the readings ten times too large"
 _KNOWN = (
-    _Known(_KGF, f"Are weights in mass_kg ten times too small, or {_TEN_SOFT}?",
+    _Slip(_KGF, f"Are weights in mass_kg ten times too small, or {_TEN_SOFT}?",
            f"Are the forces in kgf, as if kg stood in the columns of N (1 kgf = 9.80665 N), or {_TEN_SOFT}?"),
-    _Known(1.0 / _KGF, "Are weights in N in the column mass_kg (1 kg weighs 9.80665 N), or the readings ten times too "
+    _Slip(1.0 / _KGF, "Are weights in N in the column mass_kg (1 kg weighs 9.80665 N), or the readings ten times too "
            "small?", "Are the forces ten times too large (N, not kgf), or the readings ten times too small?"),
-    _Known(_POUND, "Are masses in lb in the column mass_kg (1 lb = 0.4536 kg)?", "", exact=True),
-    _Known(100.0, "Are masses, or readings, a hundred times off: cm, or a decimal point?",
+    _Slip(_POUND, "Are masses in lb in the column mass_kg (1 lb = 0.4536 kg)?", "", exact=True),
+    _Slip(100.0, "Are masses, or readings, a hundred times off: cm, or a decimal point?",
            "Are forces, or readings, a hundred times off: cm, or a decimal point?"),
-    _Known(0.01, "Are masses, or readings, a hundred times off: cm, or a decimal point?",
+    _Slip(0.01, "Are masses, or readings, a hundred times off: cm, or a decimal point?",
            "Are forces, or readings, a hundred times off: cm, or a decimal point?"),
 )  # fmt: skip
 
@@ -48,7 +49,7 @@ _KNOWN = (
 class StiffnessFactor(Mistake):
     """Everything fits, with another stiffness than the file states."""
 
-    def findings(self, evidence: Evidence) -> Iterator[Finding]:
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
         stated = evidence.fits[-1]
         options = evidence.options
         if stated is None or stated.misfit >= _POOR or stated.share_positive < options.most:
@@ -60,7 +61,7 @@ class StiffnessFactor(Mistake):
         softer = "softer" if ratio > 1.0 else "stiffer"
         all_alike = "" if known is None else ", all actuators alike"
         what = f"the robot comes out {max(ratio, 1.0 / ratio):.3g} times {softer} than its file says{all_alike}"
-        yield Finding(what, self._unit(ratio) if known is None else known)
+        yield Implausibility(what, self._unit(ratio) if known is None else known)
 
     @staticmethod
     def _unit(ratio: float) -> str:

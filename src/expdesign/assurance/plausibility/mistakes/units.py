@@ -8,6 +8,7 @@ from expdesign.assurance.plausibility.evidence import Evidence
 from expdesign.assurance.plausibility.mistakes.mistake import Alternative, Mistake
 
 _DEGREE = np.pi / 180.0
+"""rad of a degree."""
 
 
 class ReadingUnits(Mistake):

@@ -1,27 +1,23 @@
-"""Notes on standard error; standard output belongs to results."""
+"""Columns of recordings that have no meaning here, said where recordings are read."""
 
 import difflib
-import sys
+import logging
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.coordinates import SPATIAL
 from expdesign.io.tables_in_units import synonym
 
+_LOG = logging.getLogger(__name__)
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
 
 
-def note(text: str) -> None:
-    """One line on standard error."""
-    print(text, file=sys.stderr, flush=True)
-
-
-def note_unknown_columns(recordings: Recordings) -> None:
-    """Say which columns have no meaning here."""
+def say_unknown_columns(recordings: Recordings) -> None:
+    """Log on level INFO (which commands show) the columns that are kept and not used."""
     unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
     if unknown:
         names = ", ".join(_with_near(name) for name in unknown)
-        note(f"{recordings.source}: columns without a meaning here, kept but not used: {names}")
+        _LOG.info("%s: columns without a meaning here, kept but not used: %s", recordings.source, names)
 
 
 def _with_near(name: str) -> str:

@@ -1,0 +1,111 @@
+"""Recordings of a robot, as functions take them, with their references and targets, and the model of a fit to them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from expdesign.app.api.inputs import RobotFile, table_of
+from expdesign.app.api.result import PathLike, Result
+from expdesign.app.api.unknown_columns import say_unknown_columns
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.assurance.plausibility.finding import Implausibility, say
+from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.chain.models.model_file import FittedModel, Model
+from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.references import Points, Sharing, with_references
+from expdesign.errors import InputError
+
+if TYPE_CHECKING:
+    from expdesign.app.api.configuration import Config
+    from expdesign.planning.problem import DesignProblem
+
+RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
+
+
+def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
+    """Recordings, read from one or more files or from a frame."""
+    if isinstance(recordings, Recordings):
+        return recordings
+    if isinstance(recordings, pd.DataFrame | Result):
+        measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
+        require_measured(measured, robot.robot)
+        say(recordings_findings(measured, robot.robot), measured.source)
+        say_unknown_columns(measured)
+        return measured
+    files = [recordings] if isinstance(recordings, str | Path) else recordings
+    if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
+        what = f"recordings cannot be a `{type(recordings).__name__}`"
+        raise InputError(what, remedy="Give one path or several, a frame, `Recordings`, or what `simulate` returned.")
+    read = read_several([Path(file) for file in files], robot.robot)
+    say(recordings_findings(read, robot.robot), read.source)
+    say_unknown_columns(read)
+    return read
+
+
+def problem_at(targets: "Config | None", robot: RobotFile, *, confirmed: bool) -> "DesignProblem | None":
+    """The run configuration at whose targets something is said of a robot; None without one.
+
+    Args:
+        targets: the configuration.
+        robot: that it has to be about.
+        confirmed: whether a configuration of another geometry is meant.
+
+    Raises:
+        InputError: the configuration is wrong, or of another robot.
+    """
+    if targets is None:
+        return None
+    from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (most recordings have no targets)
+
+    return problem_of_robot(targets, robot.robot, robot.document.source, confirmed=confirmed)
+
+
+def referenced(points: Points, option: bool | None, problem: "DesignProblem | None" = None) -> Points:
+    """The points with their references; contradictions are logged as warnings (`chain/recordings/references.py`).
+
+    Args:
+        points: recordings, or a check measurement's points.
+        option: what the caller says, which overrides; None where nothing is said.
+        problem: of the configuration that is given with them.
+    """
+    configured = None if problem is None else problem.noise.shared_reference
+    source = "" if problem is None else problem.source
+    found, contradictions = with_references(points, Sharing(option, configured, source))
+    say([Implausibility(one.what, one.holds, "shared references") for one in contradictions], points.source)
+    return found
+
+
+def recorded_model(
+    fit: FittedModel,
+    robot: RobotFile,
+    recordings: Recordings,
+    fitted: BoolArray,
+    reading_deviations: FloatArray,
+    *,
+    birge_ratio: float,
+    verdict: str,
+) -> Model:
+    """The model of a fit, with what its recordings say of predictions.
+
+    Args:
+        fit: parameters and covariance.
+        robot: with its file.
+        recordings: of the robot.
+        fitted: rows that the fit has seen, shape (N,).
+        reading_deviations: standard deviation of a reading on every measured axis.
+        birge_ratio: by which standard deviations are to be widened.
+        verdict: of the test of fit.
+    """
+    names = recordings.deviation_columns(robot.robot.coordinates)
+    return Model.from_fit(
+        fit,
+        robot.document,
+        recordings.source,
+        birge_ratio=birge_ratio,
+        reading_std=dict(zip(names, reading_deviations.tolist(), strict=True)),
+        verdict=verdict,
+        recordings=recordings.rows(fitted),
+    )

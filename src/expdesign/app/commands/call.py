@@ -1,0 +1,116 @@
+"""A command that was given: what is asked before the work, the work, and what is kept and said of it."""
+
+import inspect
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import expdesign as xd
+from expdesign.app.api.inputs import purpose_of
+from expdesign.app.api.result import FolderResult, Result
+from expdesign.app.commands.spelling import Spelling
+from expdesign.errors import ArgumentError
+from expdesign.io.output import json_text, require_writable
+from expdesign.io.written import is_stream, require_free, require_free_names
+
+Force = Annotated[bool, typer.Option("--force", help="Replace files that are there for another purpose.")]
+
+
+def note(text: str) -> None:
+    """One line on standard error; standard output belongs to results."""
+    print(text, file=sys.stderr, flush=True)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A command that was given.
+
+    Attributes:
+        name: of the command.
+        function: name of the function of the package that it calls.
+        spelling: how the command is spelled.
+        kind: class of the result.
+        inputs: names of the arguments that are not options.
+        given: values of arguments and options by the function's own names; `out`, `units`, `record`, `json`, `force`,
+            `workers` and `cluster` where the command has them.
+        out: where the result is kept; None for nowhere.
+    """
+
+    name: str
+    function: str
+    spelling: Spelling
+    kind: type[Any]
+    inputs: tuple[str, ...]
+    given: Mapping[str, Any]
+    out: Path | None
+
+    def carried_out(self, **further: Any) -> None:
+        """Do the work, keep the result and say it."""
+        self.require_free()
+        result = self.result(**further)
+        path = self.kept(result)
+        self.say(result, path)
+
+    def require_free(self) -> None:
+        """Raise an `InputError` where a file cannot be written, or would replace another."""
+        purpose = purpose_of(self.name, *(self.given[name] for name in self.inputs))
+        force = bool(self.given.get("force"))
+        files = [self.given.get("record"), self.out]
+        if self.out is not None and issubclass(self.kind, FolderResult):
+            require_writable(self.out)
+            require_free_names(self.out, self.kind.FILES, purpose, force=force)
+            files.remove(self.out)
+        for file in files:
+            if file is not None and not is_stream(file):
+                require_free(file, purpose, force=force)
+                require_writable(file.parent)
+
+    def result(self, **further: Any) -> Any:
+        """What the function returns; `further` arguments are those that no option gives."""
+        function = getattr(xd, self.function)
+        parameters = inspect.signature(function).parameters
+        arguments = {name: value for name, value in self.given.items() if name in parameters}
+        for name, written in self.spelling.written.items():
+            if name in arguments:
+                arguments[name] = written.read(arguments[name])
+        arguments |= {**self.spelling.always, **further, **({"progress": True} if "progress" in parameters else {})}
+        several = [name for name, one in parameters.items() if one.kind is inspect.Parameter.VAR_POSITIONAL]
+        positional = [value for name in several for value in arguments.pop(name, ())]
+        try:
+            if "engine" not in parameters:
+                return function(*positional, **arguments)
+            from expdesign.app.commands.engines import elsewhere, engine_of  # noqa: PLC0415 (most work in one process)
+
+            with engine_of(self.given.get("workers"), self.given.get("cluster"), self.spelling.workers) as engine:
+                return function(*positional, **arguments, engine=elsewhere(engine))
+        except ArgumentError as error:
+            raise ArgumentError(error.what, argument=self.spelling.name(error.argument), remedy=error.remedy) from None
+
+    def kept(self, result: Any) -> Path | None:
+        """The path under which the result is kept, None where it is not."""
+        if self.out is None:
+            return None
+        options = {name: value for name, value in self.given.items() if name in ("units", "force")}
+        path: Path = result.save(self.out, **options)
+        if "record" in self.given:
+            result.save_record(self.given["record"], force=self.given["force"])
+        return path
+
+    def say(self, result: Any, path: Path | None = None) -> None:
+        """Print what the result says, and where it is kept."""
+        if not isinstance(result, Result):
+            print(json_text(result), end="")
+            return
+        if self.given.get("json"):
+            print(json_text(getattr(result, "record")), end="")  # noqa: B009 (those with `--json` have one)
+        else:
+            for line in result.lines:
+                print(line)
+        for text in result.notes:
+            note(text)
+        if path is not None:
+            print(path)
