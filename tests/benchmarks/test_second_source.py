@@ -5,11 +5,10 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+import benchmarks.concealed.second_source as source
 import numpy as np
 import pandas as pd
 import pytest
-
-import benchmarks.concealed.second_source as source
 
 pytest.importorskip("mujoco", reason="the second source needs the extra second-source")
 pytest.importorskip("openseespy", reason="the second source needs the extra second-source")

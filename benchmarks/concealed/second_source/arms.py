@@ -114,7 +114,7 @@ def draw_arm(rng: np.random.Generator) -> Arm:
     size = float(rng.uniform(0.85, 1.4))
     upper, fore = (round(size * float(rng.uniform(*ends)), 4) for ends in ((0.4, 0.52), (0.36, 0.46)))
     side, column, wrist = round(0.07 * size, 4), round(0.2 * size, 4), round(0.1 * size, 4)
-    links = (
+    drawn_links = (
         Link((0, 0, column), (0, 0, 1), 7.0 * size, (0.0, 0.0, 0.03)),
         Link((side, 0, 0.06), (0, 1, 0), 10.0 * size, (0.0, 0.02, round(0.45 * upper, 4))),
         Link((0, 0, upper), (0, 1, 0), 5.0 * size, (0.02, 0.0, round(0.4 * fore, 4))),
@@ -122,7 +122,7 @@ def draw_arm(rng: np.random.Generator) -> Arm:
         Link((0, 0, wrist), (0, 1, 0), 1.4 * size, (0.0, 0.01, 0.03)),
         Link((0, 0, wrist), (0, 0, 1), 0.5 * size, (0.0, 0.0, 0.01)),
     )
-    links = tuple(Link(each.place, each.axis, float(f"{each.mass:.4g}"), each.centre) for each in links)
+    links = tuple(Link(each.place, each.axis, float(f"{each.mass:.4g}"), each.centre) for each in drawn_links)
     stiffness = np.array([4e4, 4e4, 2e4, 7e3, 7e3, 5e3]) * size**2 * rng.uniform(0.8, 1.25, 6)
     drawn = np.array([float(f"{value:.3g}") for value in stiffness * rng.uniform(0.75, 1.3, 6)])
     return Arm(links, (0.0, 0.0, round(0.06 * size, 4)), stiffness, drawn)
@@ -149,8 +149,8 @@ class Stand:
         text += f'<option gravity="0 0 {-GRAVITY}"><flag contact="disable"/></option><worldbody>'
         sites: dict[int, str] = dict.fromkeys(range(7), "")
         for number, hose in enumerate(parts.hoses):
-            for end, (link, point) in enumerate(zip(hose.links, hose.points, strict=True)):
-                sites[link] += f'<site name="hose_{number}_{end}" pos="{_words(point)}"/>'
+            for end, (holder, point) in enumerate(zip(hose.links, hose.points, strict=True)):
+                sites[holder] += f'<site name="hose_{number}_{end}" pos="{_words(point)}"/>'
         text += sites[0] + '<body name="stand"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>'
         for axis, stiffness in zip(("1 0 0", "0 1 0", "0 0 1"), parts.tilt or (), strict=False):
             text += f'<joint type="hinge" axis="{axis}" stiffness="{stiffness:.12g}"/>'

@@ -86,7 +86,8 @@ def arm_bench(kind: str, rng: np.random.Generator) -> tuple[Bench, Callable[[], 
     arm: Arm = arms.draw_arm(rng)
     campaign = arm_kinds.draw_campaign(arm, ARM_KINDS[kind].wishes, rng)
     robot, rows = arm.file(), campaign.rows
-    readings, label = DEFLECTION, "arm"
+    readings: tuple[str, ...] = DEFLECTION
+    label = "arm"
     if "marker" in rows:
         low, high = [-0.09, -0.09, -0.03], [0.09, 0.09, 0.15]
         places = {name: rng.uniform(low, high).round(4) for name in ("red", "green", "blue")}

@@ -239,7 +239,7 @@ class WarmLeg(Structure):
     def elongations(self, rows: pd.DataFrame) -> Array:
         warmer = rows["temperature_degC"] - rows.groupby("series")["temperature_degC"].transform("first")
         found = np.zeros((len(rows), 6))
-        found[:, self._leg] = self._expansion * warmer * np.linalg.norm(self.hexapod.home)
+        found[:, self._leg] = self._expansion * warmer * float(np.linalg.norm(self.hexapod.home))
         return found
 
 
