@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..hidden import Hidden, Recipe, Sized, UnsuitableError, numbers_of, plain
 from ..linear_model import Array, BaseFit
 from ..mimicry import remaining_misfit
 from ..robots import HEXAPODS, bipod
+from .case import Case
 from .legs import FORMS, LEGS
 from .place import CATALOGUE, lengths
 from .structure import STRUCTURE
@@ -43,21 +44,6 @@ class Order:
     physics: tuple[str, ...]
     robot: str
     extent: Extent = USUAL
-
-
-@dataclass(frozen=True)
-class Case:
-    """What a diagnosis may read (`robot`, `recordings`, further `files` by name), and what the judge alone knows.
-
-    `later` are the held-out rows with the noise-free columns `true_*` and, where the judge's own base model does not
-    know the robot, its predictions `base_*`.
-    """
-
-    robot: dict[str, Any]
-    recordings: pd.DataFrame
-    later: pd.DataFrame
-    truth: dict[str, Any]
-    files: dict[str, str] = field(default_factory=dict)
 
 
 class Bench:

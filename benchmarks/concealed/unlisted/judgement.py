@@ -17,7 +17,7 @@ from ..answers import NoAnswerError
 from ..held_out import base_prediction
 from ..run import Outcome
 from .answers import NOT_NAMED, Answer, Effect, read_answer
-from .cases import Case
+from .case import Case
 
 _UNITS = {"length": ("length",), "force": ("force",), "temperature": ("temperature",)}
 
@@ -82,6 +82,12 @@ class Judged:
         return [e for e in effects if e.physics not in (*NOT_NAMED, *right) and e.probability > 0.5]
 
     @property
+    def strays(self) -> list[Effect]:
+        """Entries, names and laws alike, all of whose components have nothing to do with what is there."""
+        effects = self.answer.effects if self.answer else ()
+        return [each for each in effects if not self.parts & set(each.components)]
+
+    @property
     def coverage(self) -> list[float]:
         """For each true curve that a law was given for: share of its points inside the band."""
         found = []
@@ -136,7 +142,7 @@ def _predicted(case: Case, path: Path) -> Predicted | None:
         return None
     later, guess = case.later, pd.read_csv(path)
     names = [str(name)[5:] for name in later if str(name).startswith("true_")]
-    stds = ["s" + name[1:] for name in names]
+    stds = [deviation_of(name) for name in names]
     if not set(names) <= set(guess):
         return None
     true, read = later[[f"true_{n}" for n in names]].to_numpy(dtype=float), later[names].to_numpy(dtype=float)
@@ -152,6 +158,11 @@ def _predicted(case: Case, path: Path) -> Predicted | None:
     errors = [(base - true) / std, (model - true) / std, (base - read) / std, (model - read) / std]
     of_base, of_model, base_read, model_read = (float(np.sqrt(np.mean(each**2))) for each in errors)
     return Predicted(of_base, of_model, base_read, model_read, standardised)
+
+
+def deviation_of(reading: str) -> str:
+    """Column of the standard deviation of a reading: `sx_m` of `dx_m`, `spx_m` of the position `px_m`."""
+    return f"s{reading}" if reading.startswith("p") else f"s{reading[1:]}"
 
 
 def covered(law: Effect, curve: Mapping[str, Any]) -> float | None:

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from ..run import Outcome, timed
-from .cases import Case
+from .case import Case
 from .generate import write_questions
 
 _ROOT = Path(__file__).parents[3]
@@ -75,4 +75,6 @@ def _paths() -> list[str]:
 def _measured(column: str) -> bool:
     """Whether a column of the judge's rows tells what was measured."""
     axes = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
-    return column.startswith(("true_", "base_")) or column in {f"{kind}{axis}" for kind in "ds" for axis in axes}
+    deflections = {f"{kind}{axis}" for kind in "ds" for axis in axes}
+    positions = {f"{kind}{axis}" for kind in ("p", "sp") for axis in axes[:3]}
+    return column.startswith(("true_", "base_")) or column in deflections | positions
