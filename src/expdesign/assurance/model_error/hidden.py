@@ -18,7 +18,7 @@ from expdesign.assurance.model_error.noticeable import noncentrality
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.assurance.model_error.two_ellipsoids import largest_along_axes
 from expdesign.mechanics.differentiation import plain
-from expdesign.planning.criteria.assessment import RANK_TOLERANCE
+from expdesign.planning.criteria.information import RANK_TOLERANCE
 
 VISIBLE = 1e-6
 """Singular values of R_e below this fraction of the largest of B̃_e are rounding: that direction is not visible."""
