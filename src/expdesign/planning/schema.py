@@ -1,6 +1,6 @@
 """The run configuration as it stands in YAML (file-formats.md, Run configurations): keys, types and their meaning."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
@@ -19,6 +19,35 @@ from expdesign.io.schema import (
 )
 from expdesign.planning.options import Effort
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed
+
+Flag = Annotated[bool, Field(strict=True)]
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+def left_out(description: str) -> Any:
+    """A key that may be left out, and is None then."""
+    return Field(default=None, description=description)
+
+
+class OneForm(Section):
+    """A mapping with exactly one of some keys.
+
+    Attributes:
+        forms: these keys.
+        remedy: what to do where there is none of them, or several.
+    """
+
+    forms: ClassVar[tuple[str, ...]]
+    remedy: ClassVar[str] = "Keep one."
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = [f"`{name}`" for name in self.forms if getattr(self, name) is not None]
+        if len(given) != 1:
+            *first, last = (f"`{name}`" for name in self.forms)
+            what = f"exactly one of {', '.join(first)} and {last} is needed, not {' and '.join(given) or 'none'}"
+            raise invalid(what, remedy=self.remedy)
+        return self
 
 
 def _is_number(value: Any) -> bool:
@@ -109,44 +138,31 @@ GridAxis = Annotated[
 ]
 
 
-class PosesSection(Section):
+class PosesSection(OneForm):
     """`experiment.poses`: one of three forms."""
 
-    bounds: dict[str, QuantityField] | None = Field(
-        default=None,
-        description="Continuous poses: for each coordinate (`x_m` ..., or `q1_rad` ... of an arm; m or rad) a number, "
-        "`[low, high]` or `{choices: [...]}`. Coordinates that are not named are 0.",
-    )
-    grid: dict[str, GridAxis] | None = Field(
-        default=None,
-        description="A grid of poses: for each coordinate (m or rad) `[low, high, number of points]` or a number. "
-        "Coordinates that are not named are 0.",
-    )
-    candidates: str | list[list[Number]] | None = Field(
-        default=None,
-        description="A list of poses (m, rad), or a CSV file with a column for every coordinate; the path is relative "
-        "to the configuration.",
-    )
+    forms = ("bounds", "grid", "candidates")
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        given = [name for name in ("bounds", "grid", "candidates") if getattr(self, name) is not None]
-        if len(given) != 1:
-            named = " and ".join(f"`{name}`" for name in given) or "none"
-            raise invalid(
-                f"exactly one of `bounds`, `grid` and `candidates` is needed, not {named}", remedy="Keep one."
-            )
-        return self
+    bounds: dict[str, QuantityField] | None = left_out(
+        "Continuous poses: for each coordinate (`x_m` ..., or `q1_rad` ... of an arm; m or rad) a number, "
+        "`[low, high]` or `{choices: [...]}`. Coordinates that are not named are 0."
+    )
+    grid: dict[str, GridAxis] | None = left_out(
+        "A grid of poses: for each coordinate (m or rad) `[low, high, number of points]` or a number. "
+        "Coordinates that are not named are 0."
+    )
+    candidates: str | list[list[Number]] | None = left_out(
+        "A list of poses (m, rad), or a CSV file with a column for every coordinate; the path is relative "
+        "to the configuration."
+    )
 
 
 class TiltSection(Section):
     """`experiment.load.gravity`: tilt of the base (rad)."""
 
-    tilt_x_rad: QuantityField | None = Field(
-        default=None, description="Tilt about x (rad): gravity is Ry(tilt_y)·Rx(tilt_x)·g. Default: 0."
-    )
-    tilt_y_rad: QuantityField | None = Field(default=None, description="Tilt about y (rad). Default: 0.")
-    tilt_rad: QuantityField | None = Field(default=None, description="Tilt of a bipod in its plane (rad). Default: 0.")
+    tilt_x_rad: QuantityField | None = left_out("Tilt about x (rad): gravity is Ry(tilt_y)·Rx(tilt_x)·g. Default: 0.")
+    tilt_y_rad: QuantityField | None = left_out("Tilt about y (rad). Default: 0.")
+    tilt_rad: QuantityField | None = left_out("Tilt of a bipod in its plane (rad). Default: 0.")
 
 
 class LoadSection(Section):
@@ -155,72 +171,51 @@ class LoadSection(Section):
     kind: Literal["payload", "wrench"] = Field(
         description="`payload`: a mass under gravity; `wrench`: a force and a moment that do not depend on the pose."
     )
-    mass_kg: QuantityField | None = Field(default=None, description="Mass of a payload (kg); required for a payload.")
-    com_x_m: QuantityField | None = Field(
-        default=None, description="x of the centre of mass in the platform frame (m). Default: 0."
+    mass_kg: QuantityField | None = left_out("Mass of a payload (kg); required for a payload.")
+    com_x_m: QuantityField | None = left_out("x of the centre of mass in the platform frame (m). Default: 0.")
+    com_y_m: QuantityField | None = left_out("y of the centre of mass in the platform frame (m). Default: 0.")
+    com_z_m: QuantityField | None = left_out("z of the centre of mass in the platform frame (m). Default: 0.")
+    gravity: TiltSection | None = left_out(
+        "Where the base can be tilted: the directions of gravity that can be had. Default: as in the robot file."
     )
-    com_y_m: QuantityField | None = Field(
-        default=None, description="y of the centre of mass in the platform frame (m). Default: 0."
-    )
-    com_z_m: QuantityField | None = Field(
-        default=None, description="z of the centre of mass in the platform frame (m). Default: 0."
-    )
-    gravity: TiltSection | None = Field(
-        default=None,
-        description="Where the base can be tilted: the directions of gravity that can be had. Default: as in the "
-        "robot file.",
-    )
-    fx_N: QuantityField | None = Field(default=None, description="Force along x of O (N). Default: 0.")
-    fy_N: QuantityField | None = Field(default=None, description="Force along y of O (N). Default: 0.")
-    fz_N: QuantityField | None = Field(default=None, description="Force along z of O (N). Default: 0.")
-    mx_Nm: QuantityField | None = Field(
-        default=None, description="Moment about x of O at the origin of P (N·m). Default: 0."
-    )
-    my_Nm: QuantityField | None = Field(
-        default=None, description="Moment about y of O at the origin of P (N·m). Default: 0."
-    )
-    mz_Nm: QuantityField | None = Field(
-        default=None, description="Moment about z of O at the origin of P (N·m). Default: 0."
-    )
+    fx_N: QuantityField | None = left_out("Force along x of O (N). Default: 0.")
+    fy_N: QuantityField | None = left_out("Force along y of O (N). Default: 0.")
+    fz_N: QuantityField | None = left_out("Force along z of O (N). Default: 0.")
+    mx_Nm: QuantityField | None = left_out("Moment about x of O at the origin of P (N·m). Default: 0.")
+    my_Nm: QuantityField | None = left_out("Moment about y of O at the origin of P (N·m). Default: 0.")
+    mz_Nm: QuantityField | None = left_out("Moment about z of O at the origin of P (N·m). Default: 0.")
 
 
 class MeasuredPointsSection(Section):
     """`experiment.deflection_noise.points`: poses come from the measured points of an artefact."""
 
-    positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]] = Field(
+    positions: list[Vector] = Field(
         description="Points of the artefact in the platform frame, `[x, y, z]` (m) each; at least three, not in line."
     )
     std_m: Positive = Field(description="Standard deviation of every measured coordinate of a point (m).")
-    pose: list[Number] | None = Field(
-        default=None, description="Pose (m, rad) at which the covariance is taken. Default: the zero pose."
-    )
+    pose: list[Number] | None = left_out("Pose (m, rad) at which the covariance is taken. Default: the zero pose.")
 
 
-class DeflectionNoiseSection(Section):
+class DeflectionNoiseSection(OneForm):
     """`experiment.deflection_noise`."""
 
-    std: dict[str, Positive] | None = Field(
-        default=None,
-        description="Standard deviation of every measured component of a deflection (`dx_m` ... in m, `drx_rad` ... in "
-        "rad). Components that are not named are not measured.",
+    forms = ("std", "covariance", "points")
+
+    std: dict[str, Positive] | None = left_out(
+        "Standard deviation of every measured component of a deflection (`dx_m` ... in m, `drx_rad` ... in "
+        "rad). Components that are not named are not measured."
     )
-    covariance: list[list[Number]] | None = Field(
-        default=None, description="Covariance matrix of a deflection, all components (m², m·rad, rad²)."
+    covariance: list[list[Number]] | None = left_out(
+        "Covariance matrix of a deflection, all components (m², m·rad, rad²)."
     )
-    points: MeasuredPointsSection | None = Field(
-        default=None, description="Poses are registered from measured points, whose covariance follows from theirs."
+    points: MeasuredPointsSection | None = left_out(
+        "Poses are registered from measured points, whose covariance follows from theirs."
     )
-    shared_reference: Annotated[bool, Field(strict=True)] = Field(
+    shared_reference: Flag = Field(
         default=False,
         description="Whether measurements of one series (of consecutive rows at one pose) share one unloaded "
         "measurement, which carries half of each deflection's covariance.",
     )
-
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        if sum(form is not None for form in (self.std, self.covariance, self.points)) != 1:
-            raise invalid("exactly one of `std`, `covariance` and `points` is needed", remedy="Keep one.")
-        return self
 
 
 class LoadErrorSection(Section):
@@ -233,7 +228,7 @@ class LoadErrorSection(Section):
         description="Standard deviations: `com` m in the platform frame (3; none for a bipod), `mass` kg (1), "
         "`direction` rad about x and y of O (2; 1 for a bipod), `wrench` N and N·m (6; 2 for a bipod)."
     )
-    shared: Annotated[bool, Field(strict=True)] = Field(
+    shared: Flag = Field(
         default=True,
         description="Whether all measurements have one unknown error in common (systematic), or each has its own "
         "(random).",
@@ -244,7 +239,7 @@ class ReferencePoseSection(Section):
     """`experiment.reference_pose`."""
 
     pose: list[Number] = Field(description="The reference pose that is measured before every other pose (m, rad).")
-    interpolate: Annotated[bool, Field(strict=True)] = Field(
+    interpolate: Flag = Field(
         default=False, description="Whether the correction interpolates between the references before and after a pose."
     )
 
@@ -261,9 +256,7 @@ class BudgetSection(Section):
     """`experiment.budget`: time that measuring may take, in place of a number of measurements."""
 
     minutes: Positive = Field(description="Time of all changes and readings by `experiment.costs` (min).")
-    distinct_poses: Count | None = Field(
-        default=None, description="Largest number of different poses. Default: chosen by the search."
-    )
+    distinct_poses: Count | None = left_out("Largest number of different poses. Default: chosen by the search.")
 
 
 class ValidationSection(Section):
@@ -279,25 +272,19 @@ class KeepOutSection(Section):
     high_m: list[Number] = Field(description="Greatest corner, `[x, y, z]` (m).")
 
 
-class PrimitiveSection(Section):
+class PrimitiveSection(OneForm):
     """A body of simple form in `experiment.constraints.collisions`."""
 
-    box_m: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = Field(
-        default=None, description="Edges of a box along x, y and z (m)."
-    )
-    cylinder_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="Radius and length of a cylinder about z (m)."
-    )
-    sphere_m: Positive | None = Field(default=None, description="Radius of a sphere (m).")
-    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
-        default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m)."
-    )
+    forms = ("box_m", "cylinder_m", "sphere_m")
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        if sum(form is not None for form in (self.box_m, self.cylinder_m, self.sphere_m)) != 1:
-            raise invalid("exactly one of `box_m`, `cylinder_m` and `sphere_m` is needed", remedy="Keep one.")
-        return self
+    box_m: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = left_out(
+        "Edges of a box along x, y and z (m)."
+    )
+    cylinder_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = left_out(
+        "Radius and length of a cylinder about z (m)."
+    )
+    sphere_m: Positive | None = left_out("Radius of a sphere (m).")
+    at_m: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m).")
 
 
 class CollisionsSection(Section):
@@ -305,13 +292,11 @@ class CollisionsSection(Section):
 
     clearance_m: NonNegative = Field(default=0.005, description="Least distance between two parts (m).")
     leg_radius_m: Positive = Field(description="Radius of legs or links (m).")
-    payload: PrimitiveSection | None = Field(
-        default=None, description="The payload, in the platform frame. Default: not regarded."
+    payload: PrimitiveSection | None = left_out("The payload, in the platform frame. Default: not regarded.")
+    platform: PrimitiveSection | None = left_out(
+        "The platform, in its frame; compared with the base. Default: not regarded."
     )
-    platform: PrimitiveSection | None = Field(
-        default=None, description="The platform, in its frame; compared with the base. Default: not regarded."
-    )
-    base: PrimitiveSection | None = Field(default=None, description="The base, in O. Default: not regarded.")
+    base: PrimitiveSection | None = left_out("The base, in O. Default: not regarded.")
 
 
 class ConstraintsSection(Section):
@@ -328,25 +313,20 @@ class ConstraintsSection(Section):
     keep_out: list[KeepOutSection] = Field(
         default_factory=list, description="Boxes that no part of the robot may enter. Default: none."
     )
-    collisions: CollisionsSection | None = Field(
-        default=None, description="Parts of robot and payload that must stay apart. Default: not regarded."
+    collisions: CollisionsSection | None = left_out(
+        "Parts of robot and payload that must stay apart. Default: not regarded."
     )
-    effort: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m)."
-    )
+    effort: Flag = Field(default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m).")
 
 
 class ExperimentSection(Section):
     """`experiment`."""
 
-    measurements: Count | None = Field(
-        default=None,
-        description="Number m of loaded measurements of a plan; with a `budget`, the largest. Required without one.",
+    measurements: Count | None = left_out(
+        "Number m of loaded measurements of a plan; with a `budget`, the largest. Required without one."
     )
     poses: PosesSection = Field(description="Where measurements may be taken: exactly one of the three forms.")
-    load: LoadSection | None = Field(
-        default=None, description="Loads that can be applied; required except for `calibration: geometric`."
-    )
+    load: LoadSection | None = left_out("Loads that can be applied; required except for `calibration: geometric`.")
     deflection_noise: DeflectionNoiseSection = Field(
         description="Measurement noise of a deflection (of a pose, for `calibration: geometric`): exactly one of "
         "`std`, `covariance` and `points`."
@@ -354,7 +334,7 @@ class ExperimentSection(Section):
     load_error: list[LoadErrorSection] = Field(
         default_factory=list, description="Sources of error of the applied load. Default: none, and FEIR is 0."
     )
-    geometric_stiffness: Annotated[bool, Field(strict=True)] = Field(
+    geometric_stiffness: Flag = Field(
         default=False, description="Whether the model includes the change of geometry under load (K_G)."
     )
     calibration: Literal["elastostatic", "geometric", "both"] = Field(
@@ -366,26 +346,22 @@ class ExperimentSection(Section):
         default="known",
         description="Whether the frames of base and artefact are known in the instrument's, for geometric calibration.",
     )
-    reference_pose: ReferencePoseSection | None = Field(
-        default=None, description="Thermal deflection is removed with a reference pose. Default: none is measured."
+    reference_pose: ReferencePoseSection | None = left_out(
+        "Thermal deflection is removed with a reference pose. Default: none is measured."
     )
-    costs: CostsSection | None = Field(
-        default=None,
-        description="What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs.",
+    costs: CostsSection | None = left_out(
+        "What measuring costs, by which the laboratory's sheet is put in order. Default: equal costs."
     )
-    budget: BudgetSection | None = Field(
-        default=None, description="Time in place of a number of measurements; needs `costs`. Default: no limit."
+    budget: BudgetSection | None = left_out(
+        "Time in place of a number of measurements; needs `costs`. Default: no limit."
     )
-    validation: ValidationSection | None = Field(
-        default=None, description="Rows of a plan kept for validation. Default: none."
+    validation: ValidationSection | None = left_out("Rows of a plan kept for validation. Default: none.")
+    resolution: dict[str, Positive] | None = left_out(
+        "Steps in which poses and loads can be set, by column (`x_m: 1e-6`, `mass_kg: 1e-4`). Default: "
+        "1e-6 m or rad, 1e-4 kg, 1e-3 N, 1e-4 N·m; finer where an interval is short."
     )
-    resolution: dict[str, Positive] | None = Field(
-        default=None,
-        description="Steps in which poses and loads can be set, by column (`x_m: 1e-6`, `mass_kg: 1e-4`). Default: "
-        "1e-6 m or rad, 1e-4 kg, 1e-3 N, 1e-4 N·m; finer where an interval is short.",
-    )
-    constraints: ConstraintsSection | None = Field(
-        default=None, description="What a laboratory demands of a plan beside the robot's limits. Default: nothing."
+    constraints: ConstraintsSection | None = left_out(
+        "What a laboratory demands of a plan beside the robot's limits. Default: nothing."
     )
 
 
@@ -393,29 +369,22 @@ class TargetPayloadSection(Section):
     """`targets[].payload`."""
 
     mass_kg: Positive = Field(description="Mass (kg).")
-    com_m: list[Number] | None = Field(
-        default=None, description="Centre of mass in the platform frame, `[x, y, z]` (m). Default: its origin."
-    )
+    com_m: list[Number] | None = left_out("Centre of mass in the platform frame, `[x, y, z]` (m). Default: its origin.")
 
 
 class TargetSection(Section):
     """One entry of `targets`."""
 
     pose: list[Number] = Field(description="Pose (m, rad) or joint coordinates at which accuracy is wanted.")
-    payload: TargetPayloadSection | None = Field(
-        default=None, description="Payload carried there; exactly one of `payload` and `wrench`."
-    )
-    wrench: list[Number] | None = Field(
-        default=None,
-        description="Wrench applied there, `[fx, fy, fz, mx, my, mz]` (N, N·m) in O about the origin of P.",
+    payload: TargetPayloadSection | None = left_out("Payload carried there; exactly one of `payload` and `wrench`.")
+    wrench: list[Number] | None = left_out(
+        "Wrench applied there, `[fx, fy, fz, mx, my, mz]` (N, N·m) in O about the origin of P."
     )
     tolerance: dict[str, Positive] = Field(
         description="Error that is acceptable on each axis that matters (`dx_m` ... in m, `drx_rad` ... in rad)."
     )
     weight: Positive = Field(default=1.0, description="Weight of the target in a mean over targets.")
-    gravity_m_s2: list[Number] | None = Field(
-        default=None, description="Gravity in O at this target (m/s²). Default: as in the robot file."
-    )
+    gravity_m_s2: list[Number] | None = left_out("Gravity in O at this target (m/s²). Default: as in the robot file.")
     tolerance_axes: Literal["pose", "body"] = Field(
         default="pose",
         description="Whether tolerances of rotations are of the pose's angles or of rotations about the platform's own "
@@ -434,9 +403,7 @@ class TargetSection(Section):
 class ModelErrorsSection(Section):
     """`model_error`: what MEIR assumes of the physics that the model leaves out."""
 
-    physics: list[str] | None = Field(
-        default=None, description="Identifiers of the physics considered. Default: all that the robot can have."
-    )
+    physics: list[str] | None = left_out("Identifiers of the physics considered. Default: all that the robot can have.")
     without: list[str] = Field(
         default_factory=list, description="Identifiers of physics that machines of this kind never have."
     )
@@ -464,15 +431,11 @@ class OptimiserSection(Section):
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
         default=100, description="Designs in the population of the search."
     )
-    generations: Count | None = Field(
-        default=None, description="Generations of the search at most; where left out, `effort` alone ends it."
-    )
+    generations: Count | None = left_out("Generations of the search at most; where left out, `effort` alone ends it.")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=1, description="Seed of all random numbers of the search."
     )
-    polish: Annotated[bool, Field(strict=True)] = Field(
-        default=True, description="Whether designs descend along exact gradients."
-    )
+    polish: Flag = Field(default=True, description="Whether designs descend along exact gradients.")
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
         default=0.0,
         description="Processor time (s) of halving boxes for the bounds of DUIR and of `total`, each; estimated from "
@@ -480,21 +443,16 @@ class OptimiserSection(Section):
     )
 
 
-class AcceptanceSection(Section):
+class AcceptanceSection(OneForm):
     """`acceptance`: the coverage of the expanded uncertainty."""
 
-    coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = Field(
-        default=None, description="Probability that the interval covers; exactly one of `coverage` and `k`."
-    )
-    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = Field(
-        default=None, description="Coverage factor of the expanded uncertainty."
-    )
+    forms = ("coverage", "k")
+    remedy = "E.g. `{k: 2}` or `{coverage: 0.95}`."
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        if (self.coverage is None) == (self.k is None):
-            raise invalid("exactly one of `coverage` and `k` is needed", remedy="E.g. `{k: 2}` or `{coverage: 0.95}`.")
-        return self
+    coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = left_out(
+        "Probability that the interval covers; exactly one of `coverage` and `k`."
+    )
+    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = left_out("Coverage factor of the expanded uncertainty.")
 
     @property
     def chosen(self) -> Coverage:
@@ -523,13 +481,11 @@ class RunSection(Section):
         default_factory=lambda: ["duir", "feir"],
         description="Criteria that span the Pareto front, or one alone. Default: `[duir, feir]`.",
     )
-    model_error: ModelErrorsSection | None = Field(
-        default=None,
-        description="What MEIR assumes; with this section (`{}` for its defaults), or with `meir` as an objective, "
-        "MEIR is evaluated with the other criteria.",
+    model_error: ModelErrorsSection | None = left_out(
+        "What MEIR assumes; with this section (`{}` for its defaults), or with `meir` as an objective, "
+        "MEIR is evaluated with the other criteria."
     )
     optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")
-    acceptance: AcceptanceSection | None = Field(
-        default=None,
-        description="Coverage of the expanded uncertainty by which targets are accepted. Default: `{k: 2}`.",
+    acceptance: AcceptanceSection | None = left_out(
+        "Coverage of the expanded uncertainty by which targets are accepted. Default: `{k: 2}`."
     )

@@ -14,7 +14,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality import region_tree, regions
 from expdesign.planning.optimality.bounds import GAP, best_linear_total, criterion_bounds
 from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import usable
+from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_bound import Node, bounded
 from expdesign.planning.optimality.region_tree import RegionTree
 from expdesign.planning.optimality.regions import WIDEST, Axis, Box, Regions

@@ -9,8 +9,8 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.pool import SeriesPool, takes_series
 from expdesign.planning.optimality.series import longer, quadratic, sizes
-from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
 from expdesign.planning.optimality.weights import Dual, dual_of
 from expdesign.planning.problem import DesignProblem
 

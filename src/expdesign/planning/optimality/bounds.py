@@ -19,7 +19,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
-from expdesign.planning.optimality.measurement_pool import usable
+from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_tree import RegionTree
 from expdesign.planning.optimality.regions import Regions
 from expdesign.planning.problem import DesignProblem

@@ -15,8 +15,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import BRIEF, THOROUGH, Effort, MeasurementPool, Pool
-from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
+from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, MeasurementPool, Pool, SeriesPool, takes_series
 from expdesign.planning.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 
