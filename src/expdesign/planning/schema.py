@@ -286,6 +286,11 @@ class PrimitiveSection(OneForm):
     sphere_m: Positive | None = left_out("Radius of a sphere (m).")
     at_m: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m).")
 
+    @property
+    def sizes(self) -> list[float]:
+        """Three of a box, two of a cylinder, one of a sphere (m)."""
+        return self.box_m or self.cylinder_m or [self.sphere_m or 0.0]
+
 
 class CollisionsSection(Section):
     """`experiment.constraints.collisions`: parts of the robot and its payload that must stay apart."""
