@@ -87,7 +87,7 @@ def criterion_bounds(
 
     Args:
         problem: the design problem.
-        load_errors: see `MeasurementInformation`.
+        load_errors: see `MeasurementMaps`.
         known: designs (d, m, g) that can be measured.
         seconds: of halving boxes, of a processor, as estimated from the work; the configuration's where left out.
         ended: whether there is no more time.

@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.information import Sums
-from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.problem import DesignProblem
 
 
@@ -25,7 +25,7 @@ class PlanSums:
     def __init__(self, problem: DesignProblem, factor: float) -> None:
         self._problem, self._factor = problem, factor
         self._readings = len(problem.noise.axes) if problem.noise.shared_reference else 0
-        self._targets = MeasurementInformation(problem, 0.0).relaxation().targets
+        self._targets = MeasurementMaps(problem, 0.0).relaxation().targets
         self._sizes = self._targets.shape[-1], int(problem.shared_errors.sum())
         known = problem.known
         self._known = None if known is None else self._flat(Sums.of_information(known.in_units(problem.loaded.scale)))

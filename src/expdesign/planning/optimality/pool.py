@@ -13,8 +13,8 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.mechanics.differentiation import gradient, independent, plain, sum_of_squares
 from expdesign.planning.optimality.differentiated import to_variables
-from expdesign.planning.optimality.information import CHUNK, MeasurementInformation
-from expdesign.planning.optimality.series import Multisets, SeriesInformation
+from expdesign.planning.optimality.measurement_maps import CHUNK, MeasurementMaps
+from expdesign.planning.optimality.series import Multisets, SeriesMaps
 from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.optimality.weights import Dual
 from expdesign.planning.problem import DesignProblem
@@ -109,7 +109,7 @@ class Pool(ABC):
     complete = False
     _tolerance = 1e-6
 
-    def __init__(self, information: MeasurementInformation, samples: int) -> None:
+    def __init__(self, information: MeasurementMaps, samples: int) -> None:
         self._problem, self._samples = information.problem, samples
         self._generator = np.random.default_rng(information.problem.optimiser.seed)
         self._loads = information.load_variables()
@@ -208,7 +208,7 @@ class MeasurementPool(Pool):
         given: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
     """
 
-    def __init__(self, information: MeasurementInformation, samples: int, given: FloatArray | None = None) -> None:
+    def __init__(self, information: MeasurementMaps, samples: int, given: FloatArray | None = None) -> None:
         super().__init__(information, samples)
         self._information, self._given = information, given is not None
         self._extreme = information.convex_in_load and bool(self._loads.index.size)
@@ -271,7 +271,7 @@ class MeasurementPool(Pool):
         return first[:, None]
 
 
-def takes_series(information: MeasurementInformation) -> bool:
+def takes_series(information: MeasurementMaps) -> bool:
     """Whether a problem's measurements share references in a way that candidates may be series.
 
     A measurement is then a pose and a load, and what a series tells is convex in each load.
@@ -300,9 +300,9 @@ class SeriesPool(Pool):
 
     _tolerance = 1e-8
 
-    def __init__(self, information: MeasurementInformation, samples: int) -> None:
+    def __init__(self, information: MeasurementMaps, samples: int) -> None:
         super().__init__(information, samples)
-        self.information = SeriesInformation(information)
+        self.information = SeriesMaps(information)
         self._poses = enumerated(self._problem, self._loads.index)
         self._maps: FloatArray | None = None
         poses = samples if self._poses is None else len(self._poses)
