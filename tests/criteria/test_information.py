@@ -11,6 +11,7 @@ from tests.oracle import Array
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information, Sums
 from expdesign.planning.optimality.bounds import best_linear_total
+from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import expected_total
 from expdesign.planning.start import starting_designs
@@ -174,3 +175,33 @@ def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
         _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets)
         np.testing.assert_allclose(assessment.source_variances[0, ..., index], force, rtol=1e-9)
     np.testing.assert_allclose(assessment.source_variances.sum(axis=-1), assessment.force_variance, rtol=1e-12)
+
+
+def by_dense_formulas(here: DesignProblem, design: Array) -> dict[str, float]:
+    """DUIR, FEIR and their sum of a design (m, g) as the interfaces define them, from whole matrices."""
+    rows, errors = here.whitened(*here.space.decode(design))
+    parts = dense(rows * here.loaded.scale, errors, here.shared_errors, here.targets.observation * here.loaded.scale)
+    weights = here.targets.weights / here.targets.weights.sum()
+    noise, force = (float(weights @ (part * here.targets.importance).sum(axis=1)) for part in parts)
+    return {"duir": noise**0.5, "feir": force**0.5, "total": (noise + force) ** 0.5}
+
+
+@pytest.mark.parametrize(("base", "changes"), BASES)
+def test_gradients_are_those_of_the_dense_formulas(base: dict[str, object], changes: dict[str, object]) -> None:
+    here = problem(base, changes)
+    design, space = drawn(here, here.space.measurements), here.space
+    expected = by_dense_formulas(here, design)
+    exact = criterion_gradients(here, design[None], list(expected))
+    span = (space.upper - space.lower) * ~space.discrete
+    for name, value in expected.items():
+        assert exact[name][0][0] == pytest.approx(value, rel=1e-8)
+    differences = {name: np.zeros(design.shape) for name in expected}
+    for place in np.ndindex(design.shape):
+        step = np.zeros(design.shape)
+        step[place] = 1e-5 * span[place[1]]
+        if step[place] > 0.0:
+            high, low = (by_dense_formulas(here, design + sign * step) for sign in (1.0, -1.0))
+            for name, found in differences.items():
+                found[place] = (high[name] - low[name]) / 2e-5
+    for name, found in differences.items():
+        np.testing.assert_allclose(exact[name][1][0] * span, found, atol=1e-6 * np.abs(found).max())
