@@ -40,7 +40,7 @@ from expdesign.arrays import FloatArray
 from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.mechanics.robots.serial import SerialRobot
-from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
@@ -57,7 +57,7 @@ def pool_plans(problem: DesignProblem, python: str, pool: int, seed: int, *, sam
     program does by DUIR from the same pool.
     """
     decisions = reachable_measurements(problem, pool, np.random.default_rng(seed))
-    rows = MeasurementInformation(problem, 0.0).rows(decisions)
+    rows = MeasurementMaps(problem, 0.0).rows(decisions)
     found = {}
     for name, options in (("FIGAROH, SOCP", ()), ("FIGAROH, DetMax exchange", ("--detmax",))):
         chosen, seconds = figaroh(python, rows, problem.space.measurements, *options)

@@ -49,7 +49,7 @@ def measured() -> dict[str, float]:
 
 
 def _timed(config: str, size: int) -> dict[str, Callable[[], object]]:
-    from expdesign.planning.optimality.information import MeasurementInformation  # noqa: PLC0415
+    from expdesign.planning.optimality.measurement_maps import MeasurementMaps  # noqa: PLC0415
     from expdesign.planning.optimality.objectives import Objectives  # noqa: PLC0415
     from expdesign.planning.optimality.weights import Dual  # noqa: PLC0415
     from expdesign.planning.problem_file import read_problem  # noqa: PLC0415
@@ -59,7 +59,7 @@ def _timed(config: str, size: int) -> dict[str, Callable[[], object]]:
 
     problem = read_problem(Path(config))
     space, objectives = problem.space, Objectives(problem)
-    population, information = DesignPopulation(problem), MeasurementInformation(problem, 1.0)
+    population, information = DesignPopulation(problem), MeasurementMaps(problem, 1.0)
     designs = starting_designs(problem, size, np.random.default_rng(0)).reshape(size, space.measurements, -1)
     single = designs.reshape(size * space.measurements, -1)
     width = information.rows(single[:1]).shape[2]

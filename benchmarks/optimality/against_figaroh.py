@@ -29,7 +29,7 @@ from benchmarks.optimality.selection import choose_measurements
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.start import reachable_measurements
@@ -94,7 +94,7 @@ def main(path: Path, python: str, pools: list[int], seed: int = 1) -> None:
     ]
     for size in pools:
         decisions = reachable_measurements(problem, size, generator)
-        rows = MeasurementInformation(problem, 0.0).rows(decisions)
+        rows = MeasurementMaps(problem, 0.0).rows(decisions)
         try:
             for name, options in (("FIGAROH, SOCP", ()), ("FIGAROH, DetMax", ("--detmax",))):
                 chosen, seconds = figaroh(python, rows, count, *options)

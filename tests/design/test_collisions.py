@@ -9,13 +9,18 @@ from tests.design.problems import HEXAPOD, problem
 
 import expdesign
 from expdesign.errors import InputError
-from expdesign.planning.constraints import Collisions, Primitive
+from expdesign.planning.constraints import Collisions
+from expdesign.planning.schema import CollisionsSection, PrimitiveSection
 from expdesign.planning.search import search
 
 pytest.importorskip("coal")
 
 HOME = np.zeros(6)
 FEW = {"population": 8, "generations": 2, "seed": 1, "polish": False}
+
+
+def apart(clearance: float, radius: float, **parts: PrimitiveSection) -> Collisions:
+    return Collisions(CollisionsSection(clearance_m=clearance, leg_radius_m=radius, **parts))
 
 
 def segment_distance(one: np.ndarray, two: np.ndarray) -> float:
@@ -33,27 +38,27 @@ def test_legs_are_as_far_apart_as_their_axes_less_two_radii() -> None:
     legs = [drawing.points[[leg, leg + 6]] for leg in range(6)]
     expected = min(segment_distance(legs[i], legs[j]) for i in range(6) for j in range(i))
     radius, clearance = 0.004, 0.001
-    excess = float(Collisions(clearance, radius).excess(robot, pose))
+    excess = float(apart(clearance, radius).excess(robot, pose))
     assert clearance - excess == pytest.approx(expected - 2.0 * radius, abs=1e-6)
 
 
 def test_a_sphere_below_the_platform_overlaps_the_base_by_a_known_depth() -> None:
     robot = problem(HEXAPOD).loaded.robot
-    base = Primitive((2.0, 2.0, 0.1), np.array([0.0, 0.0, -0.05]))  # its top is z = 0
+    base = PrimitiveSection(box_m=[2.0, 2.0, 0.1], at_m=[0.0, 0.0, -0.05])  # its top is z = 0
     for radius, low in ((0.01, 0.15), (0.05, 0.29)):
-        sphere = Primitive((radius,), np.array([0.0, 0.0, -low]))
+        sphere = PrimitiveSection(sphere_m=radius, at_m=[0.0, 0.0, -low])
         # Legs so thin that they are nowhere nearer than the base; the platform frame stands 0.3 m above O.
-        collisions = Collisions(0.0, 1e-4, platform=sphere, base=base)
+        collisions = apart(0.0, 1e-4, platform=sphere, base=base)
         depth = -float(collisions.excess(robot, HOME))
-        legs = -float(Collisions(0.0, 1e-4).excess(robot, HOME))
+        legs = -float(apart(0.0, 1e-4).excess(robot, HOME))
         assert depth == pytest.approx(min(0.3 - low - radius, legs), abs=1e-6)
 
 
 def test_a_payload_turns_with_the_platform() -> None:
     """A long box in x reaches the legs where the platform is turned about z and not before, or the other way round."""
     robot = problem(HEXAPOD).loaded.robot
-    box = Primitive((0.5, 0.02, 0.02), np.array([0.0, 0.0, -0.15]))
-    collisions = Collisions(0.0, 0.005, payload=box)
+    box = PrimitiveSection(box_m=[0.5, 0.02, 0.02], at_m=[0.0, 0.0, -0.15])
+    collisions = apart(0.0, 0.005, payload=box)
     angles = np.linspace(0.0, np.pi / 3.0, 7)
     poses = np.zeros((7, 6))
     poses[:, 5] = angles

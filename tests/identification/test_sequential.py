@@ -18,7 +18,6 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.sequential import (
     expected_total,
-    information_of,
     next_measurements,
     recorded_knowledge,
 )
@@ -60,10 +59,8 @@ def test_the_forecast_is_the_criterion_total(name: str) -> None:
     problem = problem_of(name)
     decisions = reachable_measurements(problem, 5, np.random.default_rng(1))
     known, _ = recorded(problem, decisions[:3])
-    each = information_of(problem, decisions[3:])
-    found = expected_total(
-        reduce(Information.plus, [known, each.part(0), each.part(1)]), problem.targets, problem.loaded.robot.compliance
-    )
+    each = problem.informed(decisions[3:])
+    found = expected_total(reduce(Information.plus, [known, each.part(0), each.part(1)]), problem.targets)
     expected = total(problem, Plan(*problem.space.decode(decisions), np.arange(1, 6)))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
@@ -73,7 +70,7 @@ def test_the_forecast_with_a_shared_reference_is_the_criterion_total() -> None:
     decisions = reachable_measurements(problem, 4, np.random.default_rng(2))
     decisions[1, :6], decisions[3, :6] = decisions[0, :6], decisions[2, :6]
     known, plan = recorded(problem, decisions, np.array([1, 1, 2, 2]))
-    found = expected_total(known, problem.targets, problem.loaded.robot.compliance)
+    found = expected_total(known, problem.targets)
     np.testing.assert_allclose(found, total(problem, plan), rtol=1e-6)
 
 
@@ -81,13 +78,12 @@ def test_one_more_measurement_is_better_than_any_of_thousands_drawn() -> None:
     problem = problem_of("hexapod-h1")
     known, _ = recorded(problem, reachable_measurements(problem, 3, np.random.default_rng(3)))
     found = next_measurements(problem, known, count=1, accuracy=None, seed=1)
-    others = information_of(problem, reachable_measurements(problem, 3000, np.random.default_rng(99)))
-    scale = problem.loaded.robot.compliance
-    best = expected_total(known.plus(others), problem.targets, scale).min()
+    others = problem.informed(reachable_measurements(problem, 3000, np.random.default_rng(99)))
+    best = expected_total(known.plus(others), problem.targets).min()
     assert found.after[0] <= best
     assert found.after[0] < found.before
-    again = known.plus(information_of(problem, found.decisions).part(0))
-    np.testing.assert_allclose(expected_total(again, problem.targets, scale), found.after[0])
+    again = known.plus(problem.informed(found.decisions).part(0))
+    np.testing.assert_allclose(expected_total(again, problem.targets), found.after[0])
     assert bool(problem.loaded.robot.usable(problem.space.decode(found.decisions)[0]).all())
 
 

@@ -89,11 +89,11 @@ def plan_minutes(plan: Plan, costs: Costs, *, referenced: bool, shared: bool) ->
         return ordered(alone, costs, referenced=False, shared=False).minutes(costs)
     poses = len(np.unique(plan.configurations, axis=0))
     if not shared:
-        return float(minutes_of(costs, poses=poses, load_changes=2 * len(plan) - 1, readings=2 * len(plan)))
+        return float(costs.minutes(poses, 2 * len(plan) - 1, 2 * len(plan)))
     series = len(np.unique(plan.series))
     loads = len(np.unique(np.column_stack([plan.series, plan.loads]), axis=0))
     # Every series is a setting of the robot, also where several are at one pose.
-    return float(minutes_of(costs, poses=series, load_changes=loads + series - 1, readings=len(plan) + series))
+    return float(costs.minutes(series, loads + series - 1, len(plan) + series))
 
 
 def most_minutes(
@@ -105,17 +105,10 @@ def most_minutes(
     """
     m, p = np.asarray(measurements), np.asarray(poses)
     if not referenced:
-        return minutes_of(costs, poses=p, load_changes=m, readings=m)
+        return costs.minutes(p, m, m)
     if not shared:
-        return minutes_of(costs, poses=p, load_changes=2 * m - 1, readings=2 * m)
-    return minutes_of(costs, poses=p, load_changes=m + p - 1, readings=m + p)
-
-
-def minutes_of(
-    costs: Costs, *, poses: IntArray | int, load_changes: IntArray | int, readings: IntArray | int
-) -> FloatArray:
-    """The time of so many changes and readings (min)."""
-    return np.asarray(poses * costs.pose_change + load_changes * costs.mass_change + readings * costs.reading)
+        return costs.minutes(p, 2 * m - 1, 2 * m)
+    return costs.minutes(p, m + p - 1, m + p)
 
 
 _WHERE: KeyPath = ("experiment", "budget")

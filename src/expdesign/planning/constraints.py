@@ -26,40 +26,15 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Load
 from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.planning.schema import ConstraintsSection, ExperimentSection, PrimitiveSection
+from expdesign.planning.schema import CollisionsSection, ConstraintsSection, ExperimentSection, PrimitiveSection
 from expdesign.planning.space import DesignSpace, Required
 
 
 @dataclass(frozen=True)
-class Primitive:
-    """A box (edges), a cylinder about z (radius, length) or a sphere (radius), by the number of its sizes (m).
-
-    Attributes:
-        sizes: three, two or one (m).
-        centre: in the frame that it is fixed to (m), shape (3,).
-    """
-
-    sizes: tuple[float, ...]
-    centre: FloatArray
-
-
-@dataclass(frozen=True)
 class Collisions:
-    """What must stay apart.
+    """What must stay apart: legs or links, the payload and the platform, which move together, and the base."""
 
-    Attributes:
-        clearance: between any two parts that are compared (m).
-        radius: of legs or links (m).
-        payload: fixed to the platform, or None.
-        platform: fixed to the platform, or None; compared with the base.
-        base: fixed in O, or None.
-    """
-
-    clearance: float
-    radius: float
-    payload: Primitive | None = None
-    platform: Primitive | None = None
-    base: Primitive | None = None
+    stated: CollisionsSection
 
     def excess(self, robot: Robot, configurations: FloatArray) -> FloatArray:
         """Clearance less the least distance (m) at configurations (..., n_q), ≤ 0 where all is well, shape (...)."""
@@ -72,7 +47,7 @@ class Collisions:
         origins = robot.position(configurations).reshape(-1, 3)
         rotations = robot.jacobians(configurations).rotation.reshape(-1, 3, 3)
         least = [self._least(library, segments, *state) for state in zip(points, origins, rotations, strict=True)]
-        return self.clearance - np.array(least).reshape(configurations.shape[:-1])
+        return self.stated.clearance_m - np.array(least).reshape(configurations.shape[:-1])
 
     def _least(
         self,
@@ -82,15 +57,15 @@ class Collisions:
         origin: FloatArray,
         R: FloatArray,
     ) -> float:
-        capsules = [_capsule(library, points[a], points[b], self.radius) for a, b in segments]
+        capsules = [_capsule(library, points[a], points[b], self.stated.leg_radius_m) for a, b in segments]
         apart = [
             (capsules[i], capsules[j])
             for i, j in combinations(range(len(segments)), 2)
             if not set(segments[i]) & set(segments[j])
         ]
-        base = None if self.base is None else _placed(library, self.base, np.zeros(3), np.eye(3))
-        if self.payload is not None:
-            payload = _placed(library, self.payload, origin, R)
+        base = None if self.stated.base is None else _placed(library, self.stated.base, np.zeros(3), np.eye(3))
+        if self.stated.payload is not None:
+            payload = _placed(library, self.stated.payload, origin, R)
             # A link that ends where the platform frame stands carries the payload.
             free = [
                 capsule
@@ -98,8 +73,8 @@ class Collisions:
                 if np.linalg.norm(points[list(ends)] - origin, axis=1).min() > 1e-9
             ]
             apart += [(payload, other) for other in free] + ([(payload, base)] if base is not None else [])
-        if self.platform is not None and base is not None:
-            apart.append((_placed(library, self.platform, origin, R), base))
+        if self.stated.platform is not None and base is not None:
+            apart.append((_placed(library, self.stated.platform, origin, R), base))
         request = library.DistanceRequest()
         request.enable_signed_distance = True
         distances = [float(library.distance(*one, *two, request, library.DistanceResult())) for one, two in apart]
@@ -143,9 +118,11 @@ def _capsule(library: ModuleType, start: FloatArray, end: FloatArray, radius: fl
     return library.Capsule(radius, length), library.Transform3s(frame, (start + end) / 2.0)
 
 
-def _placed(library: ModuleType, primitive: Primitive, origin: FloatArray, rotation: FloatArray) -> tuple[Any, Any]:
+def _placed(
+    library: ModuleType, primitive: PrimitiveSection, origin: FloatArray, rotation: FloatArray
+) -> tuple[Any, Any]:
     kind = {1: library.Sphere, 2: library.Cylinder, 3: library.Box}[len(primitive.sizes)]
-    return kind(*primitive.sizes), library.Transform3s(rotation, origin + rotation @ primitive.centre)
+    return kind(*primitive.sizes), library.Transform3s(rotation, origin + rotation @ np.array(primitive.at_m))
 
 
 _ALONG = np.linspace(0.0, 1.0, 9)
@@ -295,15 +272,7 @@ def _collisions(section: ConstraintsSection, robot: Robot, document: YamlDocumen
         what = f"collisions of a {robot.kind} are not known, which has no legs or links in space"
         raise InputError(what, where=where, remedy="Take the key out; `keep_out` boxes may do.")
     require_library(where)
-    parts = {name: _primitive(getattr(stated, name)) for name in ("payload", "platform", "base")}
-    return Collisions(stated.clearance_m, stated.leg_radius_m, **parts)
-
-
-def _primitive(section: PrimitiveSection | None) -> Primitive | None:
-    if section is None:
-        return None
-    sizes = section.box_m or section.cylinder_m or [section.sphere_m or 0.0]
-    return Primitive(tuple(sizes), np.array(section.at_m))
+    return Collisions(stated)
 
 
 def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robot, document: YamlDocument) -> Required:

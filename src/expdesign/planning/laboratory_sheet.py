@@ -37,6 +37,10 @@ class Costs:
         """Whether any of them is stated."""
         return self.pose_change + self.mass_change + self.reading > 0.0
 
+    def minutes(self, poses: IntArray | int, load_changes: IntArray | int, readings: IntArray | int) -> FloatArray:
+        """The time of so many changes and readings (min)."""
+        return np.asarray(poses * self.pose_change + load_changes * self.mass_change + readings * self.reading)
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -58,8 +62,7 @@ class Steps:
 
     def minutes(self, costs: Costs) -> float:
         """The time it takes."""
-        changes = self.pose_changes * costs.pose_change + self.load_changes * costs.mass_change
-        return changes + len(self.rows) * costs.reading
+        return float(costs.minutes(self.pose_changes, self.load_changes, len(self.rows)))
 
 
 def in_plan_order(plan: Plan, *, referenced: bool, shared: bool) -> Steps:

@@ -14,6 +14,7 @@ from expdesign.planning.budget import Budget
 from expdesign.planning.constraints import Constraints
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.found_robot import FoundRobot
 from expdesign.planning.laboratory_sheet import Costs
@@ -44,6 +45,7 @@ class DesignProblem:
         constraints: on designs beside the robot's limits, or None.
         robot_file: path of the robot's file; empty where the configuration holds the robot itself.
         further: criteria beside those of every design (`known_criteria`) for which the configuration asks.
+        known: of the parameters before anything is measured, with the load errors source by source, or None.
         costs: of measuring, where the configuration states them.
         budget: of time in place of a number of measurements, or None.
         validation: rows of a plan that are kept for validation.
@@ -67,6 +69,7 @@ class DesignProblem:
     validation: int = 0
     robot_file: str = ""
     further: tuple[Criterion, ...] = ()
+    known: Information | None = None
 
     @property
     def criteria(self) -> dict[str, Criterion]:
@@ -81,7 +84,8 @@ class DesignProblem:
         shared = tuple(source.shared for source in self.loaded.sources)
         if series is None:
             series = self.noise.series(configurations)
-        return Assessment(measurements, self.noise, shared, self.targets, series, (configurations, loads))
+        states = (configurations, loads)
+        return Assessment(measurements, self.noise, shared, self.targets, series, states, self.known)
 
     def assessed(self, decisions: FloatArray) -> Assessment:
         """The pieces of every criterion of designs (b, m, g)."""
@@ -106,6 +110,12 @@ class DesignProblem:
         """Per load error, whether its δ is the same for all measurements, shape (d,)."""
         flags = [np.full(len(source.deviation), source.shared) for source in self.loaded.sources]
         return np.concatenate(flags) if flags else np.zeros(0, dtype=bool)
+
+    def informed(self, decisions: FloatArray) -> Information:
+        """What each of the measurements (c, g) says by itself, with its load errors source by source, batch (c,)."""
+        return self.assess(
+            *self.space.decode(decisions[:, None]), np.ones((len(decisions), 1), dtype=np.int64)
+        ).readings
 
     def settable(self, decisions: FloatArray) -> FloatArray:
         """Designs (b, m, g) as they can be set, sorted, which rounding does not take beyond the robot's limits."""

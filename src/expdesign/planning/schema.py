@@ -1,6 +1,6 @@
 """The run configuration as it stands in YAML (file-formats.md, Run configurations): keys, types and their meaning."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
@@ -19,6 +19,35 @@ from expdesign.io.schema import (
 )
 from expdesign.planning.options import Effort
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed
+
+Flag = Annotated[bool, Field(strict=True)]
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+def left_out(description: str) -> Any:
+    """A key that may be left out, and is None then."""
+    return Field(default=None, description=description)
+
+
+class OneForm(Section):
+    """A mapping with exactly one of some keys.
+
+    Attributes:
+        forms: these keys.
+        remedy: what to do where there is none of them, or several.
+    """
+
+    forms: ClassVar[tuple[str, ...]]
+    remedy: ClassVar[str] = "Keep one."
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = [f"`{name}`" for name in self.forms if getattr(self, name) is not None]
+        if len(given) != 1:
+            *first, last = (f"`{name}`" for name in self.forms)
+            what = f"exactly one of {', '.join(first)} and {last} is needed, not {' and '.join(given) or 'none'}"
+            raise invalid(what, remedy=self.remedy)
+        return self
 
 
 def _is_number(value: Any) -> bool:
@@ -109,43 +138,28 @@ GridAxis = Annotated[
 ]
 
 
-class PosesSection(Section):
+class PosesSection(OneForm):
     """`experiment.poses`: one of three forms."""
 
-    bounds: dict[str, QuantityField] | None = Field(
-        default=None,
-        description="Continuous poses: a quantity for each coordinate (`x_m` ..., `q1_rad` ... of an arm; m or rad). "
-        "Default: 0.",
-    )
-    grid: dict[str, GridAxis] | None = Field(
-        default=None,
-        description="A grid of poses: `[low, high, number of points]` or a number for each coordinate (m or rad). "
-        "Default: 0.",
-    )
-    candidates: str | list[list[Number]] | None = Field(
-        default=None,
-        description="A list of poses (m, rad), or a CSV file with a column for each coordinate.",
-    )
+    forms = ("bounds", "grid", "candidates")
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        given = [name for name in ("bounds", "grid", "candidates") if getattr(self, name) is not None]
-        if len(given) != 1:
-            named = " and ".join(f"`{name}`" for name in given) or "none"
-            raise invalid(
-                f"exactly one of `bounds`, `grid` and `candidates` is needed, not {named}", remedy="Keep one."
-            )
-        return self
+    bounds: dict[str, QuantityField] | None = left_out(
+        "Continuous poses: a quantity for each coordinate (`x_m` ..., `q1_rad` ... of an arm; m or rad). Default: 0."
+    )
+    grid: dict[str, GridAxis] | None = left_out(
+        "A grid of poses: `[low, high, number of points]` or a number for each coordinate (m or rad). Default: 0."
+    )
+    candidates: str | list[list[Number]] | None = left_out(
+        "A list of poses (m, rad), or a CSV file with a column for each coordinate."
+    )
 
 
 class TiltSection(Section):
     """`experiment.load.gravity`: tilt of the base (rad)."""
 
-    tilt_x_rad: QuantityField | None = Field(
-        default=None, description="Tilt about x (rad): gravity is Ry(tilt_y)·Rx(tilt_x)·g. Default: 0."
-    )
-    tilt_y_rad: QuantityField | None = Field(default=None, description="Tilt about y (rad). Default: 0.")
-    tilt_rad: QuantityField | None = Field(default=None, description="Tilt of a bipod in its plane (rad). Default: 0.")
+    tilt_x_rad: QuantityField | None = left_out("Tilt about x (rad): gravity is Ry(tilt_y)·Rx(tilt_x)·g. Default: 0.")
+    tilt_y_rad: QuantityField | None = left_out("Tilt about y (rad). Default: 0.")
+    tilt_rad: QuantityField | None = left_out("Tilt of a bipod in its plane (rad). Default: 0.")
 
 
 class LoadSection(Section):
@@ -154,65 +168,47 @@ class LoadSection(Section):
     kind: Literal["payload", "wrench"] = Field(
         description="A mass under gravity, or a force and a moment that do not depend on the pose."
     )
-    mass_kg: QuantityField | None = Field(default=None, description="Mass of a payload (kg), which requires it.")
-    com_x_m: QuantityField | None = Field(default=None, description="Centre of mass in P (m). Default: 0.")
-    com_y_m: QuantityField | None = Field(default=None, description="Centre of mass in P (m). Default: 0.")
-    com_z_m: QuantityField | None = Field(default=None, description="Centre of mass in P (m). Default: 0.")
-    gravity: TiltSection | None = Field(
-        default=None,
-        description="Directions of gravity, where the base can be tilted. Default: as in the robot file.",
+    mass_kg: QuantityField | None = left_out("Mass of a payload (kg), which requires it.")
+    com_x_m: QuantityField | None = left_out("Centre of mass in P (m). Default: 0.")
+    com_y_m: QuantityField | None = left_out("Centre of mass in P (m). Default: 0.")
+    com_z_m: QuantityField | None = left_out("Centre of mass in P (m). Default: 0.")
+    gravity: TiltSection | None = left_out(
+        "Directions of gravity, where the base can be tilted. Default: as in the robot file."
     )
-    fx_N: QuantityField | None = Field(default=None, description="Force along the axes of O (N). Default: 0.")
-    fy_N: QuantityField | None = Field(default=None, description="Force along the axes of O (N). Default: 0.")
-    fz_N: QuantityField | None = Field(default=None, description="Force along the axes of O (N). Default: 0.")
-    mx_Nm: QuantityField | None = Field(
-        default=None, description="Moment about the axes of O at the origin of P (N·m). Default: 0."
-    )
-    my_Nm: QuantityField | None = Field(
-        default=None, description="Moment about the axes of O at the origin of P (N·m). Default: 0."
-    )
-    mz_Nm: QuantityField | None = Field(
-        default=None, description="Moment about the axes of O at the origin of P (N·m). Default: 0."
-    )
+    fx_N: QuantityField | None = left_out("Force along the axes of O (N). Default: 0.")
+    fy_N: QuantityField | None = left_out("Force along the axes of O (N). Default: 0.")
+    fz_N: QuantityField | None = left_out("Force along the axes of O (N). Default: 0.")
+    mx_Nm: QuantityField | None = left_out("Moment about the axes of O at the origin of P (N·m). Default: 0.")
+    my_Nm: QuantityField | None = left_out("Moment about the axes of O at the origin of P (N·m). Default: 0.")
+    mz_Nm: QuantityField | None = left_out("Moment about the axes of O at the origin of P (N·m). Default: 0.")
 
 
 class MeasuredPointsSection(Section):
     """`experiment.deflection_noise.points`: poses come from the measured points of an artefact."""
 
-    positions: list[Annotated[list[Number], Field(min_length=3, max_length=3)]] = Field(
-        description="Points of the artefact in P (m); at least three, not in line."
-    )
+    positions: list[Vector] = Field(description="Points of the artefact in P (m); at least three, not in line.")
     std_m: Positive = Field(description="Standard deviation of a point's coordinates (m).")
-    pose: list[Number] | None = Field(
-        default=None, description="Pose (m, rad) at which the covariance is computed. Default: the zero pose."
-    )
+    pose: list[Number] | None = left_out("Pose (m, rad) at which the covariance is computed. Default: the zero pose.")
 
 
-class DeflectionNoiseSection(Section):
+class DeflectionNoiseSection(OneForm):
     """`experiment.deflection_noise`."""
 
-    std: dict[str, Positive] | None = Field(
-        default=None,
-        description="Standard deviation of each measured component (`dx_m` ... in m, `drx_rad` ... in rad); a "
-        "component without one is not measured.",
+    forms = ("std", "covariance", "points")
+
+    std: dict[str, Positive] | None = left_out(
+        "Standard deviation of each measured component (`dx_m` ... in m, `drx_rad` ... in rad); a "
+        "component without one is not measured."
     )
-    covariance: list[list[Number]] | None = Field(
-        default=None, description="Covariance of all components of a deflection (m², m·rad, rad²)."
+    covariance: list[list[Number]] | None = left_out("Covariance of all components of a deflection (m², m·rad, rad²).")
+    points: MeasuredPointsSection | None = left_out(
+        "Measured points from which poses are registered; their noise gives the covariance."
     )
-    points: MeasuredPointsSection | None = Field(
-        default=None, description="Measured points from which poses are registered; their noise gives the covariance."
-    )
-    shared_reference: Annotated[bool, Field(strict=True)] = Field(
+    shared_reference: Flag = Field(
         default=False,
         description="Whether the measurements of a series (consecutive rows at one pose) share one unloaded "
         "measurement, which carries half of each deflection's covariance.",
     )
-
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        if sum(form is not None for form in (self.std, self.covariance, self.points)) != 1:
-            raise invalid("exactly one of `std`, `covariance` and `points` is needed", remedy="Keep one.")
-        return self
 
 
 class LoadErrorSection(Section):
@@ -222,10 +218,10 @@ class LoadErrorSection(Section):
         description="`com` (centre of mass), `mass`, `direction` (of gravity or the wrench) or `wrench`."
     )
     std: NonNegative | list[NonNegative] = Field(
-        description="Standard deviations: `com` in P (3 × m; not for a bipod), `mass` (kg), `direction` about x and y "
-        "of O (2 × rad; 1 for a bipod), `wrench` (6 × N or N·m; 2 for a bipod)."
+        description="Standard deviations: `com` in P (3 × m; not for a bipod), `mass` (kg), `direction` about x"
+        " and y of O (2 × rad; 1 for a bipod), `wrench` (6 × N or N·m; 2 for a bipod)."
     )
-    shared: Annotated[bool, Field(strict=True)] = Field(
+    shared: Flag = Field(
         default=True,
         description="Whether all measurements share one unknown error (systematic) or each has another (random).",
     )
@@ -235,7 +231,7 @@ class ReferencePoseSection(Section):
     """`experiment.reference_pose`."""
 
     pose: list[Number] = Field(description="The pose that is measured before every other pose (m, rad).")
-    interpolate: Annotated[bool, Field(strict=True)] = Field(
+    interpolate: Flag = Field(
         default=False, description="Whether the correction interpolates between the references before and after a pose."
     )
 
@@ -252,9 +248,7 @@ class BudgetSection(Section):
     """`experiment.budget`: time that measuring may take, in place of a number of measurements."""
 
     minutes: Positive = Field(description="Time of all changes and readings (min).")
-    distinct_poses: Count | None = Field(
-        default=None, description="Largest number of different poses. Default: chosen by the search."
-    )
+    distinct_poses: Count | None = left_out("Largest number of different poses. Default: chosen by the search.")
 
 
 class ValidationSection(Section):
@@ -270,25 +264,24 @@ class KeepOutSection(Section):
     high_m: list[Number] = Field(description="Greatest corner (m).")
 
 
-class PrimitiveSection(Section):
+class PrimitiveSection(OneForm):
     """A body of simple form in `experiment.constraints.collisions`."""
 
-    box_m: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = Field(
-        default=None, description="Edges of a box along x, y and z (m)."
-    )
-    cylinder_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="Radius and length of a cylinder about z (m)."
-    )
-    sphere_m: Positive | None = Field(default=None, description="Radius of a sphere (m).")
-    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
-        default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m)."
-    )
+    forms = ("box_m", "cylinder_m", "sphere_m")
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        if sum(form is not None for form in (self.box_m, self.cylinder_m, self.sphere_m)) != 1:
-            raise invalid("exactly one of `box_m`, `cylinder_m` and `sphere_m` is needed", remedy="Keep one.")
-        return self
+    box_m: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = left_out(
+        "Edges of a box along x, y and z (m)."
+    )
+    cylinder_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = left_out(
+        "Radius and length of a cylinder about z (m)."
+    )
+    sphere_m: Positive | None = left_out("Radius of a sphere (m).")
+    at_m: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0], description="Its centre (m).")
+
+    @property
+    def sizes(self) -> list[float]:
+        """Three of a box, two of a cylinder, one of a sphere (m)."""
+        return self.box_m or self.cylinder_m or [self.sphere_m or 0.0]
 
 
 class CollisionsSection(Section):
@@ -296,9 +289,9 @@ class CollisionsSection(Section):
 
     clearance_m: NonNegative = Field(default=0.005, description="Least distance between two parts (m).")
     leg_radius_m: Positive = Field(description="Radius of legs or links (m).")
-    payload: PrimitiveSection | None = Field(default=None, description="The payload, in P. Default: not regarded.")
-    platform: PrimitiveSection | None = Field(default=None, description="The platform, in P. Default: not regarded.")
-    base: PrimitiveSection | None = Field(default=None, description="The base, in O. Default: not regarded.")
+    payload: PrimitiveSection | None = left_out("The payload, in P. Default: not regarded.")
+    platform: PrimitiveSection | None = left_out("The platform, in P. Default: not regarded.")
+    base: PrimitiveSection | None = left_out("The base, in O. Default: not regarded.")
 
 
 class ConstraintsSection(Section):
@@ -315,32 +308,27 @@ class ConstraintsSection(Section):
     keep_out: list[KeepOutSection] = Field(
         default_factory=list, description="Boxes in O that the robot must not enter. Default: none."
     )
-    collisions: CollisionsSection | None = Field(
-        default=None, description="Parts of robot and payload that must stay apart. Default: not regarded."
+    collisions: CollisionsSection | None = left_out(
+        "Parts of robot and payload that must stay apart. Default: not regarded."
     )
-    effort: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="Whether the effort limits of the URDF hold (N or N·m)."
-    )
+    effort: Flag = Field(default=False, description="Whether the effort limits of the URDF hold (N or N·m).")
 
 
 class ExperimentSection(Section):
     """`experiment`."""
 
-    measurements: Count | None = Field(
-        default=None,
-        description="Number m of loaded measurements; with a `budget`, at most. Required without one.",
+    measurements: Count | None = left_out(
+        "Number m of loaded measurements; with a `budget`, at most. Required without one."
     )
     poses: PosesSection = Field(description="Where measurements may be taken.")
-    load: LoadSection | None = Field(
-        default=None, description="Loads that can be applied; required unless `calibration: geometric`."
-    )
+    load: LoadSection | None = left_out("Loads that can be applied; required unless `calibration: geometric`.")
     deflection_noise: DeflectionNoiseSection = Field(
         description="Noise of a measured deflection (of a pose, with `calibration: geometric`)."
     )
     load_error: list[LoadErrorSection] = Field(
         default_factory=list, description="Sources of error of the applied load. Default: none, FEIR is 0."
     )
-    geometric_stiffness: Annotated[bool, Field(strict=True)] = Field(
+    geometric_stiffness: Flag = Field(
         default=False, description="Whether the model includes the change of geometry under load."
     )
     calibration: Literal["elastostatic", "geometric", "both"] = Field(
@@ -351,58 +339,45 @@ class ExperimentSection(Section):
         default="known",
         description="Whether the instrument's frame and the artefact's place are known, for geometric calibration.",
     )
-    reference_pose: ReferencePoseSection | None = Field(
-        default=None, description="Thermal deflection is removed with this pose. Default: no reference pose."
+    reference_pose: ReferencePoseSection | None = left_out(
+        "Thermal deflection is removed with this pose. Default: no reference pose."
     )
-    costs: CostsSection | None = Field(
-        default=None,
-        description="Time of each step, which orders the laboratory sheet. Default: equal.",
+    costs: CostsSection | None = left_out("Time of each step, which orders the laboratory sheet. Default: equal.")
+    budget: BudgetSection | None = left_out(
+        "Time in place of a number of measurements; needs `costs`. Default: no limit."
     )
-    budget: BudgetSection | None = Field(
-        default=None, description="Time in place of a number of measurements; needs `costs`. Default: no limit."
+    validation: ValidationSection | None = left_out("Rows of a plan kept for validation. Default: none.")
+    resolution: dict[str, Positive] | None = left_out(
+        "Steps in which poses and loads can be set, by column (`x_m: 1e-6`). Default: 1e-6 m or "
+        "rad, 1e-4 kg, 1e-3 N, 1e-4 N·m; finer where an interval is short."
     )
-    validation: ValidationSection | None = Field(
-        default=None, description="Rows of a plan kept for validation. Default: none."
-    )
-    resolution: dict[str, Positive] | None = Field(
-        default=None,
-        description="Steps in which poses and loads can be set, by column (`x_m: 1e-6`). Default: 1e-6 m or rad, 1e-4 "
-        "kg, 1e-3 N, 1e-4 N·m; finer where an interval is short.",
-    )
-    constraints: ConstraintsSection | None = Field(
-        default=None, description="What the laboratory demands of a plan. Default: nothing."
-    )
+    constraints: ConstraintsSection | None = left_out("What the laboratory demands of a plan. Default: nothing.")
 
 
 class TargetPayloadSection(Section):
     """`targets[].payload`."""
 
     mass_kg: Positive = Field(description="Mass (kg).")
-    com_m: list[Number] | None = Field(default=None, description="Centre of mass in P (m). Default: its origin.")
+    com_m: list[Number] | None = left_out("Centre of mass in P (m). Default: its origin.")
 
 
 class TargetSection(Section):
     """One entry of `targets`."""
 
     pose: list[Number] = Field(description="Pose or joint coordinates (m, rad).")
-    payload: TargetPayloadSection | None = Field(
-        default=None, description="Payload there; either `payload` or `wrench`."
-    )
-    wrench: list[Number] | None = Field(
-        default=None,
-        description="Wrench there, `[fx, fy, fz, mx, my, mz]` in O about the origin of P (N, N·m).",
+    payload: TargetPayloadSection | None = left_out("Payload there; either `payload` or `wrench`.")
+    wrench: list[Number] | None = left_out(
+        "Wrench there, `[fx, fy, fz, mx, my, mz]` in O about the origin of P (N, N·m)."
     )
     tolerance: dict[str, Positive] = Field(
         description="Acceptable error of each axis that matters (`dx_m` ... in m, `drx_rad` ... in rad)."
     )
     weight: Positive = Field(default=1.0, description="Weight in a mean over targets.")
-    gravity_m_s2: list[Number] | None = Field(
-        default=None, description="Gravity in O at this target (m/s²). Default: as in the robot file."
-    )
+    gravity_m_s2: list[Number] | None = left_out("Gravity in O at this target (m/s²). Default: as in the robot file.")
     tolerance_axes: Literal["pose", "body"] = Field(
         default="pose",
-        description="Whether tolerances of rotations hold for the pose's angles or for rotations about the platform's "
-        "axes.",
+        description="Whether tolerances of rotations hold for the pose's angles or for rotations about the "
+        "platform's axes.",
     )
 
     @model_validator(mode="after")
@@ -417,15 +392,13 @@ class TargetSection(Section):
 class ModelErrorsSection(Section):
     """`model_error`: what MEIR assumes of the physics that the model leaves out."""
 
-    physics: list[str] | None = Field(
-        default=None, description="Physics considered. Default: all that the robot can have."
-    )
+    physics: list[str] | None = left_out("Physics considered. Default: all that the robot can have.")
     without: list[str] = Field(default_factory=list, description="Physics that machines of this kind never have.")
     sizes: dict[str, Number | dict[str, Number]] = Field(
         default_factory=dict,
-        description="Prior sizes (standard deviations over machines of this class) that replace the declared ones "
-        "(`expdesign physics`): by physics a number for all its parameters, or numbers by parameter, "
-        "in the declared unit.",
+        description="Prior sizes (standard deviations over machines of this class) that replace the declared "
+        "ones (`expdesign physics`): by physics a number for all its parameters, or numbers by "
+        "parameter, in the declared unit.",
     )
     level: Number = Field(default=0.01, description="Level α of the χ² test.")
     power: Number = Field(
@@ -441,39 +414,32 @@ class OptimiserSection(Section):
     )
     effort: Effort = Field(
         default="normal",
-        description="The search ends where the next second of work promises less than 0.1 % of the hypervolume and "
-        "0.01 % of `total` (`normal`), 5 times (`quick`) or 0.1 times that (`thorough`).",
+        description="The search ends where the next second of work promises less than 0.1 % of the hypervolume "
+        "and 0.01 % of `total` (`normal`), 5 times (`quick`) or 0.1 times that (`thorough`).",
     )
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
         default=100, description="Designs in the population."
     )
-    generations: Count | None = Field(
-        default=None, description="Largest number of generations. Default: `effort` alone ends the search."
-    )
+    generations: Count | None = left_out("Largest number of generations. Default: `effort` alone ends the search.")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=1, description="Seed of all random numbers.")
-    polish: Annotated[bool, Field(strict=True)] = Field(
-        default=True, description="Whether designs descend along exact gradients."
-    )
+    polish: Flag = Field(default=True, description="Whether designs descend along exact gradients.")
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
         default=0.0,
-        description="Processor time (s) for tightening each bound by halving boxes, estimated from the work so that "
-        "results do not depend on the machine; 0 leaves the bounds of the convex relaxation.",
+        description="Processor time (s) for tightening each bound by halving boxes, estimated from the work so "
+        "that results do not depend on the machine; 0 leaves the bounds of the convex relaxation.",
     )
 
 
-class AcceptanceSection(Section):
+class AcceptanceSection(OneForm):
     """`acceptance`: the coverage of the expanded uncertainty."""
 
-    coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = Field(
-        default=None, description="Coverage probability; either `coverage` or `k`."
-    )
-    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = Field(default=None, description="Coverage factor.")
+    forms = ("coverage", "k")
+    remedy = "E.g. `{k: 2}` or `{coverage: 0.95}`."
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        if (self.coverage is None) == (self.k is None):
-            raise invalid("exactly one of `coverage` and `k` is needed", remedy="E.g. `{k: 2}` or `{coverage: 0.95}`.")
-        return self
+    coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = left_out(
+        "Coverage probability; either `coverage` or `k`."
+    )
+    k: Annotated[Number, Field(gt=0.0, le=8.0)] | None = left_out("Coverage factor.")
 
     @property
     def chosen(self) -> Coverage:
@@ -500,13 +466,10 @@ class RunSection(Section):
         default_factory=lambda: ["duir", "feir"],
         description="Criteria that span the Pareto front, or one alone. Default: `[duir, feir]`.",
     )
-    model_error: ModelErrorsSection | None = Field(
-        default=None,
-        description="What MEIR assumes. With this section (`{}` for defaults), or `meir` as an objective, MEIR is "
-        "evaluated.",
+    model_error: ModelErrorsSection | None = left_out(
+        "What MEIR assumes. With this section (`{}` for defaults), or `meir` as an objective, MEIR is evaluated."
     )
     optimiser: OptimiserSection = Field(default=OptimiserSection(), description="The search for the Pareto front.")
-    acceptance: AcceptanceSection | None = Field(
-        default=None,
-        description="Coverage of the expanded uncertainty that decides acceptance. Default: `{k: 2}`.",
+    acceptance: AcceptanceSection | None = left_out(
+        "Coverage of the expanded uncertainty that decides acceptance. Default: `{k: 2}`."
     )

@@ -1,10 +1,11 @@
 """The next measurements: which would most improve the accuracy at the targets, given what is known (theory.md 10.3).
 
 The recordings and every candidate are `Information`, which is a sum over measurements, so that thousands of candidates
-cost one batch.
+cost one batch. Exchanges and descents along gradients are those of the search for plans, of a problem in which the
+recordings are known before.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,37 +16,28 @@ from expdesign.estimation.identify import Identification, fitted_rows, identify
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.accuracy import Total
-from expdesign.planning.criteria.information import RANK, Information
-from expdesign.planning.criteria.target_variances import GivenVariances
-from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
+from expdesign.planning.criteria.targets import GivenVariances, Targets
+from expdesign.planning.optimality.exchange import Exchange
+from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.scalarisation import Aims
 from expdesign.planning.start import reachable_measurements
 
 CANDIDATES = 4000
 _FEW = 8
 """Parameters up to which as many candidates are drawn; more of them cost more each, and are drawn fewer times."""
-_ROUNDS = 10
-_BROOD, _STEPS = 200, 40
+_ROUNDS, _WORTH = 6, 1e-4
+"""Rounds of exchange and descent, and the relative gain for which there is a further one."""
+_PACE = Pace(steps=40, tolerance=1e-7, inner=1e-5)
 
 
-def information_of(problem: DesignProblem, decisions: FloatArray) -> Information:
-    """What each of the measurements (c, g) of the design space would say by itself, batch shape (c,)."""
-    rows, errors = problem.whitened(*problem.space.decode(decisions))
-    return Information.of_rows(rows * problem.loaded.scale, errors, problem.shared_errors)
-
-
-def expected_total(information: Information, targets: Targets, scale: FloatArray) -> FloatArray:
-    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on parameters not determined.
-
-    Args:
-        information: of all measurements.
-        targets: where accuracy is wanted.
-        scale: units of the parameters in `information`, shape (p,).
-    """
-    noise, force, known = information.variances(targets.observation * scale)
-    usable = (known | ~(targets.importance > 0.0)).all(axis=(-2, -1))
+def expected_total(information: Information, targets: Targets) -> FloatArray:
+    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on parameters not determined."""
+    matters = targets.importance > 0.0
+    noise, force = (np.where(matters, part, 0.0) for part in information.variances(targets.observation))
     total = Total().values(GivenVariances(targets, noise, force))
-    result: FloatArray = np.where(usable, total, np.inf)
+    result: FloatArray = np.where(np.isnan(total), np.inf, total)
     return result
 
 
@@ -70,7 +62,7 @@ def next_measurements(
     """Up to `count` measurements that most improve the accuracy at the targets, in the order of their use.
 
     One at a time from a sample of the design space (greedy), then each in turn replaced by the best candidate for its
-    place until none is better (exchange), then refined in their continuous variables.
+    place until none is better (exchange), then along gradients in their continuous variables.
 
     Args:
         problem: what can be measured, and where accuracy is wanted.
@@ -82,37 +74,13 @@ def next_measurements(
     Raises:
         InfeasibleError: no measurement is within the robot's limits.
     """
-    generator = np.random.default_rng(seed)
-    pool = reachable_measurements(problem, round(CANDIDATES * _fewer(problem)), generator)
-    candidates = information_of(problem, pool)
-    scale, targets = problem.loaded.scale, problem.targets
-
-    def totals(base: Information, added: Information) -> FloatArray:
-        return expected_total(base.plus(added), targets, scale)
-
-    before = float(expected_total(known, targets, scale))
-    chosen: list[FloatArray] = []
-    base = known
-    while len(chosen) < count:
-        scores = totals(base, candidates)
-        if not np.isfinite(scores).any():
-            # Too little is known for any single one to determine all: take what adds most information.
-            scores = -_determinant(base.plus(candidates))
-        best = int(np.argmin(scores))
-        chosen.append(pool[best])
-        base = base.plus(candidates.part(best))
-        if accuracy is not None and float(expected_total(base, targets, scale)) <= accuracy:
-            break
-    decisions = _exchanged(problem, known, np.array(chosen), pool, candidates, generator)
-    decisions = _ordered(problem, known, decisions)
-    after, base = [], known
-    for row in decisions:
-        base = base.plus(information_of(problem, row[None]).part(0))
-        after.append(float(expected_total(base, targets, scale)))
-        if accuracy is not None and after[-1] <= accuracy:
-            # Exchange and refinement may reach with fewer what the first choice needed more for.
-            break
-    return NextMeasurements(decisions[: len(after)], before, np.array(after))
+    pool = reachable_measurements(problem, round(CANDIDATES * _fewer(problem)), np.random.default_rng(seed))
+    before = float(expected_total(known, problem.targets))
+    decisions, _ = _added(problem, known, pool, count, accuracy)
+    decisions = _improved(problem, known, decisions, pool)
+    # Exchange and descent may reach with fewer what the first choice needed more for.
+    decisions, after = _added(problem, known, decisions, len(decisions), accuracy, once=True)
+    return NextMeasurements(decisions, before, after)
 
 
 def _fewer(problem: DesignProblem) -> float:
@@ -120,77 +88,63 @@ def _fewer(problem: DesignProblem) -> float:
     return min(1.0, _FEW / len(problem.loaded.scale))
 
 
+def _added(
+    problem: DesignProblem,
+    known: Information,
+    pool: FloatArray,
+    count: int,
+    accuracy: float | None,
+    *,
+    once: bool = False,
+) -> tuple[FloatArray, FloatArray]:
+    """Measurements (k, g) of a pool (l, g), the most useful first, each at most once or again, and the totals (k,)."""
+    candidates, left = problem.informed(pool), np.ones(len(pool), dtype=bool)
+    chosen: list[int] = []
+    after: list[float] = []
+    while len(chosen) < count and not (after and accuracy is not None and after[-1] <= accuracy):
+        together = known.plus(candidates)
+        scores = expected_total(together, problem.targets)
+        reached = scores
+        if not np.isfinite(scores).any():
+            # Too little is known for any single one to determine all: take what adds most information.
+            scores = -_determinant(together.in_units(problem.loaded.scale))
+        best = int(np.argmin(np.where(left, scores, np.inf)))
+        known = together.part(best)
+        left[best] = not once
+        chosen.append(best)
+        after.append(float(reached[best]))
+    return pool[chosen], np.array(after)
+
+
 def _determinant(information: Information) -> FloatArray:
     """Product of the non-zero singular values, in logarithms, of a batch; more rank comes first."""
     singular = np.linalg.svd(information.root, compute_uv=False)
-    kept = singular > RANK * singular[..., :1]
+    kept = singular > RANK_TOLERANCE * singular[..., :1]
     logs: FloatArray = np.where(kept, np.log(np.where(kept, singular, 1.0)) + 1e3, 0.0).sum(axis=-1)
     return logs
 
 
-def _exchanged(
-    problem: DesignProblem,
-    known: Information,
-    decisions: FloatArray,
-    pool: FloatArray,
-    candidates: Information,
-    generator: np.random.Generator,
-) -> FloatArray:
-    """Measurements (k, g) after exchange with the pool and refinement of the continuous variables."""
-    scale, targets, space = problem.loaded.scale, problem.targets, problem.space
-    robot = problem.loaded.robot
-    decisions = decisions.copy()
-
-    def others(place: int) -> Information:
-        rest = np.delete(decisions, place, axis=0)
-        if len(rest) == 0:
-            return known
-        each, total = information_of(problem, rest), known
-        for index in range(len(rest)):
-            total = total.plus(each.part(index))
-        return total
-
-    def score(base: Information, place: int) -> float:
-        return float(expected_total(base.plus(information_of(problem, decisions[place][None]).part(0)), targets, scale))
-
-    for _ in range(_ROUNDS if len(decisions) > 1 else 1):
-        improved = False
-        for place in range(len(decisions)):
-            base = others(place)
-            now = score(base, place)
-            scores = expected_total(base.plus(candidates), targets, scale)
-            best = int(np.argmin(scores))
-            if scores[best] < now * (1.0 - 1e-9):
-                decisions[place], improved = pool[best], True
-        if not improved:
+def _improved(problem: DesignProblem, known: Information, decisions: FloatArray, pool: FloatArray) -> FloatArray:
+    """Measurements (k, g) after exchange with the pool and descent, in turn as long as that helps."""
+    space = problem.space.alone()
+    space.measurements = len(decisions)
+    here = replace(problem, space=space, objectives=(Total(),), known=known, noise=problem.noise.alone())
+    aims = Aims(np.zeros((1, 1)), np.ones((1, 1)))
+    objectives, exchange = Objectives(here), Exchange(here, ("total",))
+    best, least = decisions, np.inf
+    for _ in range(_ROUNDS):
+        # Ends of ranges and other poses may be beyond the robot's limits, from which a descent may come back.
+        tried = np.concatenate([exchange.singles(best[None], aims, pool, varied=varied) for varied in (False, True)])
+        if objectives.smooth:
+            starts = Aims(*(np.repeat(part, 2, axis=0) for part in (aims.centres, aims.weights)))
+            tried = np.concatenate([tried, descended(objectives, tried, starts, _PACE)[0]])
+        values = np.nan_to_num(objectives.values(tried)[:, 0], nan=np.inf)
+        values[~problem.loaded.robot.usable(space.decode(tried)[0]).all(axis=1)] = np.inf
+        reached = int(values.argmin())
+        if not values[reached] < (1.0 - _WORTH) * least:
             break
-    span = (space.upper - space.lower) * ~space.discrete
-    brood_size = round(_BROOD * _fewer(problem))
-    for place in range(len(decisions)):
-        base, size = others(place), 0.1
-        now = score(base, place)
-        for _ in range(_STEPS if span.any() else 0):
-            moves = generator.standard_normal((brood_size, space.decisions)) * size * span
-            brood = np.clip(decisions[place] + moves, space.lower, space.upper)
-            brood = brood[robot.usable(space.decode(brood)[0])]
-            scores = expected_total(base.plus(information_of(problem, brood)), targets, scale)
-            size *= 1.2 if len(brood) and (scores < now).mean() > 0.1 else 0.7
-            if len(brood) and scores.min() < now:
-                decisions[place], now = brood[int(np.argmin(scores))], float(scores.min())
-    return decisions
-
-
-def _ordered(problem: DesignProblem, known: Information, decisions: FloatArray) -> FloatArray:
-    """The same measurements, the most useful first."""
-    scale, targets = problem.loaded.scale, problem.targets
-    left, ordered, base = list(range(len(decisions))), [], known
-    each = information_of(problem, decisions)
-    while left:
-        scores = [float(expected_total(base.plus(each.part(i)), targets, scale)) for i in left]
-        best = left.pop(int(np.argmin(scores)))
-        ordered.append(best)
-        base = base.plus(each.part(best))
-    return decisions[ordered]
+        best, least = tried[reached], float(values[reached])
+    return best
 
 
 def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: FloatArray | None) -> Information:
@@ -214,26 +168,15 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     whitening = Whitening(deviations, references=train.references)
     jacobians = robot.jacobians(train.configurations)
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
-    observation = measured.observation[:, train.axes] * loaded.scale
-    rows = whitening.apply(observation)
-    count = rows.shape[-1]
-    # The whitening of the readings, transposed, so that every row's load error meets all that it is whitened with.
-    gain = whitening.apply(rows * deviations[..., None]) / deviations[..., None]
-    own = np.zeros((count, count))
-    common = [np.zeros((count, 0))]
+    wrenches: tuple[FloatArray, ...] = ()
     if loads is not None:
-        for source, error in zip(loaded.sources, loaded.wrenches(jacobians.rotation, loads[fitted])[1], strict=True):
-            moved = (measured.compliance @ error)[:, train.axes]
-            seen = gain.swapaxes(-1, -2) @ moved
-            if source.shared:
-                common.append(seen.sum(axis=0))
-            else:
-                flat = seen.swapaxes(0, 1).reshape(count, -1)
-                own += flat @ flat.T
-    root = rows.reshape(-1, count)
-    if len(root) > count:
-        root = np.asarray(np.linalg.qr(root, mode="r"))
-    return Information(root, np.concatenate(common, axis=-1), own)
+        wrenches = loaded.wrenches(jacobians.rotation, loads[fitted])[1]
+    rows, *errors = (
+        each[:, train.axes] / deviations[..., None]
+        for each in (measured.observation, *(measured.compliance @ error for error in wrenches))
+    )
+    across = whitening.decorrelated(np.eye(len(train)))
+    return Information.of_measurements(rows, tuple(errors), tuple(source.shared for source in loaded.sources), across)
 
 
 def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:

@@ -17,8 +17,8 @@ from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.front import non_dominated
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.optimality.measurement_pool import BRIEF
 from expdesign.planning.optimality.objectives import Objectives
+from expdesign.planning.optimality.pool import BRIEF
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
 
@@ -186,8 +186,6 @@ def _total(count: int) -> Aims:
     return Aims(np.zeros((count, 1)), np.ones((count, 1)))
 
 
-ENUMERABLE = 40_000
-"""Largest number of designs that are all looked at."""
 _TOGETHER = 5_000
 
 
@@ -203,7 +201,7 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
         return None
     levels = [int(high) + 1 for high in space.upper]
     count, m = int(np.prod(levels, dtype=np.float64)), space.measurements
-    if comb(count + m - 1, m) > ENUMERABLE:
+    if comb(count + m - 1, m) > problem.optimiser.enumerable:
         return None
     axes = np.meshgrid(*(np.arange(number, dtype=float) for number in levels), indexing="ij")
     measurements = np.stack([axis.ravel() for axis in axes], axis=1)

@@ -11,7 +11,7 @@ from tests.oracle import Array
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
-from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs
@@ -113,7 +113,7 @@ def test_closed_form(measurements: int) -> None:
 
 
 def relaxation_of(here: DesignProblem, factor: float, count: int) -> tuple[Relaxation, Array]:
-    information = MeasurementInformation(here, factor)
+    information = MeasurementMaps(here, factor)
     decisions = random_designs(here, count, 5)[:, 0]
     return information.relaxation(), information.rows(decisions)
 
@@ -188,7 +188,7 @@ def bound_value(bound: LowerBound) -> float:
 def test_gradients_of_the_sensitivity() -> None:
     for name in ("hexapod", "hexapod-own-errors", "bipod-shared-reference"):
         here = problem(*CASES[name])
-        information = MeasurementInformation(here, 1.3)
+        information = MeasurementMaps(here, 1.3)
         decisions = random_designs(here, 30, 8)[:, 0]
         rows = information.rows(decisions)
         dual = dual_of(information.relaxation(), rows, np.full(30, 1.0 / 30.0), np.ones(1))
@@ -207,7 +207,7 @@ def test_gradients_of_the_sensitivity() -> None:
 
 def test_extreme_loads_are_where_the_sensitivity_is_largest() -> None:
     here = problem(*CASES["hexapod"])
-    information = MeasurementInformation(here, 1.0)
+    information = MeasurementMaps(here, 1.0)
     assert information.convex_in_load
     decisions = random_designs(here, 60, 4)[:, 0]
     dual = dual_of(information.relaxation(), information.rows(decisions), np.full(60, 1.0 / 60.0), np.ones(1))

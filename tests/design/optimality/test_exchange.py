@@ -8,8 +8,8 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.additive import additive
 from expdesign.planning.optimality.exchange import Exchange, rounded, variants
+from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.start import relaxed_designs, starting_designs
@@ -56,7 +56,7 @@ def test_sums_over_series_are_the_criteria(own: bool) -> None:
     plans[:3, 1] = np.where(pose, plans[:3, 0], plans[:3, 1])
     plans[:2, 2] = np.where(pose, plans[:2, 0], plans[:2, 2])
     plans[5] = plans[5, 0]
-    sums = additive(here, 1.0)
+    sums = PlanSums(here, 1.0)
     parts = sums.parts(plans.reshape(-1, plans.shape[-1])).reshape(6, 4, -1)
     added = sums.joined(parts[:, 1:], plans[:, 1:, pose], parts[:, :1], plans[:, :1, pose])[:, 0]
     for found in (sums.sums(parts, plans[..., pose]), added):

@@ -8,8 +8,8 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.additive import Additive
 from expdesign.planning.optimality.exchange import Exchange
+from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.start import reachable_measurements, starting_designs
@@ -30,7 +30,7 @@ def values(here: DesignProblem, designs: Array, name: str) -> Array:
 def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(base: dict[str, object]) -> None:
     """DUIR² changes by -tr(g·dM·gᵀ); FEIR² is that of the sums S and N with the gain as it was."""
     here = problem(base, {"experiment.measurements": 4})
-    sums, design = Additive(here, 1.0), drawn(here, 4)
+    sums, design = PlanSums(here, 1.0), drawn(here, 4)
     moved = design[:2].copy()
     free = ~here.space.discrete & (here.space.upper > here.space.lower)
     moved[:, free] += 1e-6 * (here.space.upper - here.space.lower)[free]
@@ -42,9 +42,9 @@ def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(ba
     beside = np.concatenate([moved, design[2:]])
     change = values(here, beside[None], "duir")[0] ** 2 - values(here, design[None], "duir")[0] ** 2
     assert noise[2, 3] - noise[0, 1] == pytest.approx(change, rel=1e-3)
-    gain = sums.gains(sums.terms(parts.sum(axis=0))[0])[0]
-    _, own, common = sums.terms(sums.parts(beside).sum(axis=0))
-    expected = ((gain @ own) * gain).sum() + ((gain @ common) ** 2).sum()
+    gain = sums.gains(parts.sum(axis=0))[0]
+    moved_sums = sums.terms(sums.parts(beside).sum(axis=0))
+    expected = ((gain @ moved_sums.own) * gain).sum() + ((gain @ moved_sums.shared) ** 2).sum()
     assert force[2, 3] == pytest.approx(expected, rel=1e-9)
 
 

@@ -13,8 +13,8 @@ from tests.oracle import Array
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality import region_tree, regions
 from expdesign.planning.optimality.bounds import GAP, best_linear_total, criterion_bounds
-from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import usable
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
+from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_bound import Node, bounded
 from expdesign.planning.optimality.region_tree import RegionTree
 from expdesign.planning.optimality.regions import WIDEST, Axis, Box, Regions
@@ -77,7 +77,7 @@ def all_plans(here: DesignProblem) -> Array:
 
 
 def tree_of(here: DesignProblem, factor: float) -> RegionTree:
-    information = MeasurementInformation(here, factor)
+    information = MeasurementMaps(here, factor)
     return RegionTree(Regions(information), information.relaxation(), lambda _: np.inf)
 
 
@@ -120,7 +120,7 @@ def test_no_plan_with_its_measurements_in_the_boxes_is_below_their_bound(name: s
     """Whatever the boxes; and the bound is not far below, so that the test could fail."""
     base, changes = CONTINUOUS[name]
     here = problem(base, changes)
-    information = MeasurementInformation(here, factor)
+    information = MeasurementMaps(here, factor)
     found, relaxation, generator = Regions(information), information.relaxation(), np.random.default_rng(5)
     m, criterion = relaxation.count, "total" if factor else "duir"
     nearest, reached = np.inf, 0
@@ -167,7 +167,7 @@ def test_a_plan_that_is_better_than_the_known_one_is_found() -> None:
     plans = all_plans(here)
     found = values(here, plans, "duir")
     best, tried = float(found.min()), []
-    information = MeasurementInformation(here, 0.0)
+    information = MeasurementMaps(here, 0.0)
 
     def attempt(plan: Array) -> float:
         tried.append(float(values(here, plan[None], "duir")[0]))
@@ -231,14 +231,14 @@ def test_halves_of_a_node_hold_all_of_its_plans() -> None:
     """Two equal boxes are cut together: both below, one on either side, or both above."""
     here = problem(BIPOD, FREE)
     tree = tree_of(here, 0.0)
-    found = Regions(MeasurementInformation(here, 0.0))
+    found = Regions(MeasurementMaps(here, 0.0))
     node = Node.whole(found, (1, 1), 1)
     halves = [tuple(box[2] for box in each.boxes) for each in tree._halves(node, 1, 2)]
     assert halves == [((0.5, 1.0), (0.5, 1.0)), ((0.0, 0.5), (0.5, 1.0)), ((0.0, 0.5), (0.0, 0.5))]
     unequal = replace(node, boxes=(found.whole, (*found.whole[:3], (0.0, 0.5))))
     assert len(list(tree._halves(unequal, 0, 2))) == 2
     shared = problem(BIPOD, {**FREE, **SHARED})
-    found = Regions(MeasurementInformation(shared, 0.0))
+    found = Regions(MeasurementMaps(shared, 0.0))
     tree, node = tree_of(shared, 0.0), Node.whole(found, (2,), 1)
     poses = [tuple(box[0] for box in each.boxes) for each in tree._halves(node, 0, 0)]
     assert poses == [((0.5, 1.0), (0.5, 1.0)), ((0.0, 0.5), (0.0, 0.5))]
@@ -263,7 +263,7 @@ def test_places_along_axes() -> None:
 
 def test_a_joint_that_turns_far_is_cut_before_anything_is_bounded() -> None:
     here = problem(HEXAPOD, {**TILTED, "experiment.poses.bounds.rx_rad": [-0.7, 0.7], "robot.limits": ...})
-    found = Regions(MeasurementInformation(here, 0.0))
+    found = Regions(MeasurementMaps(here, 0.0))
     assert not found.region(found.whole).resolved
     tree = tree_of(here, 0.0)
     assert tree.run(1.0, 1e-3, 0.0) == 0.0

@@ -8,9 +8,9 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.planning.optimality.information import MeasurementInformation
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
+from expdesign.planning.optimality.pool import SeriesPool, takes_series
 from expdesign.planning.optimality.series import longer, quadratic, sizes
-from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
 from expdesign.planning.optimality.weights import Dual, dual_of
 from expdesign.planning.problem import DesignProblem
 
@@ -22,7 +22,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 
 def pool_and_dual(here: DesignProblem, factor: float) -> tuple[SeriesPool, Dual, Array]:
-    information = MeasurementInformation(here, factor)
+    information = MeasurementMaps(here, factor)
     assert takes_series(information)
     pool = SeriesPool(information, 100)
     candidates = pool.first(None)
@@ -70,7 +70,7 @@ def test_the_most_sensitive_series_is_the_best_of_all(name: str, factor: float) 
     loads = pool.multisets.options
     poses = three[:, 0]
     at_corners = np.repeat(poses[:, None], loads, axis=1)
-    index = MeasurementInformation(here, factor).load_variables()
+    index = MeasurementMaps(here, factor).load_variables()
     at_corners[..., index.index] = index.vertices
     listed = []
     for n in (1, 2, 3):

@@ -164,6 +164,6 @@ def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) ->
     excess = collisions.excess(robot, plan.configurations)
     if (excess > BEYOND).any():
         row = int(np.argmax(excess))
-        distance = 1e3 * (collisions.clearance - excess[row])
+        distance = 1e3 * (collisions.stated.clearance_m - excess[row])
         what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
         raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct the parts.")

@@ -8,7 +8,6 @@ compensated robot misses target t by (T_e,t − A_t·Ã⁺B̃_e)·x. Then
 """
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from expdesign.assurance.model_error.noticeable import noncentrality
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.assurance.model_error.two_ellipsoids import largest_along_axes
 from expdesign.mechanics.differentiation import plain
-from expdesign.planning.criteria.assessment import RANK_TOLERANCE
+from expdesign.planning.criteria.information import Information
 
 VISIBLE = 1e-6
 """Singular values of R_e below this fraction of the largest of B̃_e are rounding: that direction is not visible."""
@@ -68,10 +67,11 @@ def hidden_errors(
     finite: BoolArray = np.logical_and.reduce(np.isfinite(np.concatenate([base, directions], axis=2)), axis=(1, 2))
     base = np.where(finite[:, None, None], base, 0.0)
     directions = np.where(finite[:, None, None], directions, 0.0)
-    model = BaseModel.of(base)
-    seen_by_base = model.orthogonal.swapaxes(-1, -2) @ directions
-    remaining = directions - model.orthogonal @ seen_by_base
-    missed = errors[..., n_p:] - errors[..., :n_p] @ (model.root @ seen_by_base)[:, None]
+    model = Information.of_measurements(base[:, None])
+    orthogonal = base @ model.inverse
+    seen_by_base = orthogonal.swapaxes(-1, -2) @ directions
+    remaining = directions - orthogonal @ seen_by_base
+    missed = errors[..., n_p:] - errors[..., :n_p] @ (model.inverse @ seen_by_base)[:, None]
     scale = (directions**2).sum(axis=1)
     entries, start = len(physics), offsets(physics)
     squares, detection, visible = (np.zeros((batch, entries)) for _ in range(3))
@@ -101,51 +101,8 @@ def hidden_errors(
         visible[:, chosen] = (point**2 * values).sum(axis=-1)
         for place, combination in enumerate(((axes @ point[..., None])[..., 0]).swapaxes(0, 1)):
             sizes[chosen[place]] = combination
-    squares[~(finite & model.estimates(base, errors[..., :n_p].reshape(-1, n_p)))] = np.nan
+    squares[~(finite & model.estimable(errors[..., :n_p]).all(axis=(1, 2)))] = np.nan
     return Hidden(squares, target, sizes, detection, visible, rank, readings - model.rank)
-
-
-@dataclass(frozen=True)
-class BaseModel:
-    """The base model's sensitivities Ã = Q·B⁻¹ of b designs.
-
-    Attributes:
-        orthogonal: Q, zero beyond the rank, shape (b, M, r).
-        root: B, with B·Bᵀ the pseudo-inverse of ÃᵀÃ on what is identified, shape (b, n_p, r).
-        scale: sizes of the columns of Ã, that of the largest for columns that are rounding, shape (b, n_p).
-        kept: which of r are within the rank, shape (b, r).
-    """
-
-    orthogonal: FloatArray
-    root: FloatArray
-    scale: FloatArray
-    kept: BoolArray
-
-    @classmethod
-    def of(cls, base: FloatArray) -> Self:
-        """From Ã (b, M, n_p); columns are scaled first, so that the rank does not depend on the actuators' units."""
-        norms = np.linalg.norm(base, axis=1)
-        largest = norms.max(axis=1, keepdims=True)
-        scale = np.where(norms > RANK_TOLERANCE * largest, norms, np.where(largest > 0.0, largest, 1.0))
-        left, values, right = np.linalg.svd(base / scale[:, None, :], full_matrices=False)
-        kept = values > RANK_TOLERANCE * np.maximum(values[:, :1], 1e-300)
-        inverse = np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)
-        root = right.swapaxes(-1, -2) * inverse[:, None, :] / scale[:, :, None]
-        return cls(left * kept[:, None, :], root, scale, kept)
-
-    @property
-    def rank(self) -> IntArray:
-        """Combinations of compliances that are identified, shape (b,)."""
-        return self.kept.sum(axis=1)
-
-    def estimates(self, base: FloatArray, rows: FloatArray) -> BoolArray:
-        """Whether rows (q, n_p) of the targets are combinations of those of Ã, shape (b,)."""
-        scale = self.scale[:, None, :]
-        scaled = rows / scale
-        within = (rows @ self.root) @ (self.orthogonal.swapaxes(-1, -2) @ base) / scale
-        small = 1e3 * RANK_TOLERANCE * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
-        estimated: BoolArray = (np.linalg.norm(scaled - within, axis=-1) <= small).all(axis=-1)
-        return estimated
 
 
 def _thresholds(rank: IntArray, assumptions: Assumptions) -> FloatArray:
@@ -156,7 +113,12 @@ def _thresholds(rank: IntArray, assumptions: Assumptions) -> FloatArray:
 
 
 def recorded_square(
-    base: FloatArray, moved: FloatArray, model: BaseModel, square: FloatArray, detection: FloatArray, block: FloatArray
+    base: FloatArray,
+    moved: FloatArray,
+    model: Information,
+    square: FloatArray,
+    detection: FloatArray,
+    block: FloatArray,
 ) -> FloatArray:
     """MEIR_e² of one entry per design, recorded: its Lagrangian at the optimum (b,), with the value that it has.
 
@@ -166,14 +128,15 @@ def recorded_square(
     Args:
         base: Ã, recorded.
         moved: B̃_e·x, recorded, shape (b, M, 1).
-        model: of the numbers of Ã.
+        model: what the numbers of Ã say.
         square: the value (b,).
         detection: multiplier of the detection constraint (b,).
         block: weighted errors of the worst block of targets, [A_t, T_t·x], shape (b, q, n_p + 1).
     """
-    reduced = base @ model.root
-    gram = reduced.swapaxes(-1, -2) @ reduced + np.eye(model.kept.shape[1]) * ~model.kept[:, None, :]
-    taken = model.root @ (np.linalg.inv(gram) @ (reduced.swapaxes(-1, -2) @ moved))
+    reduced = base @ model.inverse
+    gram = reduced.swapaxes(-1, -2) @ reduced
+    gram = gram + np.where(model.full[:, None, None], 0.0, np.eye(gram.shape[-1]) - plain(gram))
+    taken = model.inverse @ (np.linalg.inv(gram) @ (reduced.swapaxes(-1, -2) @ moved))
     remaining = moved - base @ taken
     missed = block[:, :, -1:] - block[:, :, :-1] @ taken
     lagrangian = (missed**2).sum(axis=(1, 2)) - detection * (remaining**2).sum(axis=(1, 2))

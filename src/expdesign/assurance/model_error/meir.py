@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.model_error.directions import Directions
-from expdesign.assurance.model_error.hidden import BaseModel, Hidden, hidden_errors, recorded_square
+from expdesign.assurance.model_error.hidden import Hidden, hidden_errors, recorded_square
 from expdesign.assurance.model_error.left_out import LeftOut, effects_of_problem, left_out, offsets
 from expdesign.assurance.model_error.prior import prior_deviations, with_steps
 from expdesign.assurance.model_error.settings import Assumptions
@@ -16,6 +16,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import is_recorded, plain, square_root
 from expdesign.planning.asked_criterion import AskedCriterion
 from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ModelErrorsSection, RunSection
@@ -127,7 +128,7 @@ class Meir(AskedCriterion):
         block = np.concatenate([blocks[..., :n_p], blocks[..., n_p:] @ size[..., None]], axis=2)
         square, detection = (each[designs, entries] for each in (hidden.squares, hidden.detection))
         white = assessment.white(moved)
-        return recorded_square(base, white, BaseModel.of(plain(base)), square, detection, block)
+        return recorded_square(base, white, Information.of_measurements(plain(base)[:, None]), square, detection, block)
 
 
 def target_errors(problem: DesignProblem, directions: Directions) -> FloatArray:

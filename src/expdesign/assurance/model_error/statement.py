@@ -12,8 +12,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.hidden import Hidden
 from expdesign.assurance.model_error.left_out import LeftOut, offsets
-from expdesign.planning.criteria.target_variances import GivenVariances, TargetVariances
-from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.criteria.targets import GivenVariances, Targets, TargetVariances
 
 
 @dataclass(frozen=True)

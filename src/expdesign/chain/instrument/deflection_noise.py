@@ -1,5 +1,6 @@
 """Noise of measured deflections and the scaling G that makes it white (theory.md 3; thesis 1.22-1.24)."""
 
+import copy
 from typing import Self
 
 import numpy as np
@@ -45,6 +46,12 @@ class DeflectionNoise:
     def series(self, configurations: FloatArray) -> IntArray | None:
         """Series (..., m) of configurations (..., m, n_q) that share an unloaded measurement; None where none do."""
         return series_by_pose(configurations) if self.shared_reference else None
+
+    def alone(self) -> Self:
+        """The same of measurements that share no unloaded measurement."""
+        other = copy.copy(self)
+        other.shared_reference = False
+        return other
 
     def drawn(self, series: IntArray, count: int, generator: np.random.Generator, pose_map: FloatArray) -> FloatArray:
         """Noise of the k measured components (m, rad) of `count` repetitions, shape (count, m, k).

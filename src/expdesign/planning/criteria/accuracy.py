@@ -8,7 +8,7 @@ Pashkevich, Caro & Furet (7); O_MV takes it over a set of poses, by mean and by 
 from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion
-from expdesign.planning.criteria.target_variances import TargetVariances
+from expdesign.planning.criteria.targets import TargetVariances
 
 
 class Duir(Criterion):

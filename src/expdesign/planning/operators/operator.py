@@ -216,11 +216,8 @@ class State:
 
     @cached_property
     def smooth(self) -> bool:
-        """Whether designs can descend: something is continuous, and exact gradients are wanted and known."""
-        space = self.problem.space
-        free = bool((~space.discrete & (space.upper > space.lower)).any())
-        known = all(criterion.differentiable for criterion in self.objectives.criteria)
-        return free and known and self.options.polish and not self.problem.loaded.regressor.redundant
+        """Whether designs can descend, and shall."""
+        return self.objectives.smooth and self.options.polish
 
     @cached_property
     def gridded(self) -> bool:

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information
+from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
-from expdesign.planning.optimality.differentiated import shared_series
-from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import usable
+from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_tree import RegionTree
 from expdesign.planning.optimality.regions import Regions
 from expdesign.planning.problem import DesignProblem
@@ -87,7 +87,7 @@ def criterion_bounds(
 
     Args:
         problem: the design problem.
-        load_errors: see `MeasurementInformation`.
+        load_errors: see `MeasurementMaps`.
         known: designs (d, m, g) that can be measured.
         seconds: of halving boxes, of a processor, as estimated from the work; the configuration's where left out.
         ended: whether there is no more time.
@@ -166,19 +166,9 @@ def _priced(
 
 def best_linear_total(problem: DesignProblem, design: FloatArray) -> float:
     """`total` of a design (m, g) by the best linear unbiased estimator; infinite where it identifies too little."""
-    information = MeasurementInformation(problem, 1.0)
-    quantities = problem.space.quantities(design[problem.space.taken(design)])
-    rows = information.reference_rows(quantities)
-    parameters, common = len(problem.loaded.scale), int(problem.shared_errors.sum())
-    maps, errors, reference = np.split(rows, [parameters, parameters + common], axis=-1)
-    nuisance, prior = errors.reshape(len(rows) * rows.shape[1], common), np.ones(common)
-    series = shared_series(problem, quantities) if problem.noise.shared_reference else None
-    if series is not None:
-        # A reading of the reference for each series, of half the variance of a deflection.
-        of_series = series[:, None] == np.unique(series)
-        placed = np.einsum("ms,mkl->mksl", of_series, reference).reshape(len(nuisance), -1)
-        nuisance, prior = np.concatenate([nuisance, placed], axis=1), np.ones(common + placed.shape[1])
-        prior[common:] = np.sqrt(2.0)
-    known = Information.beside(maps.reshape(-1, parameters), nuisance, prior)
-    variances, _, determined = known.variances(information.relaxation().targets[..., :parameters])
-    return float(np.sqrt(variances.sum(axis=-1).max())) if determined.all() else float(np.inf)
+    assessment = problem.assessed(design[None])
+    errors = assessment.whitened_errors[0]
+    known = Information.beside(assessment.whitened[0], errors, np.ones(errors.shape[1]))
+    noise = known.variances(problem.targets.observation)[0][None]
+    total = Total().values(GivenVariances(problem.targets, noise, np.zeros_like(noise)))
+    return float(np.nan_to_num(total[0], nan=np.inf))

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.measurement_pool import BRIEF, THOROUGH, Effort, MeasurementPool, Pool
-from expdesign.planning.optimality.series_pool import SeriesPool, takes_series
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
+from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, MeasurementPool, Pool, SeriesPool, takes_series
 from expdesign.planning.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 
@@ -92,7 +91,7 @@ class Certificate:
 
     Args:
         problem: the design problem.
-        load_errors: see `MeasurementInformation`.
+        load_errors: see `MeasurementMaps`.
         effort: of the searches for the largest d over a continuum on which a bound rests.
         tolerance: of the relaxation over the present candidates, relative to the criterion squared.
         candidates: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
@@ -107,7 +106,7 @@ class Certificate:
         candidates: FloatArray | None = None,
     ) -> None:
         self._problem, self._effort, self._tolerance = problem, effort, tolerance
-        self.information = MeasurementInformation(problem, load_errors)
+        self.information = MeasurementMaps(problem, load_errors)
         self.relaxation: Relaxation = self.information.relaxation()
         self.pool: Pool = (
             SeriesPool(self.information, effort.samples)

@@ -1,4 +1,4 @@
-"""Exchange of measurements where criteria are sums over them (`additive.py`): one, two, or a plan of repeated ones.
+"""Exchange of measurements where criteria are sums over them (`plan_sums.py`): one, two, or a plan of repeated ones.
 
 Fedorov 1972 exchanges one measurement after the other until none helps. Two things it does not find. What errors that
 all measurements share do to the compliances is M⁻¹·S, with S the sum over the measurements: in a plan of little FEIR
@@ -14,7 +14,8 @@ errors that each measurement has of its own average out over repetitions of whic
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.optimality.additive import additive
+from expdesign.planning.criteria.information import Sums
+from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
 
@@ -50,7 +51,7 @@ class Exchange:
 
     def __init__(self, problem: DesignProblem, names: tuple[str, ...], factor: float = 1.0) -> None:
         self._problem, self._space, self._names = problem, problem.space, names
-        self._sums = additive(problem, factor)
+        self._sums = PlanSums(problem, factor)
         # Sums over series are not sums over their measurements, and cost more.
         self._cost = 4 if problem.noise.shared_reference else 1
         self.options = 0
@@ -176,7 +177,7 @@ class Exchange:
         pair: IntArray,
         centre: FloatArray,
         weight: FloatArray,
-        offered: tuple[FloatArray, FloatArray, FloatArray],
+        offered: Sums,
     ) -> tuple[IntArray, IntArray]:
         """Alternatives (c,), (c,), by index, for the two measurements of a plan with parts (m, c)."""
         with np.errstate(all="ignore"):  # of a plan that identifies nothing
@@ -189,9 +190,7 @@ class Exchange:
         first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[:_JUDGED]
         return first, partner[first]
 
-    def estimates(
-        self, parts: FloatArray, pair: IntArray, offered: tuple[FloatArray, FloatArray, FloatArray]
-    ) -> tuple[FloatArray, FloatArray]:
+    def estimates(self, parts: FloatArray, pair: IntArray, offered: Sums) -> tuple[FloatArray, FloatArray]:
         """DUIR² and FEIR² (l, l) of a plan with parts (m, c) for every two alternatives of a pair of its measurements.
 
         By the gain of the plan as it is, and at the target that is worst now; `offered` are their terms.
@@ -199,19 +198,18 @@ class Exchange:
         whole = parts.sum(axis=0)
         noise, force = self._sums.variances(whole)
         worst = int((noise + force).argmax())
-        gain = self._sums.gains(self._sums.terms(whole)[0])[worst]
+        gain = self._sums.gains(whole)[worst]
 
         def squares(terms: FloatArray) -> FloatArray:
             found: FloatArray = ((gain @ terms) * gain).sum(axis=(-2, -1))
             return found
 
-        information, own, common = offered
-        _, rest_own, rest = self._sums.terms(np.delete(parts, pair, axis=0).sum(axis=0))
-        gained, lost = squares(information), squares(self._sums.terms(parts[pair])[0]).sum()
-        reach, own = (gain @ common).reshape(len(common), -1), squares(own)
-        along = (gain @ rest).ravel() + reach
+        rest = self._sums.whole(np.delete(parts, pair, axis=0).sum(axis=0))
+        gained, lost = squares(offered.matrix), squares(self._sums.terms(parts[pair]).matrix).sum()
+        reach, own = (gain @ offered.shared).reshape(len(offered.shared), -1), squares(offered.own)
+        along = (gain @ rest.shared).ravel() + reach
         both = 2.0 * along @ reach.T
-        both += ((along**2).sum(axis=1) + own + squares(rest_own))[:, None]
+        both += ((along**2).sum(axis=1) + own + squares(rest.own))[:, None]
         both += (reach**2).sum(axis=1) + own
         found = noise[worst] + lost - gained[:, None] - gained
         return np.maximum(found, _LEAST * noise[worst]), np.maximum(both, 0.0)

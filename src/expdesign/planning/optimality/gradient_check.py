@@ -7,7 +7,6 @@ that stay.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -43,22 +42,6 @@ ACCEPTED = 1e-5
 """Largest relative difference, each variable at its best step, with which a gradient passes."""
 
 
-@dataclass(frozen=True)
-class _Comparison:
-    """Gradients of one criterion at one design.
-
-    Attributes:
-        gradient: exact, shape (m, g).
-        differences: central differences at the steps, shape (s, m, g); NaN for discrete variables.
-        errors: |difference − gradient|, each in the criterion's change over the variable's range, relative to the
-            largest of these changes, so that metres and radians can be compared; shape (s, m, g).
-    """
-
-    gradient: FloatArray
-    differences: FloatArray
-    errors: FloatArray
-
-
 def gradient_check(
     problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
 ) -> pd.DataFrame:
@@ -77,29 +60,15 @@ def gradient_check(
     Raises:
         NotIdentifiableError: a criterion has no gradient at the design.
     """
-    span = problem.space.upper - problem.space.lower
-    labels = variable_names(problem)
-    rows = []
-    for name, found in _compared(problem, variables, list(known_criteria()) if names is None else names, steps).items():
-        for measurement, variable in np.argwhere(np.broadcast_to(~problem.space.discrete, variables.shape)):
-            errors = found.errors[:, measurement, variable]
-            if np.isnan(errors).all():
-                what = f"`{name}` has no gradient at this design, whose measurements do not identify every parameter"
-                remedy = "Take a design that does, or look at `gradient_table`, which leaves such criteria out."
-                raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
-            best = int(np.nanargmin(errors))
-            rows.append(
-                {
-                    "criterion": name,
-                    "measurement": int(measurement) + 1,
-                    "variable": labels[variable],
-                    "gradient": found.gradient[measurement, variable],
-                    "difference": found.differences[best, measurement, variable],
-                    "step": steps[best] * span[variable],
-                    "relative_error": found.errors[best, measurement, variable],
-                }
-            )
-    return pd.DataFrame(rows)
+    compared = _compared(problem, variables, list(known_criteria() if names is None else names), steps)
+    errors = compared.groupby(_PLACE, sort=False)["relative_error"]
+    missing = errors.min().isna()
+    if missing.any():
+        name = missing.index.get_level_values("criterion")[int(missing.to_numpy().argmax())]
+        what = f"`{name}` has no gradient at this design, whose measurements do not identify every parameter"
+        remedy = "Take a design that does, or look at `gradient_table`, which leaves such criteria out."
+        raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
+    return compared.loc[errors.idxmin()].drop(columns="part").reset_index(drop=True)
 
 
 def gradient_table(
@@ -118,32 +87,30 @@ def gradient_table(
         `worst variable`, and `verdict`: `pass`, `fail`, or `not evaluated` where there is no exact gradient or no
         value at these designs.
     """
-    labels = variable_names(problem)
-    columns = [f"{step:.0e}" for step in steps]
+    columns = {step: f"{step:.0e}" for step in steps}
     rows: list[dict[str, str | float]] = []
     for name in known_criteria() if names is None else names:
         try:
-            found = [_compared(problem, design, [name], steps)[name] for design in variables]
+            every = [_compared(problem, design, [name], steps).assign(design=k) for k, design in enumerate(variables)]
+            found = pd.concat(every).dropna(subset="relative_error")
         except InputError:
-            found = []
-        errors = np.concatenate([one.errors for one in found], axis=1) if found else np.full((1, 1, 1), np.nan)
-        if not np.isfinite(errors).any():
+            found = pd.DataFrame({"relative_error": []})
+        if found.empty:
             rows.append({"quantity": name, "worst variable": "", "verdict": "not evaluated"})
             continue
-        errors = errors[..., ~problem.space.discrete]
-        best = np.fmin.reduce(errors, axis=0)
-        row, variable = np.unravel_index(int(np.nanargmax(best)), best.shape)
-        label = np.array(labels)[~problem.space.discrete][variable]
+        found = found.reset_index(drop=True)
+        best = found.loc[found.groupby(["design", *_PLACE], sort=False)["relative_error"].idxmin()]
+        worst = best.iloc[int(best["relative_error"].to_numpy().argmax())]
         rows.append(
             {
                 "quantity": name,
-                **dict(zip(columns, np.fmax.reduce(errors, axis=(1, 2)).tolist(), strict=True)),
-                "at best steps": float(best[row, variable]),
-                "worst variable": f"{label} of measurement {int(row) % variables.shape[1] + 1}",
-                "verdict": "pass" if best[row, variable] <= ACCEPTED else "fail",
+                **{columns[step]: found.loc[found["part"] == step, "relative_error"].max() for step in steps},
+                "at best steps": float(worst["relative_error"]),
+                "worst variable": f"{worst['variable']} of measurement {worst['measurement']}",
+                "verdict": "pass" if worst["relative_error"] <= ACCEPTED else "fail",
             }
         )
-    return pd.DataFrame(rows, columns=["quantity", *columns, "at best steps", "worst variable", "verdict"])
+    return pd.DataFrame(rows, columns=["quantity", *columns.values(), "at best steps", "worst variable", "verdict"])
 
 
 def variable_names(problem: DesignProblem) -> list[str]:
@@ -154,17 +121,25 @@ def variable_names(problem: DesignProblem) -> list[str]:
     return [names[variable.columns[0]] if len(variable.columns) == 1 else "candidate" for variable in space.variables]
 
 
+_PLACE = ["criterion", "measurement", "variable"]
+
+
 def _compared(
     problem: DesignProblem, variables: FloatArray, names: Sequence[str], steps: Sequence[float]
-) -> dict[str, _Comparison]:
-    names, space = list(names), problem.space
+) -> pd.DataFrame:
+    """One row per criterion, measurement, continuous variable and step (`part` of the range) of a design (m, g).
+
+    `relative_error` is |difference − gradient|, each in the criterion's change over the variable's range, relative to
+    the largest of these changes, so that metres and radians can be compared; NaN where there is no gradient.
+    """
+    space = problem.space
     free = np.flatnonzero(~space.discrete)
-    span = (space.upper - space.lower) * ~space.discrete
+    span, labels = (space.upper - space.lower)[free], [variable_names(problem)[variable] for variable in free]
     series = series_by_pose(space.decode(variables)[0])[None]
     exact = criterion_gradients(problem, variables[None], names)
-    widths = np.array(steps)[:, None] * span[free]
-    differences = {name: np.full((len(steps), *variables.shape), np.nan) for name in names}
-    for measurement in range(variables.shape[0]):
+    widths = np.array(steps)[:, None] * span
+    tables = []
+    for measurement in range(len(variables)):
         moved = np.tile(variables, (2, len(steps), len(free), 1, 1))
         for place, variable in enumerate(free):
             moved[0, :, place, measurement, variable] -= widths[:, place]
@@ -172,14 +147,20 @@ def _compared(
         flat = moved.reshape(-1, *variables.shape)
         assessment = problem.assess(*space.decode(flat), np.repeat(series, len(flat), axis=0))
         for name in names:
+            value, slopes = exact[name][0][0], exact[name][1][0][:, free]
             low, high = known_criteria()[name].values(assessment).reshape(2, len(steps), len(free))
             with np.errstate(invalid="ignore", divide="ignore"):
-                differences[name][:, measurement, free] = (high - low) / (2.0 * widths)
-    found = {}
-    for name in names:
-        value, gradient = exact[name][0][0], exact[name][1][0]
-        if not np.isfinite(value):
-            differences[name][:] = np.nan
-        scale = max(float(np.abs(gradient * span).max(initial=0.0)), 1e-300)
-        found[name] = _Comparison(gradient, differences[name], np.abs(differences[name] - gradient) * span / scale)
-    return found
+                differences = (high - low) / (2.0 * widths) + (0.0 if np.isfinite(value) else np.nan)
+            scale = max(float(np.abs(slopes * span).max(initial=0.0)), 1e-300)
+            columns = {
+                "criterion": name,
+                "measurement": measurement + 1,
+                "variable": np.tile(labels, len(steps)),
+                "gradient": np.tile(slopes[measurement], len(steps)),
+                "difference": differences.ravel(),
+                "step": widths.ravel(),
+                "relative_error": (np.abs(differences - slopes[measurement]) * span / scale).ravel(),
+                "part": np.repeat(steps, len(free)),
+            }
+            tables.append(pd.DataFrame(columns))
+    return pd.concat(tables, ignore_index=True)

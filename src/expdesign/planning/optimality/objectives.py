@@ -42,6 +42,14 @@ class Objectives:
         found = designs.pieces(self.criteria[index])
         return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
 
+    @cached_property
+    def smooth(self) -> bool:
+        """Whether designs can descend: something is continuous, and exact gradients are known."""
+        space = self.problem.space
+        free = bool((~space.discrete & (space.upper > space.lower)).any())
+        known = all(criterion.differentiable for criterion in self.criteria)
+        return free and known and not self.problem.loaded.regressor.redundant
+
     @property
     def costly(self) -> BoolArray:
         """Which criteria take much longer than others, shape (k,)."""

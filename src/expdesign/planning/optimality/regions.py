@@ -12,8 +12,8 @@ from itertools import product
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.optimality.information import MeasurementInformation
-from expdesign.planning.optimality.series import SeriesInformation
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
+from expdesign.planning.optimality.series import SeriesMaps
 from expdesign.planning.optimality.sqp import Limits
 from expdesign.planning.variables import Rows
 
@@ -140,12 +140,12 @@ class Regions:
         work: number of measurements that were looked at.
     """
 
-    def __init__(self, information: MeasurementInformation) -> None:
+    def __init__(self, information: MeasurementMaps) -> None:
         problem = information.problem
         self.problem, self._space = problem, problem.space
         self.series = problem.noise.shared_reference
         self.readings = len(problem.noise.axes) if self.series else 0
-        self._maps = SeriesInformation(information).reference_rows if self.series else information.rows
+        self._maps = SeriesMaps(information).reference_rows if self.series else information.rows
         self._limits = Limits(problem)
         loads = information.load_variables().index if information.convex_in_load else np.zeros(0, dtype=np.int64)
         self.axes = self._axes(loads, problem.loaded.robot.configuration)

@@ -17,7 +17,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.criteria.information import Information
-from expdesign.planning.optimality.information import CHUNK, MeasurementInformation
+from expdesign.planning.optimality.measurement_maps import CHUNK, MeasurementMaps
 from expdesign.planning.optimality.weights import Dual
 
 _ENTRIES = 4_000_000
@@ -30,14 +30,14 @@ def sizes(series: FloatArray) -> IntArray:
     return found
 
 
-class SeriesInformation:
+class SeriesMaps:
     """Maps of series of a problem whose measurements share their reference.
 
     Args:
         information: of single measurements.
     """
 
-    def __init__(self, information: MeasurementInformation) -> None:
+    def __init__(self, information: MeasurementMaps) -> None:
         self.information = information
         self.readings = len(information.problem.noise.axes)
 

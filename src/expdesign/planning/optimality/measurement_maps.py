@@ -1,4 +1,4 @@
-"""Information of single measurements, for bounds: candidates drawn from the design space, and their maps R.
+"""Maps of single measurements, for bounds: candidates drawn from the design space, and what they tell, as R.
 
 For DUIR, R_j = G·A_j. For the total error, load errors that all measurements share are estimated along with the
 compliances, R_j = [G·A_j, G·D_j·L_j], with their own covariance as prior, and those that differ from measurement to
@@ -43,7 +43,7 @@ _OVERFLOW = 1e60
 """Observation matrices and error sensitivities beyond this are those of a singular pose."""
 
 
-class MeasurementInformation:
+class MeasurementMaps:
     """Maps R of single measurements of a problem.
 
     Args:

@@ -1,0 +1,405 @@
+"""Candidates of a bound: single measurements or series, and the search for the most sensitive one (theory.md 10).
+
+A candidate is a series of measurements at one pose that share their reference reading; where references are not shared,
+or loads are not convex, a single one. It is an array (n, g) of variables, NaN for missing measurements.
+"""
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.mechanics.differentiation import gradient, independent, plain, sum_of_squares
+from expdesign.planning.optimality.differentiated import to_variables
+from expdesign.planning.optimality.measurement_maps import CHUNK, MeasurementMaps
+from expdesign.planning.optimality.series import Multisets, SeriesMaps
+from expdesign.planning.optimality.sqp import MinimaxSearch
+from expdesign.planning.optimality.weights import Dual
+from expdesign.planning.problem import DesignProblem
+
+ENUMERABLE = 1_000_000
+"""Largest number of candidates that are all looked at."""
+_ADDED, _LEAST_POSES = 40, 200
+
+
+class Found(NamedTuple):
+    """Outcome of a search for the largest d per measurement: where, how large, and in words."""
+
+    candidates: FloatArray
+    largest: float
+    words: str
+
+
+class Effort(NamedTuple):
+    """How hard a search tries.
+
+    Attributes:
+        samples: number of random measurements among the first candidates.
+        starts: number of gradient ascents of a round.
+        steps: largest number of steps of an ascent.
+        passes: largest number of ascents one after the other, each from the best load at the end of the one before.
+    """
+
+    samples: int = 6000
+    starts: int = 64
+    steps: int = 60
+    passes: int = 3
+
+
+THOROUGH, BRIEF = Effort(), Effort(samples=1000, starts=16, steps=15, passes=1)
+
+
+def usable(problem: DesignProblem, variables: FloatArray) -> FloatArray:
+    """Those of measurements (j, g) whose poses are within the robot's limits and not singular."""
+    keep = np.empty(len(variables), dtype=bool)
+    for start in range(0, len(variables), CHUNK):
+        part = slice(start, start + CHUNK)
+        keep[part] = problem.loaded.robot.usable(problem.space.decode(variables[part])[0])
+    return variables[keep]
+
+
+def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:
+    """Every usable combination of discrete variables (j, g), 0 for those with the given indices, which may be
+    continuous; None where another variable is continuous, or where there are too many.
+    """
+    space = problem.space
+    if np.setdiff1d(np.flatnonzero(~space.discrete & (space.upper > space.lower)), fixed).size:
+        return None
+    if space.settings is not None:
+        fixed = np.union1d(fixed, [space.settings.gene])
+    others = np.setdiff1d(np.arange(space.decisions), fixed)
+    axes = [np.arange(space.upper[i] + 1.0) if space.discrete[i] else space.lower[[i]] for i in others]
+    if float(np.prod([len(axis) for axis in axes])) > ENUMERABLE:
+        return None
+    grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
+    variables = np.zeros((len(grid), space.decisions))
+    variables[:, others] = grid
+    if space.settings is not None:
+        variables[:, space.settings.gene] = space.settings.first
+    # Whether a measurement can be taken does not depend on its load.
+    return usable(problem, variables)
+
+
+def ascent_words(values: FloatArray, largest: float) -> str:
+    """How sure a search was whose ascents ended at these values."""
+    reached = values > (1.0 - 1e-5) * largest
+    levels, counts = np.unique(np.round(np.log(values), 5), return_counts=True)
+    once = int((counts == 1).sum())
+    return (
+        f"its sensitivity was maximised over the continuous bounds by {len(values)} gradient ascents, of which "
+        f"{int(reached.sum())} reached the largest value found; they ended at {len(levels)} different values, "
+        f"{once} of them met once, so that an ascent from a new start would end at an unknown maximum with a "
+        f"probability of about {once / len(values):.0%} (not a proof over the continuum)"
+    )
+
+
+class Pool(ABC):
+    """Candidates of the relaxation, variables (j, n, g).
+
+    Args:
+        information: maps of single measurements.
+        samples: number of random measurements among the first candidates over a continuum.
+
+    Attributes:
+        complete: whether the first candidates are all that there are.
+    """
+
+    complete = False
+    _tolerance = 1e-6
+
+    def __init__(self, information: MeasurementMaps, samples: int) -> None:
+        self._problem, self._samples = information.problem, samples
+        self._generator = np.random.default_rng(information.problem.optimiser.seed)
+        self._loads = information.load_variables()
+
+    @abstractmethod
+    def first(self, front: FloatArray | None) -> FloatArray:
+        """The first candidates; `front` holds designs (d, m, g) that are known."""
+
+    @abstractmethod
+    def rows(self, candidates: FloatArray) -> FloatArray:
+        """Maps R (j, k, q) with RᵀR the information of a candidate per measurement in it."""
+
+    @abstractmethod
+    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """‖R·Q‖² (b,) of candidates, and its gradient with respect to the variables of their first measurement, (b, g),
+        which those that they have in common follow.
+        """
+
+    @abstractmethod
+    def _everything(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found | None:
+        """The largest of all that could be a candidate; None where these are a continuum."""
+
+    @abstractmethod
+    def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The most sensitive candidates at the poses of measurements (b, g), and what none there exceeds, (b,)."""
+
+    @abstractmethod
+    def _moved(self, candidates: FloatArray, first: FloatArray) -> FloatArray:
+        """Candidates whose first measurement is moved to variables (b, g)."""
+
+    def caveat(self) -> str:
+        """What a bound over these candidates leaves out, or nothing."""
+        return ""
+
+    def measurements(self, candidates: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The single measurements (i, g) of candidates, and their weights (i,)."""
+        there = ~np.isnan(candidates[..., 0])
+        shares = np.broadcast_to((weights / there.sum(axis=1))[:, None], there.shape)
+        return candidates[there], shares[there]
+
+    def distinct(self, candidates: FloatArray) -> FloatArray:
+        """Candidates without those that repeat another to a millionth of the ranges."""
+        space = self._problem.space
+        span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
+        scaled = np.round((candidates - space.lower) / span, 6)
+        flat = np.nan_to_num(scaled, nan=-1.0).reshape(len(candidates), -1)
+        _, first = np.unique(flat, axis=0, return_index=True)
+        return candidates[np.sort(first)]
+
+    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Effort) -> Found:
+        """The largest ‖R·Q‖² of all that could be a candidate, and candidates that come near it."""
+        found = self._everything(dual, candidates, rows)
+        if found is not None:
+            return found
+        known = dual.sensitivities(rows)
+        order = np.argsort(-known, kind="stable")
+        # The best candidates, and as many from the better half at random.
+        best, rest = np.split(order, [effort.starts // 2])
+        rest = rest[: max(effort.starts, len(order) // 2) - len(best)]
+        chosen = np.concatenate([best, self._generator.permutation(rest)[: effort.starts - len(best)]])
+        return self._ascend(dual, candidates[chosen], float(known[order[0]]), effort)
+
+    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: Effort) -> Found:
+        size = max(known, 1e-300)
+        reached, bound = self._at_best_loads(dual, starts[:, 0])
+
+        def pieces(variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
+            values, slopes = self.sensitivity(dual, self._moved(reached[index], variables[:, 0]))
+            return -values[:, None] / size, -slopes[:, None, None, :] / size
+
+        search = MinimaxSearch(self._problem, pieces)
+        for _ in range(effort.passes):
+            ends = search.minimise(
+                reached[:, :1].copy(), iterations=effort.steps, tolerance=self._tolerance, inner=1e-4
+            )[:, 0]
+            before = self._moved(reached, ends)[..., self._loads.index]
+            reached, bound = self._at_best_loads(dual, ends)
+            if np.array_equal(before, reached[..., self._loads.index], equal_nan=True):
+                break
+        keep = self._problem.loaded.robot.usable(self._problem.space.decode(reached[:, 0])[0])
+        if not keep.any():
+            return Found(starts, known, "no ascent of its sensitivity ended within the robot's limits")
+        reached, bound = reached[keep], bound[keep]
+        values = self.sensitivity(dual, reached)[0]
+        order = np.argsort(-values, kind="stable")
+        words = ascent_words(values, max(known, float(values.max())))
+        return Found(reached[order], max(known, float(bound.max()), float(values.max())), words)
+
+
+class MeasurementPool(Pool):
+    """Single measurements as candidates, variables (j, 1, g).
+
+    Args:
+        information: maps of single measurements.
+        samples: number of random measurements among the first candidates over a continuum.
+        given: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
+    """
+
+    def __init__(self, information: MeasurementMaps, samples: int, given: FloatArray | None = None) -> None:
+        super().__init__(information, samples)
+        self._information, self._given = information, given is not None
+        self._extreme = information.convex_in_load and bool(self._loads.index.size)
+        self._whole = self._enumerated() if given is None else usable(self._problem, given)
+        self.complete = self._whole is not None
+
+    def caveat(self) -> str:
+        if self._problem.noise.shared_reference:
+            return "measurements that share a reference are counted as independent with half the covariance"
+        return ""
+
+    def rows(self, candidates: FloatArray) -> FloatArray:
+        return self._information.rows(candidates[:, 0])
+
+    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return self._information.sensitivity(dual, candidates[:, 0])
+
+    def first(self, front: FloatArray | None) -> FloatArray:
+        space = self._problem.space
+        if self._whole is not None:
+            return self._whole[:, None]
+        sampled = space.sample(self._samples, self._generator)
+        if self._extreme:
+            drawn = self._generator.integers(len(self._loads.vertices), size=len(sampled))
+            sampled[:, self._loads.index] = self._loads.vertices[drawn]
+        parts = [sampled] if front is None else [sampled, front.reshape(-1, space.decisions)]
+        return usable(self._problem, np.concatenate(parts))[:, None]
+
+    def _everything(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found | None:
+        if self._whole is None:
+            return None
+        known = dual.sensitivities(rows)
+        order = np.argsort(-known, kind="stable")
+        words = f"its sensitivity was evaluated at all {len(candidates)} measurements"
+        if not self._given and self._extreme:
+            words += " with extreme loads, where it is largest because it is convex in the load"
+        return Found(candidates[order[:20]], float(known[order[0]]), words)
+
+    def _enumerated(self) -> FloatArray | None:
+        """Every measurement that can be extreme (j, g), where the design space has finitely many; else None."""
+        index = self._loads.index if self._extreme else np.zeros(0, dtype=np.int64)
+        vertices = self._loads.vertices if self._extreme else np.zeros((1, 0))
+        poses = enumerated(self._problem, index)
+        if poses is None or len(poses) * len(vertices) > ENUMERABLE:
+            return None
+        variables = np.repeat(poses[:, None], len(vertices), axis=1)
+        variables[..., index] = vertices
+        return variables.reshape(-1, poses.shape[1])
+
+    def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+        vertices = self._loads.vertices if self._extreme else np.zeros((1, 0))
+        spread = np.repeat(poses[:, None], len(vertices), axis=1)
+        if self._extreme:
+            spread[..., self._loads.index] = vertices
+        values = dual.sensitivities(self._information.rows(spread.reshape(-1, poses.shape[1])))
+        values = values.reshape(len(poses), -1)
+        return spread[np.arange(len(poses)), values.argmax(axis=1)][:, None], values.max(axis=1)
+
+    def _moved(self, candidates: FloatArray, first: FloatArray) -> FloatArray:
+        return first[:, None]
+
+
+def takes_series(information: MeasurementMaps) -> bool:
+    """Whether a problem's measurements share references in a way that candidates may be series.
+
+    A measurement is then a pose and a load, and what a series tells is convex in each load.
+    """
+    problem = information.problem
+    space = problem.space
+    index = information.load_variables().index
+    return (
+        problem.noise.shared_reference
+        and information.convex_in_load
+        and bool((space.of_pose | np.isin(np.arange(space.decisions), index)).all())
+    )
+
+
+class SeriesPool(Pool):
+    """Series as candidates.
+
+    Args:
+        information: maps of single measurements.
+        samples: number of random measurements among the first candidates over a continuum.
+
+    Attributes:
+        information: maps of series.
+        multisets: the series at a pose, by the extreme loads of their measurements.
+    """
+
+    _tolerance = 1e-8
+
+    def __init__(self, information: MeasurementMaps, samples: int) -> None:
+        super().__init__(information, samples)
+        self.information = SeriesMaps(information)
+        self._poses = enumerated(self._problem, self._loads.index)
+        self._maps: FloatArray | None = None
+        poses = samples if self._poses is None else len(self._poses)
+        self.multisets = Multisets(len(self._loads.vertices), self._problem.space.measurements, poses)
+
+    def rows(self, candidates: FloatArray) -> FloatArray:
+        return self.information.rows(candidates)
+
+    def first(self, front: FloatArray | None) -> FloatArray:
+        """Random series, of one to m measurements, and those of the front."""
+        poses = self._poses if self._poses is not None else self._sampled()
+        if len(poses) == 0:
+            return np.zeros((0, self.multisets.longest, self._problem.space.decisions))
+        taken = poses[np.linspace(0, len(poses) - 1, min(len(poses), _LEAST_POSES)).round().astype(int)]
+        parts = []
+        for members in self.multisets.members:
+            drawn = members[self._generator.integers(len(members), size=2 * len(taken))]
+            parts.append(self._series(np.concatenate([taken, taken]), drawn))
+        if front is not None:
+            parts.append(self._of_designs(front))
+        return np.concatenate(parts)
+
+    def _everything(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found | None:
+        if self._poses is None:
+            return None
+        if self._maps is None:
+            self._maps = self.information.reference_rows(self._options(self._poses))
+        best = self.multisets.best(dual, self._maps)
+        order = np.argsort(-best.values, kind="stable")[:_ADDED]
+        words = (
+            f"the sensitivity of a series (measurements at one pose with one reference) was evaluated at all "
+            f"{len(self._poses)} poses for all series of up to {self.multisets.longest} measurements"
+        )
+        if self._loads.index.size:
+            words += " with extreme loads, where it is largest because it is convex in every load"
+        if self.multisets.longest < self._problem.space.measurements:
+            words += ", and bounded for longer ones"
+        series = self._series(self._poses[order], best.chosen[order])
+        return Found(series, float(best.bound.max()), words)
+
+    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """tr(QᵀN_sQ)/n (b,) of series (b, n, g), and its gradient with respect to the pose's variables (b, g)."""
+        q, there = dual.matrix.shape[0], ~np.isnan(candidates[..., 0])
+        quantities = self._problem.space.quantities(np.where(there[..., None], candidates, candidates[:, :1]))
+        flat = independent(quantities.reshape(-1, quantities.shape[-1]))
+        with np.errstate(all="ignore"):
+            rows = self.information.information.reference_rows(flat)
+            numbers = plain(rows).reshape(*there.shape, *rows.shape[1:]) * there[..., None, None]
+            # The reference that tells least: at its best value the derivative needs no change of it.
+            turned = np.einsum("bnki,bnkr->bir", numbers[..., q:], numbers[..., :q] @ dual.matrix)
+            gram = np.einsum("bnki,bnkj->bij", numbers[..., q:], numbers[..., q:])
+            reference = np.linalg.solve(2.0 * np.eye(gram.shape[-1]) + gram, turned)
+            spread = np.repeat(reference[:, None], there.shape[1], axis=1).reshape(-1, *reference.shape[1:])
+            found = sum_of_squares(rows[..., :q] @ dual.matrix - rows[..., q:] @ spread, (1, 2))
+        share = (there / there.sum(axis=1, keepdims=True)).reshape(-1)
+        values = (plain(found) * share).reshape(there.shape).sum(axis=1)
+        values = values + 2.0 * (reference**2).sum(axis=(1, 2)) / there.sum(axis=1)
+        by_quantities = gradient(found, share, flat).reshape(*there.shape, -1)
+        slopes = to_variables(self._problem, by_quantities.sum(axis=1))
+        return values, np.where(self._problem.space.of_pose, slopes, 0.0)
+
+    def _sampled(self) -> FloatArray:
+        count = max(_LEAST_POSES, self._samples // len(self._loads.vertices))
+        return usable(self._problem, self._problem.space.sample(count, self._generator))
+
+    def _options(self, poses: FloatArray) -> FloatArray:
+        """The measurements with extreme loads at poses (p, g), shape (p, v, g)."""
+        options = np.repeat(poses[:, None], len(self._loads.vertices), axis=1)
+        options[..., self._loads.index] = self._loads.vertices
+        return options
+
+    def _series(self, poses: FloatArray, members: IntArray) -> FloatArray:
+        """Series (p, n, g) at poses (p, g) of vertices of the loads (p, n'), −1 for missing ones."""
+        series = np.full((len(poses), self.multisets.longest, poses.shape[1]), np.nan)
+        part = np.repeat(poses[:, None], members.shape[1], axis=1)
+        part[..., self._loads.index] = self._loads.vertices[members]
+        part[members < 0] = np.nan
+        series[:, : members.shape[1]] = part
+        return series
+
+    def _moved(self, candidates: FloatArray, first: FloatArray) -> FloatArray:
+        there = ~np.isnan(candidates[..., :1])
+        return np.where(self._problem.space.of_pose & there, first[:, None], candidates)
+
+    def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+        best = self.multisets.best(dual, self.information.reference_rows(self._options(poses)))
+        return self._series(poses, best.chosen), best.bound
+
+    def _of_designs(self, designs: FloatArray) -> FloatArray:
+        """The series of designs (d, m, g) that are short enough to be candidates."""
+        numbers = series_by_pose(self._problem.space.decode(designs)[0])
+        found = []
+        for design, series in zip(designs, numbers, strict=True):
+            for number in range(1, int(series.max()) + 1):
+                members = design[series == number]
+                if len(members) <= self.multisets.longest:
+                    padded = np.full((self.multisets.longest, design.shape[-1]), np.nan)
+                    padded[: len(members)] = members
+                    found.append(padded)
+        return self.distinct(np.array(found)) if found else np.zeros((0, self.multisets.longest, designs.shape[-1]))
