@@ -127,6 +127,11 @@ class PosesSection(Section):
         description="A list of poses (m, rad), or a CSV file with a column for every coordinate; the path is relative "
         "to the configuration.",
     )
+    tips: Annotated[list[str], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Of a robot with several tips, those that may be measured, by name. Default: all of them. A file "
+        "of `candidates` may say it row by row in a column `tip`.",
+    )
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -192,7 +197,9 @@ class MeasuredPointsSection(Section):
     )
     std_m: Positive = Field(description="Standard deviation of every measured coordinate of a point (m).")
     pose: list[Number] | None = Field(
-        default=None, description="Pose (m, rad) at which the covariance is taken. Default: the zero pose."
+        default=None,
+        description="Pose (m, rad), or joint coordinates, at which the covariance is taken. Default: the zero pose, or "
+        "an arm's reference.",
     )
 
 
@@ -314,6 +321,38 @@ class CollisionsSection(Section):
     base: PrimitiveSection | None = Field(default=None, description="The base, in O. Default: not regarded.")
 
 
+class ReflectorSection(Section):
+    """One entry of `experiment.constraints.visibility.reflectors`."""
+
+    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0], description="Its place in the frame of platform or tip (m)."
+    )
+    direction: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        description="Where it looks, in the frame of platform or tip."
+    )
+    acceptance_rad: Annotated[Number, Field(gt=0.0, le=3.2)] = Field(
+        description="Largest angle between its direction and the line to the station (rad)."
+    )
+    tip: str | None = Field(
+        default=None, description="Tip it sits on, by name, of a robot with several. Default: one sits on each."
+    )
+
+
+class VisibilitySection(Section):
+    """`experiment.constraints.visibility`: reflectors that the instrument has to see."""
+
+    station_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        description="Place of the instrument in O, `[x, y, z]` (m)."
+    )
+    reflectors: Annotated[list[ReflectorSection], Field(min_length=1)] = Field(
+        description="Reflectors on platform or tip."
+    )
+    link_radius_m: NonNegative = Field(description="Radius of legs or links, which hide what is behind them (m).")
+    least: Count | None = Field(
+        default=None, description="How many of the reflectors have to be seen at every pose. Default: all."
+    )
+
+
 class ConstraintsSection(Section):
     """`experiment.constraints`: what a laboratory demands of a plan."""
 
@@ -330,6 +369,9 @@ class ConstraintsSection(Section):
     )
     collisions: CollisionsSection | None = Field(
         default=None, description="Parts of robot and payload that must stay apart. Default: not regarded."
+    )
+    visibility: VisibilitySection | None = Field(
+        default=None, description="Reflectors that the instrument has to see. Default: not regarded."
     )
     effort: Annotated[bool, Field(strict=True)] = Field(
         default=False, description="Whether the joints' effort limits of the URDF hold (N or N·m)."
@@ -402,6 +444,9 @@ class TargetSection(Section):
     """One entry of `targets`."""
 
     pose: list[Number] = Field(description="Pose (m, rad) or joint coordinates at which accuracy is wanted.")
+    tip: str | None = Field(
+        default=None, description="Which tip is meant, by name; required of a robot with several tips. Default: none."
+    )
     payload: TargetPayloadSection | None = Field(
         default=None, description="Payload carried there; exactly one of `payload` and `wrench`."
     )
