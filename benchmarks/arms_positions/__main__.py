@@ -1,114 +1,95 @@
-"""Five folds over poses: the nominal robot, a plain least-squares script, and `identify`, on the same rows.
+"""Held-out errors, processor times and parameters of ways to calibrate an arm from positions, on the same rows.
 
-    python -m benchmarks.arms_positions [--out FILE] [ROBOT.yaml RECORDINGS.csv]...
+    python -m benchmarks.arms_positions [--figaroh PYTHON] [--pybotics PYTHON] [--seeds N] [--out FOLDER]
+        [--recorded ROBOT.yaml JOINT,... RECORDINGS.csv ...]
 
-Without files a simulated six-axis arm is used (pinocchio, elastic joints) with 30, 120 and 700 positions of three
-markers. The script is what a laboratory writes with scipy: zeros and frames of all joints, instrument and markers by
-`least_squares` with forward differences and a step tolerance, without compliance, weights or priors; redundant
-parameters are left to the trust region.
+Simulated arms (of the kind of a UR10, an IRB 120, a seven-axis arm; `rows.py`) are judged by held-out positions without
+noise, recordings by the rows that their column `split` marks `test`. The ways are the drawn robot with instrument and
+markers fitted, a script with SciPy (`script.py`) with and without compliances, `identify`, FIGAROH at five levels and
+pybotics. The last two run in interpreters of their own (`pip install figaroh`, `pip install pybotics`) and are left
+out, with a message, where none is named. FIGAROH's level `priors` is its estimation method `map`. pybotics takes
+minutes, and calibrates the first simulated arm of each kind alone.
 """
 
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import argparse
-import time
+import tempfile
+from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
-from benchmarks.arms.plant import recordings, usual_faults
-from scipy.optimize import least_squares
+from benchmarks.arms_positions.rows import POSES, Rows, recorded, simulated
+from benchmarks.arms_positions.ways import UnavailableError, ways
 
-import expdesign as xd
-from expdesign.app.api.inputs import RobotFile, robot_of, table_of
-from expdesign.chain.chain import Chain
-from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
-from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.recordings.reader import recordings_from_table
-from expdesign.chain.row import row_data
-from expdesign.errors import ExpdesignError
-from expdesign.estimation.accuracy import nominal_readings, pose_folds
-
-Array = npt.NDArray[np.float64]
-FOLDS = 5
+KINDS = ("UR10", "IRB 120", "seven axes")
 
 
-def by_script(machine: RobotFile, frame: pd.DataFrame) -> Array:
-    """Errors (N, 3) of the rows marked `test` by the script."""
-    robot = machine.robot
-    rows = recordings_from_table(table_of(frame, "rows"), robot)
-    chain = Chain(robot, (CalibratedGeometryError(robot, GEOMETRY),), reading=reading_of(robot, rows))
-    start = chain.start()
-    start[: chain.compliances] = 0.0
-    train = row_data(rows.rows(~rows.test), robot)
-
-    def residuals(values: Array) -> Array:
-        whole = np.concatenate([start[: chain.compliances], values])
-        return 1e3 * (rows.deflections[~rows.test] - chain.predict(train, whole)).ravel()
-
-    found = least_squares(residuals, start[chain.compliances :], x_scale="jac", xtol=1e-10)
-    values = np.concatenate([start[: chain.compliances], found.x])
-    test = rows.rows(rows.test)
-    return test.deflections - chain.predict(row_data(test, robot), values)
+def every(given: argparse.Namespace, folder: Path) -> Iterator[tuple[int, Rows]]:
+    """The rows of all sets with the seeds of the simulated ones."""
+    if given.recorded:
+        robot, joints, *files = given.recorded
+        for file in files:
+            yield 0, recorded(Path(robot), Path(file), tuple(joints.split(",")))
+        return
+    for seed in range(given.seeds):
+        for design in POSES:
+            for kind in KINDS:
+                yield seed, simulated(kind, design, seed, folder)
 
 
-def by_program(machine: RobotFile, frame: pd.DataFrame) -> Array:
-    """Errors (N, 3) of the rows marked `test` by `identify`."""
-    found = xd.identify(machine, frame)
-    rows = found.result.recordings
-    test = rows.rows(rows.test)
-    return test.deflections - found.result.fit.chain.predict(row_data(test, machine.robot), found.result.fit.values)
-
-
-def compared(name: str, file: Path, frame: pd.DataFrame) -> list[dict[str, object]]:
-    """A line for each way: RMS, mean and largest distance over all folds (mm), and processor time of a fit (s)."""
-    machine = robot_of(file)
-    rows = recordings_from_table(table_of(frame, "rows"), machine.robot)
-    folds = pose_folds(rows, FOLDS)[np.argsort(rows.lines, kind="stable")]
-    errors: dict[str, list[Array]] = {"nominal": [], "script": [], "identify": []}
-    seconds = dict.fromkeys(errors, 0.0)
-    for fold in range(FOLDS):
-        marked = frame.assign(split=np.where(folds == fold, "test", "train"))
-        read = recordings_from_table(table_of(marked, "rows"), machine.robot)
-        chain = Chain(machine.robot, (), reading=reading_of(machine.robot, read))
-        for way, parts in errors.items():
-            begun = time.process_time()
-            try:
-                if way == "nominal":
-                    parts.append((read.deflections - nominal_readings(chain, read))[read.test])
-                else:
-                    parts.append((by_script if way == "script" else by_program)(machine, marked))
-            except ExpdesignError as error:
-                print(name, way, error)
-            seconds[way] += time.process_time() - begun
-    lines: list[dict[str, object]] = []
-    for way, parts in errors.items():
-        if not parts:
-            continue
-        sizes = 1e3 * np.linalg.norm(np.concatenate(parts), axis=1)
-        figures = {"rms_mm": np.sqrt((sizes**2).mean()), "mean_mm": sizes.mean(), "max_mm": sizes.max()}
-        lines.append({"set": name, "rows": len(frame), "way": way, **figures, "seconds": seconds[way] / FOLDS})
-    return lines
+def summary(done: pd.DataFrame) -> pd.DataFrame:
+    """Means over arms with standard errors of the mean (0 of a single one)."""
+    lines = []
+    for (name, way), mine in done.groupby(["set", "way"], sort=False):
+        errors = np.array(mine["rms_um"])
+        spread = errors.std(ddof=1) / np.sqrt(len(errors)) if len(errors) > 1 else 0.0
+        lines.append(
+            {
+                "set": name, "way": way, "arms": len(errors), "rms_um": errors.mean(), "standard_error_um": spread,
+                "max_um": mine["max_um"].max(), "parameters": mine["parameters"].mean(),
+                "seconds": mine["seconds"].mean(),
+            }
+        )  # fmt: skip
+    return pd.DataFrame(lines)
 
 
 def main() -> None:
-    """The table, on standard output and where `--out` says."""
+    """The table, on standard output and in `--out`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--out", type=Path)
+    parser.add_argument("--figaroh", help="interpreter that has FIGAROH")
+    parser.add_argument("--pybotics", help="interpreter that has pybotics")
+    parser.add_argument("--seeds", type=int, default=5, help="simulated arms of each kind")
+    parser.add_argument("--recorded", nargs="+", help="robot file, its joints as in the URDF, recordings")
+    parser.add_argument("--out", type=Path, default=Path("results/arms"))
     given = parser.parse_args()
-    lines = []
-    if given.files:
-        for robot, table in zip(given.files[::2], given.files[1::2], strict=True):
-            lines += compared(table.stem, robot, pd.read_csv(table))
-    else:
-        for count in (30, 120, 700):
-            frame = recordings(usual_faults(3, tool=0.0), count, 5)
-            lines += compared(f"UR5, {count} positions", Path("configs/robots/ur5.yaml"), frame)
-    text = pd.DataFrame(lines).to_csv(index=False, float_format="%.4g")
-    print(text)
-    if given.out is not None:
-        given.out.write_text(text, encoding="utf-8")
+    print("expdesign, numpy, scipy, pin:", *(version(each) for each in ("expdesign", "numpy", "scipy", "pin")))
+    name = "peers-recorded" if given.recorded else "peers"
+    lines: list[dict[str, object]] = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for seed, rows in every(given, Path(scratch)):
+            for way, calibrated in ways(given.figaroh, given.pybotics if seed == 0 else None).items():
+                try:
+                    found = calibrated(rows)
+                except UnavailableError as reason:
+                    print(f"{rows.name}: {way}: {reason}", flush=True)
+                    continue
+                errors = 1e6 * np.linalg.norm(found.positions - rows.truth[rows.held_out], axis=-1)
+                lines.append(
+                    {
+                        "set": rows.name, "seed": seed, "way": way, "rms_um": float(np.sqrt((errors**2).mean())),
+                        "max_um": float(errors.max()), "parameters": found.parameters, "seconds": found.seconds,
+                    }
+                )  # fmt: skip
+                print(*lines[-1].values(), sep=", ", flush=True)
+            given.out.mkdir(parents=True, exist_ok=True)
+            summary(pd.DataFrame(lines)).to_csv(given.out / f"{name}.csv", index=False, float_format="%.4g")
 
 
 if __name__ == "__main__":

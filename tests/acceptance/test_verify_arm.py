@@ -75,3 +75,27 @@ def test_an_orientation_has_three_angles(identified: xd.IdentificationResult) ->
     frame = checked(identified, FAULTS).drop(columns=["measured_rx_rad"])
     with pytest.raises(InputError, match="three angles"):
         xd.verify(identified, frame, config=configuration(20))
+
+
+def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.IdentificationResult) -> None:
+    """Commands for the poses that the nominal arm has at the targets; tolerances stand in the file of targets."""
+    robot = identified.result.fit.chain.robot
+    places, turns = robot.position(TARGETS), robot.jacobians(TARGETS).rotation
+    angles = np.array([pin.rpy.matrixToRpy(turn) for turn in turns])
+    names = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
+    frame = pd.DataFrame(np.column_stack([places, angles]), columns=names)
+    frame[[f"q{k}_rad" for k in range(1, 7)]] = TARGETS  # the posture
+    tolerances = dict.fromkeys(("tolerance_dx_m", "tolerance_dy_m", "tolerance_dz_m"), 1e-4)
+    frame = frame.assign(sequence=range(1, 4), series=range(1, 4), **tolerances)
+    commands = xd.compensate(identified, frame).frame
+    np.testing.assert_allclose(commands[[f"target_q{k}_rad" for k in range(1, 7)]], TARGETS, atol=1e-8)
+    by_joints = checked(identified, FAULTS)
+    own = [*(f"q{k}_rad" for k in range(1, 7)), *(f"target_{name}" for name in names)]
+    np.testing.assert_allclose(commands[own], by_joints[own][:3], atol=1e-7)
+    readings = [name for name in by_joints if name.startswith("measured_")]
+    check = commands.assign(**{name: by_joints[name][:3].to_numpy() for name in readings})
+    check = check.assign(**dict.fromkeys(("sx_m", "sy_m", "sz_m"), NOISE))
+    check = check.assign(**dict.fromkeys(("srx_rad", "sry_rad", "srz_rad"), 1e-4))
+    found = xd.verify(identified, check).result
+    assert found.consistent
+    assert found.verdict == "pass"

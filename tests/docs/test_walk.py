@@ -128,3 +128,13 @@ def test_the_page_shows_what_its_commands_print(tmp_path: Path) -> None:
     sizes = [(tmp_path / name / "report.html").stat().st_size for name in ("planned", "identified", "diagnosed")]
     assert low <= min(sizes)
     assert max(sizes) <= high
+
+
+@pytest.mark.slow
+def test_the_page_of_an_arm_shows_what_its_commands_print(tmp_path: Path) -> None:
+    tutorial = loaded("tutorial")
+    steps = list(tutorial.follow(tutorial.PAGE.with_stem("arms-walk").read_text(encoding="utf-8"), tmp_path))
+    assert len(steps) == 9
+    for step in steps:
+        assert NUMBER.sub("#", step.printed) == NUMBER.sub("#", step.shown), step.command
+    assert "verdict: pass" in steps[-1].printed

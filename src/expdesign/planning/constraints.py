@@ -1,8 +1,8 @@
 """What a laboratory demands of a plan beside the robot's limits (`experiment.constraints`).
 
-Of every measurement: nothing of the robot or its load inside a keep-out box, no actuator beyond its effort, and the
-parts of the robot and its payload at a distance from each other. Of the plan as a whole: at least so many distinct
-poses or masses, and poses and masses that have to occur.
+Of every measurement: nothing of the robot or its load inside a keep-out box, no actuator beyond its effort, the parts
+of the robot and its payload at a distance from each other, and reflectors in sight (`visibility.py`). Of the plan as a
+whole: at least so many distinct poses or masses, and poses and masses that have to occur.
 
 Legs, or the links of an arm, are capsules around the lines of the robot's drawing; payload, platform and base are one
 primitive each. Parts that are joined to each other are not compared: neighbouring links, legs with platform and base,
@@ -28,6 +28,8 @@ from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.schema import CollisionsSection, ConstraintsSection, ExperimentSection, PrimitiveSection
 from expdesign.planning.space import DesignSpace, Required
+from expdesign.planning.tips import tips_of
+from expdesign.planning.visibility import Visibility, read_visibility
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,10 @@ _ALONG = np.linspace(0.0, 1.0, 9)
 """Places along a line of the robot that are kept out of boxes."""
 
 
+LIMITS = ("keep_out", "effort", "collisions", "visibility")
+"""Keys of what is demanded of every measurement."""
+
+
 @dataclass(frozen=True)
 class Constraints:
     """Demands on designs.
@@ -140,6 +146,7 @@ class Constraints:
         distinct_poses: at least.
         distinct_masses: at least.
         collisions: what must stay apart, or None.
+        visibility: what the instrument has to see, or None.
     """
 
     boxes: FloatArray
@@ -147,10 +154,11 @@ class Constraints:
     distinct_poses: int = 1
     distinct_masses: int = 1
     collisions: Collisions | None = None
+    visibility: Visibility | None = None
 
     def measurements(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> FloatArray:
-        """How far measurements are beyond what is allowed, ≤ 0 within: boxes (m), effort (parts of it),
-        collisions (m).
+        """How far measurements are beyond what is allowed, ≤ 0 within: boxes (m), effort (parts of it), collisions
+        (m), visibility (rad or m).
 
         Args:
             loaded: the robot.
@@ -158,19 +166,32 @@ class Constraints:
             loads: shape (..., k).
 
         Returns:
-            Shape (..., 3).
+            Shape (..., 4), in the order of `LIMITS`.
         """
-        beyond = np.full((*configurations.shape[:-1], 3), -1.0)
+        beyond = np.full((*configurations.shape[:-1], len(LIMITS)), -1.0)
         if len(self.boxes):
             beyond[..., 0] = self._penetration(loaded, configurations, loads)
         if self.effort is not None:
             beyond[..., 1] = self._overload(loaded, self.effort, configurations, loads)
         if self.collisions is not None:
             beyond[..., 2] = self.collisions.excess(loaded.robot, configurations)
+        if self.visibility is not None:
+            beyond[..., 3] = self.visibility.excess(loaded.robot, configurations).max(axis=-1)
         return beyond
 
+    def binding(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> str:
+        """Which limits measurements (N, n_q), (N, k) break, the most frequent first, in words; empty where none is."""
+        broken = (self.measurements(loaded, configurations, loads) > 0.0).mean(axis=0)
+        names = [f"`{LIMITS[i]}` at {100.0 * broken[i]:.3g} %" for i in np.argsort(-broken) if broken[i] > 0.0]
+        text = " and ".join(names)
+        if self.visibility is None or not broken[3]:
+            return text
+        excess = self.visibility.excess(loaded.robot, configurations)
+        nearest = excess[int(np.argmin(excess.max(axis=-1)))]
+        return f"{text} (at the pose that is nearest to being seen {self.visibility.sentence(nearest)})"
+
     def violations(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> FloatArray:
-        """Constraints (≤ 0) of b designs: boxes, effort, collisions, missing poses, masses; (b, 5)."""
+        """Constraints (≤ 0) of b designs: those of `LIMITS`, missing poses, masses; (b, 6)."""
         each = self.measurements(loaded, configurations, loads).max(axis=1)
         poses = _distinct(configurations)
         masses = _distinct(loads[..., :1]) if loaded.load.has_mass else np.full(len(loads), self.distinct_masses)
@@ -178,7 +199,7 @@ class Constraints:
         return np.concatenate([each, missing], axis=1)
 
     def allowed(self, loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> BoolArray:
-        """Which measurements are within boxes and effort and free of collisions, shape (...)."""
+        """Which measurements are within boxes and effort, free of collisions and seen, shape (...)."""
         allowed: BoolArray = np.logical_and.reduce(self.measurements(loaded, configurations, loads) <= 0.0, axis=-1)
         return allowed
 
@@ -260,7 +281,8 @@ def read_constraints(
         remedy = "Add `effort=` to the <limit> of its joints, or take the key out."
         raise InputError("the robot states no effort of its actuators", where=where, remedy=remedy)
     collisions = _collisions(section, robot, document)
-    return Constraints(boxes, effort, section.distinct_poses, section.distinct_masses, collisions)
+    seen = read_visibility(section.visibility, robot, document, (*_WHERE, "visibility"))
+    return Constraints(boxes, effort, section.distinct_poses, section.distinct_masses, collisions, seen)
 
 
 def _collisions(section: ConstraintsSection, robot: Robot, document: YamlDocument) -> Collisions | None:
@@ -291,9 +313,11 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
     poses = []
     for index, pose in enumerate(section.poses):
         where = document.where((*_WHERE, "poses", index))
-        if len(pose) != space.n_pose:
-            raise InputError(f"{space.n_pose} numbers are needed here", where=where, remedy="Like `targets[].pose`.")
-        if not bool(robot.usable(np.array(pose))):
+        tips = bool(tips_of(robot))  # whichever is measured there
+        if len(pose) != space.n_pose - tips:
+            count = space.n_pose - tips
+            raise InputError(f"{count} numbers are needed here", where=where, remedy="Like `targets[].pose`.")
+        if not bool(robot.usable(np.array([*pose, *[1.0] * tips]))):
             raise InputError("the pose is beyond the limits, or singular", where=where, remedy="Choose another pose.")
         poses.append(_decisions(space, np.array(pose), 0, where))
     masses = []

@@ -19,7 +19,8 @@ class Feasibility:
     """Shares of random samples of the design space.
 
     Attributes:
-        reachable: share of poses within the robot's limits and away from singularities.
+        reachable: share of poses within the robot's limits and those of `experiment.constraints`, and away from
+            singularities.
         identifying: share of designs of reachable measurements that identify what the targets need.
     """
 
@@ -43,5 +44,8 @@ def feasibility(problem: DesignProblem) -> Feasibility:
     """
     identifying = require_identifiable(problem, random_designs(problem))
     generator = np.random.default_rng(problem.optimiser.seed)
-    poses = problem.space.decode(problem.space.sample(POSES, generator))[0]
-    return Feasibility(float(problem.loaded.robot.usable(poses).mean()), identifying)
+    poses, loads = problem.space.decode(problem.space.sample(POSES, generator))
+    usable = problem.loaded.robot.usable(poses)
+    if problem.constraints is not None:
+        usable &= problem.constraints.allowed(problem.loaded, poses, loads)
+    return Feasibility(float(usable.mean()), identifying)

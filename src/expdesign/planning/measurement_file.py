@@ -24,12 +24,15 @@ from expdesign.planning.schema import (
     RunSection,
     TargetSection,
 )
+from expdesign.planning.tips import pose_of
 
 _EXPERIMENT: KeyPath = ("experiment",)
 
 
-def read_noise(section: DeflectionNoiseSection, robot: Robot, document: YamlDocument) -> DeflectionNoise:
-    """The noise of `experiment.deflection_noise`.
+def read_noise(
+    section: DeflectionNoiseSection, robot: Robot, document: YamlDocument, *, referenced: bool = True
+) -> DeflectionNoise:
+    """The noise of `experiment.deflection_noise`; poses are measured, and not differences, unless `referenced`.
 
     Raises:
         InputError: an axis is unknown, or the covariance is none.
@@ -44,7 +47,8 @@ def read_noise(section: DeflectionNoiseSection, robot: Robot, document: YamlDocu
         deviations = np.array(list(section.std.values()))[order]
         return DeflectionNoise.from_deviations(np.array(axes)[order], deviations, section.shared_reference)
     if section.points is not None:
-        return _noise_of_points(section.points, robot, document, shared_reference=section.shared_reference)
+        covariance = _covariance_of_points(section.points, robot, document)
+        return DeflectionNoise(np.arange(6), (1.0 + referenced) * covariance, section.shared_reference)
     rows = section.covariance or []
     place = document.where((*where, "covariance"))
     if len(rows) != coordinates.n or any(len(row) != coordinates.n for row in rows):
@@ -72,29 +76,27 @@ def axis_of(name: str, coordinates: Coordinates, document: YamlDocument, where: 
     return coordinates.deflection.index(name)
 
 
-def _noise_of_points(
-    section: MeasuredPointsSection, robot: Robot, document: YamlDocument, *, shared_reference: bool
-) -> DeflectionNoise:
-    """Noise of deflections whose poses are registered from points (theory.md 9.A): twice the covariance of one pose.
+def _covariance_of_points(section: MeasuredPointsSection, robot: Robot, document: YamlDocument) -> FloatArray:
+    """Covariance (6, 6) of one pose that is registered from points (theory.md 9.A); that of a deflection is twice it.
 
-    The covariance is that at `section.pose` (the zero pose where it is left out), for all measurements.
+    It is that at `section.pose` (the zero pose, or an arm's reference, where it is left out), for all measurements.
 
     Raises:
         InputError: the robot has no orientation, or the points do not determine one.
     """
     where: KeyPath = (*_EXPERIMENT, "deflection_noise", "points")
-    if robot.coordinates.n != 6 or len(robot.configuration) != 6:
+    if robot.coordinates.n != 6 or not (robot.jointed or len(robot.configuration) == 6):
         what = "points are for robots with six pose coordinates"
         raise InputError(what, where=document.where(where), remedy="Give `std` or `covariance`.")
-    pose = np.zeros(6) if section.pose is None else np.array(section.pose)
-    if len(pose) != 6:
-        raise InputError("6 numbers are needed here", where=document.where((*where, "pose")), remedy="Correct it.")
+    pose = robot.reference_configuration()
+    if section.pose is not None:
+        given = pose_of(section.pose, robot, document, (*where, "pose"))
+        pose[: len(given)] = given
     rotation, rates = robot.jacobians(pose).rotation, robot.pose_rates(pose)
     try:
-        covariance = pose_covariance(np.array(section.positions), section.std_m, rotation, rates)
+        return pose_covariance(np.array(section.positions), section.std_m, rotation, rates)
     except InputError as error:
         raise InputError(error.what, where=document.where((*where, "positions")), remedy=error.remedy) from None
-    return DeflectionNoise(np.arange(6), 2.0 * covariance, shared_reference)
 
 
 def tolerance_axes(target: TargetSection, robot: Robot, document: YamlDocument, index: int) -> FloatArray:

@@ -1,6 +1,7 @@
 """A plan: the measurements of one design, as a table that a person takes to the laboratory."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,9 +9,11 @@ import pandas as pd
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
 from expdesign.chain.recordings.columns import read_test_rows, require_mass
+from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.planning.tips import named_tips
 
 
 @dataclass(frozen=True)
@@ -36,11 +39,12 @@ def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFr
     return pd.DataFrame(plan_columns(plan, loaded, with_gravity))
 
 
-def plan_columns(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> dict[str, FloatArray | IntArray]:
-    """Its columns (m,) by their names."""
+def plan_columns(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> dict[str, Any]:
+    """Its columns (m,) by their names; tips by name, of a robot that has several."""
     robot, load = loaded.robot, loaded.load
-    columns: dict[str, FloatArray | IntArray] = {"sequence": np.arange(1, len(plan) + 1), "series": plan.series}
+    columns: dict[str, Any] = {"sequence": np.arange(1, len(plan) + 1), "series": plan.series}
     columns.update({name: plan.configurations[:, i] for i, name in enumerate(robot.configuration)})
+    columns |= named_tips(robot, plan.configurations)
     for i, name in enumerate(load.columns):
         if with_gravity or name not in robot.coordinates.gravity:
             columns[name] = plan.loads[:, i]
@@ -54,7 +58,7 @@ def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan
         InputError: a column is missing or a cell is wrong.
     """
     robot, load = loaded.robot, loaded.load
-    configurations = table.numbers(robot.configuration)
+    configurations = with_joint_columns(table, robot).numbers(robot.configuration)
     if loaded.regressor.needs_load and not any(table.has(name) for name in load.columns):
         table.require(load.columns[:1])
     defaults = load.defaults(robot.gravity)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.estimation.coverage_factor import STANDARD
 from expdesign.io.kinds import require_kind
@@ -17,6 +18,7 @@ from expdesign.io.yaml_reader import KeyPath, YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
+from expdesign.mechanics.robots.kinematic_tree import TIP_COLUMN
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 from expdesign.planning.asked_criterion import NAMES, asked_criteria
 from expdesign.planning.budget import Budget, read_budget, read_costs
@@ -37,6 +39,7 @@ from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection
 from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.tips import asked_tips, at_tips, pose_columns, pose_of, tip_number
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed, steps_of
 from expdesign.plugins import implementations
 
@@ -60,11 +63,6 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
         remedy = "`expdesign diagnose` finds from recordings what it stands on."
         raise InputError(what, where=document.where(("robot",)), remedy=remedy)
-    if robot.jointed and len(robot.links.tree.tips) > 1:
-        remedy = "Name one of them as `tip_link` in a robot file for the plan, the other's joints as `branch_joints`."
-        raise InputError(
-            "plans are of one tip, and the robot has several", where=document.where(("robot",)), remedy=remedy
-        )
     _gravity_matches(section, robot, document)
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)
@@ -78,7 +76,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     if experiment.geometric_stiffness:
         found = with_geometric_stiffness(robot, found, document.source)
     loaded = LoadedRobot(robot, load, sources, regressor, None if found is None else found.physics)
-    noise = read_noise(experiment.deflection_noise, robot, document)
+    noise = read_noise(experiment.deflection_noise, robot, document, referenced=regressor.referenced)
     targets, wrenches, target_loads = _targets(section, loaded, document)
     space = _space(experiment, robot, load, poses, document, budget)
     problem = DesignProblem(
@@ -219,7 +217,8 @@ def _targets(
     axes = np.array([tolerance_axes(target, robot, document, index) for index, target in enumerate(section.targets)])
     for index, target in enumerate(section.targets):
         where: KeyPath = ("targets", index)
-        pose = _vector(target.pose, robot.configuration, document, (*where, "pose"))
+        joints = pose_of(target.pose, robot, document, (*where, "pose"))
+        pose = np.concatenate([joints, tip_number(target.tip, robot, document, (*where, "tip"))])
         gravity = robot.gravity if target.gravity_m_s2 is None else np.array(target.gravity_m_s2)
         load: Load
         if target.payload is not None:
@@ -321,27 +320,31 @@ def _space(
 
 def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) -> PoseSet:
     where: KeyPath = ("experiment", "poses")
-    section = experiment.poses
+    section, names = experiment.poses, pose_columns(robot)
+    tips = asked_tips(section.tips, robot, document, (*where, "tips"))
     if isinstance(section.candidates, list):
-        names = robot.configuration
-        rows = [_vector(row, names, document, (*where, "candidates", i)) for i, row in enumerate(section.candidates)]
+        rows = [pose_of(row, robot, document, (*where, "candidates", i)) for i, row in enumerate(section.candidates)]
         if not rows:
             place = document.where((*where, "candidates"))
             raise InputError("there is no candidate", where=place, remedy="Name at least one pose, or a file (CSV).")
-        return PoseSet(candidates=_distinct(np.array(rows)))
+        return PoseSet(candidates=at_tips(_distinct(np.array(rows)), tips))
     if section.candidates is not None:
         path = document.folder / section.candidates
         if not _is_file(path):
             place = document.where((*where, "candidates"))
             raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")
-        return PoseSet(candidates=_distinct(read_table(path).numbers(robot.configuration)))
+        table = read_table(path)
+        if tips is not None and table.has(TIP_COLUMN):
+            return PoseSet(candidates=_distinct(with_joint_columns(table, robot).numbers(robot.configuration)))
+        return PoseSet(candidates=at_tips(_distinct(table.numbers(names)), tips))
     form = "bounds" if section.bounds is not None else "grid"
     axes: dict[str, Quantity] = section.bounds or section.grid or {}
     for name in axes:
-        if name not in robot.configuration:
-            remedy = nearest(name, robot.configuration)
+        if name not in names:
+            remedy = "Name tips under `tips`." if name == TIP_COLUMN and tips else nearest(name, names)
             raise InputError("unknown coordinate", where=document.where((*where, form, name)), remedy=remedy)
-    return PoseSet(quantities=tuple(axes.get(name) or fixed(0.0) for name in robot.configuration))
+    chosen = tuple(axes.get(name) or fixed(0.0) for name in names)
+    return PoseSet(quantities=chosen if tips is None else (*chosen, tips))
 
 
 def _distinct(rows: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from pymoo.core.problem import Problem
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from expdesign.planning.constraints import LIMITS
 from expdesign.planning.criteria.criterion import criterion_values, known_criteria
 from expdesign.planning.problem import DesignProblem
 
@@ -32,7 +33,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         super().__init__(
             n_var=space.measurements * space.decisions,
             n_obj=len(problem.objectives),
-            n_ieq_constr=(3 if problem.constraints is None else 8) + (problem.budget is not None),
+            n_ieq_constr=(3 if problem.constraints is None else 5 + len(LIMITS)) + (problem.budget is not None),
             xl=np.tile(space.lower, space.measurements),
             xu=np.tile(space.upper, space.measurements),
         )

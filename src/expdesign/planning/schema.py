@@ -152,6 +152,10 @@ class PosesSection(OneForm):
     candidates: str | list[list[Number]] | None = left_out(
         "A list of poses (m, rad), or a CSV file with a column for each coordinate."
     )
+    tips: Annotated[list[str], Field(min_length=1)] | None = left_out(
+        "Tips that may be measured, by name, of a robot with several. Default: all. A file of `candidates` may name "
+        "one per row in a column `tip`."
+    )
 
 
 class TiltSection(Section):
@@ -188,7 +192,10 @@ class MeasuredPointsSection(Section):
 
     positions: list[Vector] = Field(description="Points of the artefact in P (m); at least three, not in line.")
     std_m: Positive = Field(description="Standard deviation of a point's coordinates (m).")
-    pose: list[Number] | None = left_out("Pose (m, rad) at which the covariance is computed. Default: the zero pose.")
+    pose: list[Number] | None = left_out(
+        "Pose (m, rad) or joint coordinates at which the covariance is computed. Default: the zero pose or an arm's "
+        "reference."
+    )
 
 
 class DeflectionNoiseSection(OneForm):
@@ -294,6 +301,38 @@ class CollisionsSection(Section):
     base: PrimitiveSection | None = left_out("The base, in O. Default: not regarded.")
 
 
+class ReflectorSection(Section):
+    """One entry of `experiment.constraints.visibility.reflectors`."""
+
+    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0], description="Its place in the frame of platform or tip (m)."
+    )
+    direction: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        description="Where it looks, in the frame of platform or tip."
+    )
+    acceptance_rad: Annotated[Number, Field(gt=0.0, le=3.2)] = Field(
+        description="Largest angle between its direction and the line to the station (rad)."
+    )
+    tip: str | None = Field(
+        default=None, description="Tip it sits on, by name, of a robot with several. Default: one sits on each."
+    )
+
+
+class VisibilitySection(Section):
+    """`experiment.constraints.visibility`: reflectors that the instrument has to see."""
+
+    station_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+        description="Place of the instrument in O, `[x, y, z]` (m)."
+    )
+    reflectors: Annotated[list[ReflectorSection], Field(min_length=1)] = Field(
+        description="Reflectors on platform or tip."
+    )
+    link_radius_m: NonNegative = Field(description="Radius of legs or links, which hide what is behind them (m).")
+    least: Count | None = Field(
+        default=None, description="How many of the reflectors have to be seen at every pose. Default: all."
+    )
+
+
 class ConstraintsSection(Section):
     """`experiment.constraints`: what a laboratory demands of a plan."""
 
@@ -311,6 +350,7 @@ class ConstraintsSection(Section):
     collisions: CollisionsSection | None = left_out(
         "Parts of robot and payload that must stay apart. Default: not regarded."
     )
+    visibility: VisibilitySection | None = left_out("Reflectors that the instrument has to see. Default: not regarded.")
     effort: Flag = Field(default=False, description="Whether the effort limits of the URDF hold (N or N·m).")
 
 
@@ -365,6 +405,7 @@ class TargetSection(Section):
     """One entry of `targets`."""
 
     pose: list[Number] = Field(description="Pose or joint coordinates (m, rad).")
+    tip: str | None = left_out("Tip that is meant, by name; required of a robot with several. Default: none.")
     payload: TargetPayloadSection | None = left_out("Payload there; either `payload` or `wrench`.")
     wrench: list[Number] | None = left_out(
         "Wrench there, `[fx, fy, fz, mx, my, mz]` in O about the origin of P (N, N·m)."

@@ -49,8 +49,12 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
             problem.constraints is not None
             and not problem.constraints.allowed(problem.loaded, *space.decode(found[0])).all()
         ):
-            what = "no measurement was found that `experiment.constraints` allows"
-            raise InfeasibleError(what, where=problem.source, remedy="Move the boxes, or use lighter loads.")
+            tried = space.sample(_BATCH, generator)
+            tried = tried[problem.loaded.robot.usable(space.decode(tried)[0])]
+            tried = tried if len(tried) else found[0]
+            binding = problem.constraints.binding(problem.loaded, *space.decode(tried))
+            what = f"no measurement was found that `experiment.constraints` allows; broken is {binding}"
+            raise InfeasibleError(what, where=problem.source, remedy="Widen the poses, or what is named there.")
     pool = np.concatenate(found)
     return pool[generator.integers(len(pool), size=count)] if len(pool) < count else pool[:count]
 

@@ -8,11 +8,13 @@ first order (theory.md 5.2), and what is written down is still the assumed load.
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.readings.reading import MeasuredPose
+from expdesign.chain.readings.position import MarkerPosition, TipPose
+from expdesign.chain.readings.reading import MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
@@ -96,7 +98,8 @@ def simulated_poses(
 ) -> FloatArray:
     """Measured poses (m, rad), shape (N, n), noise on the measured axes only; arguments as in `simulated_deflections`.
 
-    Without a model they are the commands, with the deflections of the base model where there are loads.
+    Without a model they are the commands, with the deflections of the base model where there are loads; of arms the
+    poses of the tip in the base's frame, with the sag under the links' weight.
 
     Raises:
         InputError: the model is of positions of markers.
@@ -104,15 +107,42 @@ def simulated_poses(
     loaded = problem.loaded
     if model is None and problem.found is not None:
         model = problem.found.model
-    chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
+    if loaded.robot.jointed:
+        chain = Chain(loaded.robot) if model is None else model.chain
+        chain = Chain(chain.robot, chain.effects, reading=_tip(chain.reading))
+    else:
+        chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
     values = chain.start() if model is None else model.values
     none = np.zeros((len(plan), loaded.robot.coordinates.n))
     added = load_errors(loaded, plan, seed) if errors and loaded.regressor.needs_load else none
     order = np.argsort(points.lines, kind="stable")
-    poses = chain.predict(row_data(with_errors(points, added), chain.robot), values)[order]
+    loads = with_errors(points, added)
+    poses = (
+        _tip_poses(chain, loads, values)
+        if loaded.robot.jointed
+        else chain.predict(row_data(loads, chain.robot), values)
+    )[order]
     if noise:
         poses[:, problem.noise.axes] += plan_noise(problem, plan, seed)
     return poses
+
+
+def _tip(identified: Reading) -> TipPose:
+    """The reading of a tip's pose in the base's frame; of an absolute one, in which the links' weight shows."""
+    if identified.absolute:
+        return TipPose(identified)
+    return TipPose(MarkerPosition(("tip",), {"tip": np.zeros(3)}, np.zeros(6), np.zeros(0)))
+
+
+def _tip_poses(chain: Chain, points: LoadedPoints, values: FloatArray) -> FloatArray:
+    """Poses (N, 6) of the tip of an arm, x ... rz with R = Rz·Ry·Rx."""
+    aim = chain.robot.jacobians(points.configurations).rotation
+    names = chain.reading.names
+    marker = np.zeros(len(points), dtype=np.int64)
+    rows = row_data(replace(points, aim=aim, marker=marker, markers=names), chain.robot)
+    found = chain.predict(rows, values)
+    turned = Rotation.from_rotvec(found[:, 3:]).as_matrix() @ aim
+    return np.column_stack([found[:, :3], Rotation.from_matrix(turned).as_euler("xyz")])
 
 
 def _with_poses(model: Model, problem: DesignProblem) -> Chain:

@@ -105,7 +105,7 @@ def steps_of(names: tuple[str, ...], widths: FloatArray, given: Mapping[str, flo
     """
     steps = np.empty(len(names))
     for index, (name, width) in enumerate(zip(names, widths, strict=True)):
-        usual = FINEST["_" + name.rsplit("_", 1)[-1]]
+        usual = FINEST.get("_" + name.rsplit("_", 1)[-1], 1.0)  # a tip's number has no unit
         short = 10.0 ** np.floor(np.log10(width / _PARTS)) if width > 0.0 else usual
         steps[index] = given.get(name, min(usual, float(f"{short:.0e}")))
     return steps

@@ -214,8 +214,7 @@ def _of_arm(
     names = dict(zip(with_joint_columns(table, robot).columns, table.columns, strict=True))
     for axis, name in enumerate(robot.configuration[:joints]):
         text[names.get(name, name)] = commands[:, axis]
-        if targets.stated is None:
-            text[f"target_{name}"] = own[:, axis]
+        text[f"target_{name}"] = own[:, axis]  # where the nominal robot is there: `verify` takes the load there
     for axis, name in enumerate(SPATIAL.pose):
         text[f"target_{name}"] = wanted[:, axis]
         text[f"controller_{name}"] = nominal[:, axis]

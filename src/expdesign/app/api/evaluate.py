@@ -158,12 +158,17 @@ def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) ->
         more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
         what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
         raise InputError(what, where=table.where(row), remedy="Choose a pose within them.")
-    collisions = None if problem.constraints is None else problem.constraints.collisions
-    if collisions is None:
+    if problem.constraints is None:
         return
-    excess = collisions.excess(robot, plan.configurations)
-    if (excess > BEYOND).any():
+    collisions, seen = problem.constraints.collisions, problem.constraints.visibility
+    excess = np.zeros(len(plan)) if collisions is None else collisions.excess(robot, plan.configurations)
+    if collisions is not None and (excess > BEYOND).any():
         row = int(np.argmax(excess))
         distance = 1e3 * (collisions.stated.clearance_m - excess[row])
         what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
         raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct the parts.")
+    hidden = np.zeros((len(plan), 2)) if seen is None else seen.excess(robot, plan.configurations)
+    if seen is not None and (hidden > BEYOND).any():
+        row = int(np.argmax(hidden.max(axis=1)))
+        what = f"{seen.sentence(hidden[row])} (`experiment.constraints.visibility`)"
+        raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct station and reflectors.")

@@ -20,6 +20,7 @@ from expdesign.io.tables_in_units import in_units
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, read_plan
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.tips import named_tips
 
 _FILL = "FFF8DC"
 
@@ -146,6 +147,7 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     count, rows = len(steps.rows), steps.rows
     columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": plan.series[rows]}
     columns |= {name: plan.configurations[rows, i] for i, name in enumerate(robot.configuration)}
+    columns |= named_tips(robot, plan.configurations[rows])
     own = load.gravity_columns
     taken_off = ("mass_kg", *robot.coordinates.wrench)
     for i, name in enumerate(load.columns):

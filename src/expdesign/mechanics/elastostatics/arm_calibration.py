@@ -4,7 +4,7 @@ The parameters are zeros of all joints and the six motions of every joint's fram
 can tell apart (`mechanics/minimal_set.py`): 18 of a six-axis arm with three parallel axes. Where the instrument's frame
 and the target's place on the tip are unknown, their twelve displacements are parameters as well and come first; else
 the frames of the base and of the tip count. What is measured are poses, or positions where no noise of rotations is
-stated.
+stated. Of several tips each has a target of its own, and a configuration says which one it is measured at.
 """
 
 import casadi as ca
@@ -52,10 +52,7 @@ class ArmGeometric(Regressor):
         return np.zeros(len(self.names(robot)))
 
     def require(self, robot: Robot) -> str | None:
-        if not robot.jointed:
-            return "geometric calibration of an arm needs links"
-        several = len(robot.links.tree.tips) > 1
-        return "geometric plans are for one tip: name one as `tip_link`" if several else None
+        return None if robot.jointed else "geometric calibration of an arm needs links"
 
     def expressions(self, robot: Robot, configuration: ca.SX) -> dict[str, ca.SX]:
         whole = self._whole(robot, configuration)
@@ -65,8 +62,10 @@ class ArmGeometric(Regressor):
         return maps.further["arm"]
 
     def _every(self, robot: Robot) -> tuple[str, ...]:
-        frames = () if self._frames_known else ("instrument", "target")
-        return (*(f"{frame} {part}" for frame in frames for part in _TWIST), *_links(robot).tree.geometry_names)
+        tree = _links(robot).tree
+        targets = ("target",) if len(tree.tips) == 1 else tuple(f"target {tip}" for tip in tree.tips)
+        frames = () if self._frames_known else ("instrument", *targets)
+        return (*(f"{frame} {part}" for frame in frames for part in _TWIST), *tree.geometry_names)
 
     def _whole(self, robot: Robot, configuration: ca.SX) -> ca.SX:
         """The matrix of all parameters, (6, p)."""
@@ -82,7 +81,8 @@ class ArmGeometric(Regressor):
         whole = ca.vertcat(rates[:3, :], ca.horzcat(*turns))
         if self._frames_known:
             return whole
-        return ca.horzcat(twist_transfer(position, 6), frame_turn(rotation, 6), whole)
+        turn, seen = frame_turn(rotation, 6), _links(robot).tree.looked_at(configuration)
+        return ca.horzcat(twist_transfer(position, 6), *(each * turn for each in seen), whole)
 
     def _kept(self, robot: Robot) -> IntArray:
         """Indices of a minimal complete set: frames, zeros, lengths, angles, in this order."""
@@ -95,6 +95,9 @@ class ArmGeometric(Regressor):
             )
             random = np.zeros((_TRIED, len(robot.configuration)))
             random[:, :count] = np.random.default_rng(1).uniform(low, high, (_TRIED, count))
+            if len(links.tree.tips) > 1:
+                random = np.repeat(random, len(links.tree.tips), axis=0)
+                random[:, -1] = np.tile(np.arange(1.0, len(links.tree.tips) + 1.0), _TRIED)
             (rows,) = BatchFunction("arm", [symbol], [self._whole(robot, symbol)])(random)
             order = sorted(range(len(names)), key=lambda index: (_rank(names[index]), index))
             found = minimal_set(rows.reshape(-1, len(names)) * _sizes(names), np.array(order), _INDEPENDENT)
