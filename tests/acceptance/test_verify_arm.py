@@ -92,7 +92,7 @@ def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.Iden
     by_joints = checked(identified, FAULTS)
     own = [*(f"q{k}_rad" for k in range(1, 7)), *(f"target_{name}" for name in names)]
     np.testing.assert_allclose(commands[own], by_joints[own][:3], atol=1e-7)
-    readings = [name for name in by_joints if name.startswith("measured_")]
+    readings = [str(name) for name in by_joints if str(name).startswith("measured_")]
     check = commands.assign(**{name: by_joints[name][:3].to_numpy() for name in readings})
     check = check.assign(**dict.fromkeys(("sx_m", "sy_m", "sz_m"), NOISE))
     check = check.assign(**dict.fromkeys(("srx_rad", "sry_rad", "srz_rad"), 1e-4))

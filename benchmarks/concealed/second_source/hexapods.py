@@ -67,7 +67,7 @@ class Posture:
         return np.concatenate([twist[:3], np.linalg.solve(self.rates, twist[3:])])
 
     def base_matrix(self, wrench: Array) -> Array:
-        """Deflection per compliance of each leg (6 × 6, theory.md 1.17): the base model's observation matrix."""
+        """Deflection per compliance of each leg (6 × 6, thesis equation 1.17): the base model's observation matrix."""
         forces = np.linalg.solve(self.inverse_jacobian.T, wrench)
         forward = np.linalg.inv(self.inverse_jacobian)
         return np.column_stack([self.coordinates(forward[:, leg] * forces[leg]) for leg in range(6)])
