@@ -97,7 +97,7 @@ def test_a_drift_is_named_where_it_shows_at_one_lift_as_well(arm: SerialRobot) -
     (remark,) = found.remarks
     assert isinstance(remark, ConfoundedTime)
     assert remark.imitations == ()
-    assert "as well" in sentence(remark)
+    assert "also shows among rows with the same" in sentence(remark)
 
 
 def test_where_time_is_not_confounded_nothing_is_said(arm: SerialRobot) -> None:

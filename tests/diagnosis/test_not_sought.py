@@ -30,8 +30,8 @@ def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
 
 def test_too_few_rows_are_the_only_thing_that_is_said() -> None:
     (sentence,) = sentences(not_sought(_sample(recordings_of(softened()), rows=7)))
-    assert "7 rows" in sentence
-    assert "12" in sentence
+    assert "there are 7" in sentence
+    assert "12 fitted rows" in sentence
 
 
 def test_missing_times_and_loads_that_never_change_are_said() -> None:

@@ -93,9 +93,3 @@ def test_a_plan_for_the_targets_is_better_there_than_random_poses() -> None:
         values.append(xd.evaluate(config, frame).record["duir"])
     assert float(found.pareto["duir"].min()) < 0.7 * float(np.median(values))
     assert set(JOINTS) <= set(found.plan.columns)
-
-
-def test_plans_for_several_tips_are_refused(tmp_path: Path) -> None:
-    from tests.robots.torso import read_torso  # noqa: PLC0415
-
-    assert "one tip" in (ArmGeometric().require(read_torso(tmp_path)) or "")

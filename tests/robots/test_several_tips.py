@@ -33,7 +33,6 @@ from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
-from expdesign.planning.problem_file import read_problem
 
 DEVIATION = 2e-5
 
@@ -220,16 +219,6 @@ def test_wrong_tips_are_named(tmp_path: Path, old: str, new: str, says: str) -> 
     with pytest.raises(InputError) as caught:
         read_torso(tmp_path, FILE.replace(old, new))
     assert re.search(says, str(caught.value), re.DOTALL)
-
-
-def test_a_plan_is_of_one_tip(tmp_path: Path) -> None:
-    read_torso(tmp_path)
-    configuration = (Path(__file__).parents[2] / "configs" / "ur5.yaml").read_text(encoding="utf-8")
-    file = tmp_path / "config.yaml"
-    file.write_text(configuration.replace("robots/ur5.yaml", "robot.yaml"), encoding="utf-8")
-    with pytest.raises(InputError, match="plans are of one tip") as caught:
-        read_problem(file)
-    assert "branch_joints" in str(caught.value)
 
 
 def test_a_tip_on_the_way_to_another_has_an_error_of_its_own(tmp_path: Path) -> None:
