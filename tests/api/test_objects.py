@@ -1,5 +1,6 @@
 """Results go into functions as they are, wrong things are answered by the project's own errors, and `dir` is short."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -110,6 +111,9 @@ def test_a_look_at_a_result_is_short(
         assert len(text) < 250, text
         assert "\n" not in text
     assert "4 rows" in repr(simulated)
+    assert re.fullmatch(
+        r"DesignProblem\(.*: \d+ measurements, \d+ targets?, objectives duir, feir\)", repr(xd.load(CONFIG))
+    )
     assert replace(simulated, text=simulated.text.iloc[:1]).summary == "1 row simulated"
 
 

@@ -25,7 +25,7 @@ LIMIT_ROUNDING = 1e-12
 """m or rad beyond a limit that are rounding."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DesignProblem:
     """What can be measured, with what noise and load errors, and where accuracy is wanted.
 
@@ -70,6 +70,14 @@ class DesignProblem:
     robot_file: str = ""
     further: tuple[Criterion, ...] = ()
     known: Information | None = None
+
+    def __repr__(self) -> str:
+        objectives = ", ".join(criterion.name for criterion in self.objectives)
+        count = len(self.targets.configurations)
+        return (
+            f"DesignProblem({self.loaded.robot.name}: {self.space.measurements} measurements, "
+            f"{count} target{'s' * (count != 1)}, objectives {objectives})"
+        )
 
     @property
     def criteria(self) -> dict[str, Criterion]:
