@@ -26,8 +26,8 @@ from ..unlisted.case import Case
 from ..unlisted.generate import write_questions, write_truth
 from ..unlisted.judgement import Judged
 from ..unlisted.program import Program
-from ..unlisted.run import examine
-from ..unlisted.score import CASE_BY_CASE, by_case, frame, grid, markdown
+from ..unlisted.run import examine, publish
+from ..unlisted.score import CASE_BY_CASE, by_case, grid, markdown
 from .cases import KINDS, draw_case, orders
 
 
@@ -93,14 +93,7 @@ def main() -> None:
         f"{chosen.jobs} at a time; cases took {generated:.0f} s, everything {time.monotonic() - started:.0f} s",
     ]
     text = page(judged, facts)
-    print(text)
-    results = chosen.results or chosen.keep
-    if results:
-        results.mkdir(parents=True, exist_ok=True)
-        stem = f"{today}-{seed}-second-source"
-        (results / f"{stem}.md").write_text(text, encoding="utf-8")
-        frame(judged).to_csv(results / f"{stem}.csv", index=False)
-        print(results / f"{stem}.md")
+    publish(text, judged, chosen.results or chosen.keep, f"{today}-{seed}-second-source")
 
 
 def _arguments() -> argparse.Namespace:

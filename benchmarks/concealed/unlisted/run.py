@@ -39,6 +39,16 @@ def examine(program: Program, cases: Sequence[Case], jobs: int) -> list[Judged]:
     return [judge(c, o, program.answers(n)) for c, o, n in zip(cases, outcomes, names, strict=True)]
 
 
+def publish(text: str, judged: Sequence[Judged], results: Path | None, stem: str) -> None:
+    """Print a page, and write it with its table into a folder where there is one."""
+    print(text)
+    if results:
+        results.mkdir(parents=True, exist_ok=True)
+        (results / f"{stem}.md").write_text(text, encoding="utf-8")
+        frame(judged).to_csv(results / f"{stem}.csv", index=False)
+        print(results / f"{stem}.md")
+
+
 def main() -> None:
     chosen = _arguments()
     fresh = chosen.seed is None
@@ -62,14 +72,8 @@ def main() -> None:
         f"{chosen.jobs} at a time; generating took {generated:.0f} s, everything {time.monotonic() - started:.0f} s",
     ]
     text = markdown(judged, "Outside the library", facts)
-    print(text)
-    results = chosen.results or chosen.keep
-    if results:
-        results.mkdir(parents=True, exist_ok=True)
-        stem = f"{today}-{seed}-outside{'' if fresh else '-development'}"
-        (results / f"{stem}.md").write_text(text, encoding="utf-8")
-        frame(judged).to_csv(results / f"{stem}.csv", index=False)
-        print(results / f"{stem}.md")
+    stem = f"{today}-{seed}-outside{'' if fresh else '-development'}"
+    publish(text, judged, chosen.results or chosen.keep, stem)
 
 
 def _arguments() -> argparse.Namespace:

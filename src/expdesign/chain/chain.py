@@ -18,7 +18,7 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.row import Row, RowData, row_symbols
 from expdesign.mechanics.robots.robot import Links, Robot
-from expdesign.mechanics.symbolic import BatchFunction
+from expdesign.mechanics.symbolic import BatchFunction, evaluate_through
 
 LONG_SERIES = 30
 """Rows from which a series with memory is worked through in few calls, instead of all series at once row by row."""
@@ -297,12 +297,7 @@ class Chain:
                 )]  # fmt: skip
                 # CasADi stores columns first, of which it has one for every row.
                 states, output = (np.empty((part.size, function.size1_out(index))) for index in (0, 1))
-                buffer, evaluate = function.buffer()
-                for index, array in enumerate(given):
-                    buffer.set_arg(index, memoryview(array))  # type: ignore[call-arg, arg-type]
-                for index, array in enumerate((states, output)):
-                    buffer.set_res(index, memoryview(array))  # type: ignore[call-arg, arg-type]
-                evaluate()
+                evaluate_through(function.buffer(), given, (states, output))
                 state = states[-1]
                 deflections[part] = output[:, :n]
                 if derivatives:

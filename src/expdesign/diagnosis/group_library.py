@@ -93,7 +93,7 @@ def groups_of(robot: Robot, sample: Sample, base: Fit, library: Sequence[Candida
     """
     ports = ("supports",) if robot.on_support else ("joints",)
     dictionary = Dictionary(robot, measured_of(sample), base.values, only=ports)
-    present = replace(base_alone(base, sample), known_noise=False)
+    present = base_alone(base, sample, known_noise=False)
     laws = _laws_of_supports(dictionary) if robot.on_support else _laws_of_joints(dictionary)
     names = [] if robot.on_support else _named(sample, rms(present.readings), library)
     return GroupLibrary((*names, *_few_ends(laws, present)), dictionary.sight)

@@ -134,7 +134,7 @@ class _Problem:
     def __init__(self, sample: Sample, base: Fit, groups: Sequence[Group]) -> None:
         self.sample, self.base, self.groups = sample, base, groups
         self.blocks = readings_of(blocks_of(sample), sample)
-        self.present = replace(base_alone(base, sample), known_noise=False)
+        self.present = base_alone(base, sample, known_noise=False)
 
     def restricted(self, sample: Sample, base: Fit, aside: BoolArray) -> "_Problem":
         """Without some rows (N,)."""
@@ -295,8 +295,7 @@ class _Model:
         problem = self.problem
         result, state = self.fitted()
         blocks, count = problem.blocks, len(self.chosen)
-        alone = replace(state, laws=(), variances=())
-        excess = max(alone.scatter - state.freedom * state.noise_variance, 1e-9)
+        excess = max(state.alone.scatter - state.freedom * state.noise_variance, 1e-9)
         errors = self.settled.unwhitened(state.left_out(blocks))
         before = problem.present.left_out(blocks)
         found = []
@@ -356,7 +355,7 @@ def _told_apart(chain: Chain, group: Group, columns: IntArray, result: Fit) -> t
 def _few_suffice(state: Present, blocks: IntArray) -> bool:
     """Whether one or two groups alone predict left-out blocks nearly as well: then to name what is wrong is better."""
     goal = OPTIONS.few * max(rms(state.left_out(blocks)), float(np.sqrt(state.noise_variance)))
-    current = replace(state, laws=(), variances=())
+    current = state.alone
     for _ in range(min(2, len(state.laws))):
         trials = [current.beside(law, size) for law, size in zip(state.laws, state.variances, strict=True)]
         errors = [rms(trial.left_out(blocks)) for trial in trials]

@@ -15,6 +15,24 @@ _LARGEST_MAP = 2048
 size that occurs costs more than a few calls more."""
 
 
+def evaluate_through(
+    buffered: tuple[ca.FunctionBuffer, Callable[[], None]], given: Sequence[FloatArray], results: Sequence[FloatArray]
+) -> None:
+    """Evaluate a function by its buffers (`Function.buffer`), without copies.
+
+    Args:
+        buffered: the buffers, and what evaluates them.
+        given: contiguous inputs, columns first as CasADi stores them.
+        results: contiguous arrays that are filled, likewise.
+    """
+    buffer, evaluate = buffered
+    for index, array in enumerate(given):
+        buffer.set_arg(index, memoryview(array))  # type: ignore[call-arg, arg-type]
+    for index, array in enumerate(results):
+        buffer.set_res(index, memoryview(array))  # type: ignore[call-arg, arg-type]
+    evaluate()
+
+
 class BatchFunction:
     """Symbolic expressions as a function of NumPy arrays with leading batch dimensions.
 
@@ -100,12 +118,7 @@ class BatchFunction:
             size = min(_LARGEST_MAP, 1 << ((count - start).bit_length() - 1))
             part = slice(start, start + size)
             start += size
-            buffer, evaluate = self._map(size)
-            for index, array in enumerate(flat):
-                buffer.set_arg(index, memoryview(array[part]))  # type: ignore[call-arg, arg-type]
-            for index, result in enumerate(results):
-                buffer.set_res(index, memoryview(result[part]))  # type: ignore[call-arg, arg-type]
-            evaluate()
+            evaluate_through(self._map(size), [array[part] for array in flat], [result[part] for result in results])
         return tuple(
             result.reshape(*batch, rows) if columns == 1 else result.swapaxes(-1, -2).reshape(*batch, rows, columns)
             for result, (rows, columns) in zip(results, self._shapes, strict=True)

@@ -10,7 +10,6 @@ and the payload with platform and last link. Distances are coal's (Gilbert, John
 (1988) 193, and the expanding polytope algorithm for depths), negative where parts overlap.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from types import ModuleType
@@ -44,7 +43,7 @@ class Collisions:
         if drawing is None:
             return np.full(configurations.shape[:-1], -1.0)
         library = require_library("experiment.constraints.collisions")
-        segments = list(_segments(drawing))
+        segments = _segments(drawing)
         points = drawing.points.reshape(-1, *drawing.points.shape[-2:])
         origins = robot.position(configurations).reshape(-1, 3)
         rotations = robot.jacobians(configurations).rotation.reshape(-1, 3, 3)
@@ -100,14 +99,14 @@ def require_library(where: str) -> ModuleType:
     return library
 
 
-def _segments(drawing: Drawing) -> Iterator[tuple[int, int]]:
+def _segments(drawing: Drawing) -> list[tuple[int, int]]:
     """Ends of the lines that are legs or links, without those of no length."""
     flat = drawing.points.reshape(-1, *drawing.points.shape[-2:])
-    for part in drawing.parts:
-        for path in part.paths if part.role == "actuator" else ():
-            for start, end in pairwise(path):
-                if np.linalg.norm(flat[:, start] - flat[:, end], axis=1).max(initial=0.0) > 1e-9:
-                    yield start, end
+    return [
+        (start, end)
+        for start, end in drawing.segments("actuator")
+        if np.linalg.norm(flat[:, start] - flat[:, end], axis=1).max(initial=0.0) > 1e-9
+    ]
 
 
 def _capsule(library: ModuleType, start: FloatArray, end: FloatArray, radius: float) -> tuple[Any, Any]:

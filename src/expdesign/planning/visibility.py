@@ -6,9 +6,7 @@ capsules around the lines of its drawing, as for collisions. The link that carri
 reflectors sit on it: their cone says from where that link hides them.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -85,7 +83,12 @@ class Visibility:
         cosine = ((rotation @ reflector.direction) * line).sum(axis=-1) / np.linalg.norm(line, axis=-1)
         cone = np.arccos(np.clip(cosine, -1.0, 1.0)) - reflector.acceptance
         depth = np.full(len(cone), -np.inf)
-        for start, end in () if drawing is None else _links(drawing):
+        links = (
+            []
+            if drawing is None
+            else [(drawing.points[:, a], drawing.points[:, b]) for a, b in drawing.segments("base", "actuator")]
+        )
+        for start, end in links:
             carries = np.minimum(np.linalg.norm(start - origin, axis=1), np.linalg.norm(end - origin, axis=1)) < _AT_TIP
             near = self.radius - distance_between(np.broadcast_to(self.station, place.shape), place, start, end)
             depth = np.maximum(depth, np.where(carries, -np.inf, near))
@@ -115,14 +118,6 @@ def distance_between(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
     s = np.clip((uv * t - uw) / np.maximum(uu, tiny), 0.0, 1.0)
     distance: FloatArray = np.linalg.norm(w + s[:, None] * u - t[:, None] * v, axis=-1)
     return distance
-
-
-def _links(drawing: Drawing) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Ends (N, 3) of the lines that are drawn, of all but the tip's own."""
-    for part in drawing.parts:
-        for path in part.paths if part.role != "platform" else ():
-            for start, end in pairwise(path):
-                yield drawing.points[:, start], drawing.points[:, end]
 
 
 def read_visibility(

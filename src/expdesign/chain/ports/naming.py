@@ -12,7 +12,7 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.plugins import implementations
 
-LAW = "law"
+LAW = Law.physics
 """Identifier of a law that no physics covers."""
 FREE = "free"
 """Form of physics whose law is that of no declared form."""

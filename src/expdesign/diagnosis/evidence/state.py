@@ -135,6 +135,11 @@ class Present:
         """The same laws with other sizes."""
         return self._with(self.laws, variances, self._products)
 
+    @property
+    def alone(self) -> "Present":
+        """What has no prior, without laws."""
+        return replace(self, laws=(), variances=())
+
     def beside(self, law: FloatArray, variance: float) -> "Present":
         """With one more law."""
         (gram, right), cross = self._products, self.design.T @ law

@@ -3,8 +3,9 @@
 A kind of robot that wants to be drawn gives one `Drawing`; reports know nothing of legs or links.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 from expdesign.arrays import FloatArray
@@ -45,6 +46,12 @@ class Drawing:
     parts: tuple[DrawnPart, ...]
     components: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     directions: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def segments(self, *roles: Role) -> Iterator[tuple[int, int]]:
+        """Ends of the straight lines of parts with one of these roles, as indices of points, in their order."""
+        for part in self.parts:
+            for path in part.paths if part.role in roles else ():
+                yield from pairwise(path)
 
     def paths(self, component: str) -> tuple[tuple[int, ...], ...]:
         """Lines that show a component of a diagnosis; none for what a picture does not show."""
