@@ -203,7 +203,7 @@ def answer(question: Question, scratch: Path, *, nameless: bool = False) -> dict
             [e["physics"], e["component"], e["variant"], e.get("depends_on"), round(e["probability"], 3)]
             for e in record["effects"]
         ],
-        "said": [e["reason"] for e in found.search.log.entries if e["step"] in ("laws", "verdict", "held out")],
+        "said": [e["reason"] for e in found.names.log.entries if e["step"] in ("laws", "verdict", "held out")],
         "left_out": None if laws is None else [laws.before, laws.after, laws.left_out.better, laws.left_out.p_value],
         "evidence": evidence,
     }  # fmt: skip
