@@ -9,7 +9,7 @@ class EvidenceOptions:
 
     Attributes:
         alarm: gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any
-            of `entries` laws exceeds it in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`).
+            of `entries` laws exceeds it in 0.3 % of 600 repetitions (`benchmarks/false_alarms.py`).
         entries: laws of the dictionary for which `alarm` was set.
         contested: log evidence by which laws have to exceed named physics: what machines are known to do is likelier.
         most_laws: that are there together.
@@ -37,7 +37,7 @@ class EvidenceOptions:
         most_inflated: factor on variances: a law whose errors are more than five times as large as it says is wrong,
             not unsure.
         temperature: divides differences of log evidence between components before they become probabilities: the most
-            likely of 1 to 16 on 16 cases (`benchmarks/ports/calibration.py`, results/ports).
+            likely of 1 to 16 on 16 cases (results/ports).
         share: differences of log evidence count at most in this proportion to the evidence itself: no model is exact.
         open: probability from which a component belongs to the set that cannot be told apart.
     """
