@@ -28,7 +28,7 @@ class Score:
 
 
 def orthonormal_basis(sensitivities: FloatArray) -> FloatArray:
-    """Basis (M, r) of the space spanned by whitened sensitivities (M, p)."""
+    """FeatureBasis (M, r) of the space spanned by whitened sensitivities (M, p)."""
     norms = np.linalg.norm(sensitivities, axis=0)
     scaled = sensitivities[:, norms > 0.0] / norms[norms > 0.0]
     left, values, _ = np.linalg.svd(scaled, full_matrices=False)

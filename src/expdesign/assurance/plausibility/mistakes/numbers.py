@@ -149,7 +149,7 @@ class Constant(Mistake):
                 yield Implausibility(what, likely, f"column {name}")
 
 
-_FACTORS = (10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
+_SLIPS = (10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
 """Of slips of the decimal point."""
 
 
@@ -169,7 +169,7 @@ class SlippedReading(Mistake):
             if scores[row, column] <= evidence.options.slip:
                 return
             name, value = evidence.names[column], stated.readings[row, column]
-            for factor in (*_FACTORS, -1.0):
+            for factor in (*_SLIPS, -1.0):
                 readings = stated.readings.copy()
                 readings[row, column] /= factor
                 what = "of the wrong sign" if factor < 0.0 else f"{_in_words(factor)}: did the decimal point slip"
@@ -193,7 +193,7 @@ class SlippedLoad(Mistake):
             wrenches[row] = 0.0
             text = f"Was row {line} recorded without its load? Write the load 0 there, or leave the row out."
             yield Alternative(text, replace(stated, wrenches=wrenches), evidence.where(int(row)), tried)
-            for factor in (*_FACTORS, -1.0):
+            for factor in (*_SLIPS, -1.0):
                 what = "of the wrong sign" if factor < 0.0 else f"{_in_words(factor)}: did the decimal point slip"
                 wrenches = stated.wrenches.copy()
                 wrenches[row] /= factor
@@ -216,7 +216,7 @@ class SlippedLoad(Mistake):
                 yield Alternative(text, replace(stated, wrenches=wrenches), evidence.where(row, name), tried)
 
 
-_FACTORS = (10.0, 100.0, 1000.0)
+_MULTIPLES = (10.0, 100.0, 1000.0)
 """By which deviations come out too small where a unit is mistaken."""
 _COLUMNS = 3
 """Columns whose scatter is compared at least."""
@@ -277,7 +277,7 @@ class Scatter(Mistake):
             return
         factor = float(np.sqrt(squares.sum() / freedom.sum()))
         alike = all(_alike(squares.sum(axis=axis), freedom.sum(axis=axis)) > options.consistent for axis in (0, 1))
-        for known in _FACTORS:
+        for known in _MULTIPLES:
             if alike and abs(np.log(factor / known)) < options.noisy:
                 what = f"all readings scatter {factor:.3g} times more than their standard deviations"
                 likely = f"Are the standard deviations {known:g} times too small: in another unit, or divided twice?"
