@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.comparison import mean, root_mean_square
+from expdesign.assurance.validation.repeated import mean, root_mean_square
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import points_from_table, recordings_from_table

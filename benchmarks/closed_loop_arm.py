@@ -9,12 +9,12 @@ reference of a deflection, and where the tip shall be, is the unloaded arm, whic
 
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pinocchio as pin
 from benchmarks.closed_loop import main
-from benchmarks.urdf_inertia import with_inertia
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -23,6 +23,16 @@ from expdesign.planning.problem import DesignProblem
 
 _PASSES = 100
 _SETTLED = 1e-13
+
+
+def with_inertia(path: Path) -> str:
+    """The URDF with an inertia tensor for every mass: pinocchio's reader asks for one, statics does not use it."""
+    root = ElementTree.parse(path).getroot()
+    zeros = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+    for inertial in root.iter("inertial"):
+        if inertial.find("inertia") is None:
+            ElementTree.SubElement(inertial, "inertia", {**dict.fromkeys(("ixx", "iyy", "izz"), "1e-3"), **zeros})
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 class ArmBench:

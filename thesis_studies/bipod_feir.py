@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.assurance.validation.repeated import standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument

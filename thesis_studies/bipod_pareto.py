@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.validation.comparison import mean, standard_deviation
+from expdesign.assurance.validation.repeated import mean, standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.io.schema import Count, Positive
 from expdesign.io.yaml_reader import YamlDocument

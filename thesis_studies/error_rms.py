@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import Field
 
-from expdesign.assurance.validation.comparison import root_mean_square
+from expdesign.assurance.validation.repeated import root_mean_square
 from expdesign.assurance.validation.simulation import Simulation, simulate
 from expdesign.io.schema import Count, Positive
 from expdesign.io.yaml_reader import YamlDocument

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.comparison import root_mean_square
 from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.assurance.validation.plants import EquilibriumPlant
+from expdesign.assurance.validation.repeated import root_mean_square
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.estimation.identify import identify
 from expdesign.io.schema import Number, Positive

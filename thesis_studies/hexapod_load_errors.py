@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.comparison import root_mean_square
+from expdesign.assurance.validation.repeated import root_mean_square
 from expdesign.assurance.validation.simulation import Simulation, simulate
 from expdesign.io.schema import Number, Positive
 from expdesign.io.yaml_reader import YamlDocument

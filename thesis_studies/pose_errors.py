@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.assurance.validation.repeated import standard_deviation
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError
 from expdesign.planning.plan import Plan

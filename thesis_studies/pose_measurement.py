@@ -10,8 +10,8 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.comparison import root_mean_square
 from expdesign.assurance.validation.compensation import ExactCompensation
+from expdesign.assurance.validation.repeated import root_mean_square
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.readings.registration import pose_covariance, registered
 from expdesign.errors import InputError

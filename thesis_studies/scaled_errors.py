@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from scipy.stats import norm
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.assurance.validation.repeated import standard_deviation
 from expdesign.chain.instrument.deflection_noise import reference_whitener
 from expdesign.io.schema import Count, Number
 from expdesign.io.yaml_reader import YamlDocument

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.validation.comparison import mean
+from expdesign.assurance.validation.repeated import mean
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.thermal_correction import (
     CorrectedPoses,

@@ -1,4 +1,7 @@
-"""One case: an experiment, physics concealed in it at a size that shows, and the recordings."""
+"""Physics of the library and some that is none of it: what is ordered, an experiment, a size that shows, recordings.
+
+A family is none, one, two (physics of the library) or outside.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,15 @@ import numpy as np
 import pandas as pd
 
 from virtual_laboratory import Laboratory, LaboratoryError, Robot
-from virtual_laboratory.recordings import deflection_columns, std_columns
+from virtual_laboratory.recordings import deflection_columns
 
 from . import recipes_legs, recipes_load, recipes_outside, recipes_structure
+from .case import Case, in_turn
 from .experiments import Experiment, Wishes, add_bystanders, draw_experiment
 from .hidden import Hidden, Recipe, Sized, UnsuitableError, plain
 from .linear_model import Array, BaseFit
 from .mimicry import remaining_misfit
-from .robots import HEXAPODS, Machine, bipod
+from .robots import HEXAPODS, bipod
 
 INSIDE = {
     recipe.physics: recipe for module in (recipes_load, recipes_structure, recipes_legs) for recipe in module.RECIPES
@@ -32,12 +36,12 @@ _ATTEMPTS, _PATIENCE = 200, 12  # with the robot that was ordered: _PATIENCE
 
 @dataclass(frozen=True)
 class Order:
-    """What a case shall be: `kind` none, one, two or outside.
+    """What a case shall be.
 
     For none, `physics` is what the experiment was made for, so that the design of an experiment tells nothing.
     """
 
-    kind: str
+    family: str
     physics: tuple[str, ...]
     robot: str
 
@@ -46,12 +50,54 @@ class Order:
         return [(INSIDE | OUTSIDE)[name] for name in self.physics]
 
 
-@dataclass(frozen=True)
-class Case:
-    robot: dict[str, Any]
-    recordings: pd.DataFrame
-    later: pd.DataFrame
-    truth: dict[str, Any]
+SHARE_NONE, SHARE_TWO, SHARE_OUTSIDE, SHARE_BIPOD = 0.25, 0.15, 0.10, 0.16
+
+
+def orders(count: int, seed: int, only: Sequence[str] = ()) -> list[Order]:
+    """What the cases shall be, in random order. `only`: identifiers, or none, one, two, outside."""
+    rng = np.random.default_rng([seed, 0])
+    kinds = _kinds(count, only)
+    single = in_turn([name for name in only if name in INSIDE] or list(INSIDE), rng)
+    strange = in_turn([name for name in only if name in OUTSIDE] or list(OUTSIDE), rng)
+    made_for = in_turn(list(INSIDE), rng)
+    found = []
+    for kind in kinds:
+        names = {"one": single, "outside": strange, "none": made_for}
+        physics: tuple[str, ...] = _pair(rng) if kind == "two" else (next(names[kind]),)
+        able = all((INSIDE | OUTSIDE)[name].planar for name in physics)
+        robot = "bipod" if able and rng.random() < SHARE_BIPOD else str(rng.choice(list(HEXAPODS)))
+        found.append(Order(kind, physics, robot))
+    return [found[index] for index in rng.permutation(count)]
+
+
+def _kinds(count: int, only: Sequence[str]) -> list[str]:
+    if only:
+        asked = [name if name in ("none", "one", "two", "outside") else _kind_of(name) for name in only]
+        return [asked[index % len(asked)] for index in range(count)]
+    none, two, outside = (round(count * share) for share in (SHARE_NONE, SHARE_TWO, SHARE_OUTSIDE))
+    return ["none"] * none + ["two"] * two + ["outside"] * outside + ["one"] * (count - none - two - outside)
+
+
+def _kind_of(name: str) -> str:
+    if name in INSIDE:
+        return "one"
+    if name in OUTSIDE:
+        return "outside"
+    raise SystemExit(f"--only {name}: known are none, one, two, outside, {', '.join([*INSIDE, *OUTSIDE])}")
+
+
+def _pair(rng: np.random.Generator) -> tuple[str, str]:
+    names = [name for name, recipe in INSIDE.items() if recipe.pairs]
+    while True:
+        first, second = (str(name) for name in rng.choice(names, 2, replace=False))
+        if INSIDE[first].wishes(rng).compatible(INSIDE[second].wishes(rng)):
+            return first, second
+
+
+def drawn(job: tuple[int, int, Order]) -> Case:
+    """The case of a seed, a number and an order."""
+    seed, number, order = job
+    return draw_case(order, np.random.default_rng([seed, number])).numbered(seed, number)
 
 
 class Bench:
@@ -124,18 +170,18 @@ def _attempt(order: Order, rng: np.random.Generator) -> Case:
     hidden = [recipe.hide(experiment, rng) for recipe in order.recipes]
     if "geometric_stiffness" not in order.physics and bench.fit.misfit(bench.clean) > 1.0:
         raise UnsuitableError("the change of geometry under load shows")
-    if order.kind == "none":
+    if order.family == "none":
         return _case(order, bench, [], [], [], {}, rng)
-    most = MOST_OF_TWO if order.kind == "two" else MOST
+    most = MOST_OF_TWO if order.family == "two" else MOST
     found = [_size_that_shows(bench, each, most, rng) for each in hidden]
     sizes, alone = [each[0] for each in found], [1.0 + each[1] for each in found]
     remarks: dict[str, Any] = {}
-    if order.kind == "two":
+    if order.family == "two":
         remarks["alike"] = _alike(bench, hidden, sizes)
         both = bench.excess(hidden[0].of_size(sizes[0]) | hidden[1].of_size(sizes[1]))
         if not 0.4 < both / (sum(alone) - 2.0) < 2.5:
             raise UnsuitableError("the two effects act on each other")
-    if order.kind == "outside":
+    if order.family == "outside":
         sized = hidden[0].of_size(sizes[0])
         remaining = remaining_misfit(experiment, bench.fit, bench.noise_free, sized)
         if remaining < 5.0 * np.sqrt(2.0 * bench.fit.dof):
@@ -201,26 +247,32 @@ def _case(
         together = together | one
     deflections = bench.noisy(together)
     chi2 = bench.fit.misfit(deflections) / bench.fit.dof
-    if order.kind != "none" and chi2 < SHOWS:
+    if order.family != "none" and chi2 < SHOWS:
         raise UnsuitableError("hidden in the noise")
     peak = np.abs(bench.fit.residual(bench.noise_free(together))).max()
     truth = {
-        "kind": order.kind,
+        "family": order.family,
         "robot": order.robot,
         "made_for": list(order.physics),
+        "without": [],
         "effects": [
             {
                 "physics": one.physics,
-                "components": list(one.components),
+                "listed": one.physics in INSIDE,
+                "parts": list(one.components),
+                "names": [one.physics] if one.physics in INSIDE else [],
                 "size": size,
                 "chi2_dof_alone": float(own),
+                "mismatch_in_std": float(np.sqrt(own - 1.0)),
                 "elements": [dict(entry) for entry in sized.elements],
+                "curves": [],
                 "remark": sized.remark,
             }
             for one, size, own, sized in zip(hidden, sizes, alone, each, strict=True)
         ],
         "chi2_dof": float(chi2),
         "dof": bench.fit.dof,
+        "mismatch_in_std": float(np.sqrt(bench.excess(together))),
         "largest_misfit_in_std": float(peak),
         "softness": together.softness,
         "true_stiffness": (machine.true_stiffness / together.softness).tolist(),
@@ -230,25 +282,10 @@ def _case(
     }
     rows = experiment.rows.copy()
     add_bystanders(rows, rng)
-    recordings = _written(experiment, rows, deflections)
+    recordings = experiment.written(rows, deflections)
     if rng.random() < 0.05:
         recordings = recordings.iloc[rng.permutation(len(recordings))]
     recorded, noise = bench.later(together)
-    later = _written(experiment, experiment.later, recorded)
+    later = experiment.written(experiment.later, recorded, recorded - noise)
     truth["later_noise_rms"] = float(np.sqrt(np.mean((noise / experiment.std)[:, experiment.measured] ** 2)))
     return Case(machine.file(together.softness), recordings, later, plain(truth))
-
-
-def _written(experiment: Experiment, rows: pd.DataFrame, deflections: Array) -> pd.DataFrame:
-    """The recordings as they are written down, with the measured components only."""
-    robot = experiment.machine.robot
-    written = rows.copy()
-    names, stds = deflection_columns(robot), std_columns(robot)
-    for axis in experiment.measured:
-        written[names[axis]] = [float(f"{value:.6g}") for value in deflections[:, axis]]
-    for axis in experiment.measured:
-        written[stds[axis]] = experiment.std[axis]
-    return written
-
-
-__all__ = ["INSIDE", "OUTSIDE", "Bench", "Case", "Machine", "Order", "draw_case"]

@@ -8,6 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from virtual_laboratory.recordings import deflection_columns, std_columns
+
 from .linear_model import Array, Maps, leg_forces, pose_columns, wrench_columns
 from .robots import Machine
 
@@ -60,6 +62,19 @@ class Experiment:
     def forces(self) -> Array:
         """Leg forces by the base model (N; rows x legs)."""
         return leg_forces(self.machine.robot, self.rows)
+
+    def written(self, rows: pd.DataFrame, deflections: Array, clean: Array | None = None) -> pd.DataFrame:
+        """Rows as they are written down, with the measured components only, and the true values beside those."""
+        robot, table = self.machine.robot, rows.copy()
+        names, stds = deflection_columns(robot), std_columns(robot)
+        for axis in self.measured:
+            table[names[axis]] = [float(f"{value:.6g}") for value in deflections[:, axis]]
+        for axis in self.measured:
+            table[stds[axis]] = self.std[axis]
+        if clean is not None:
+            for axis in self.measured:
+                table["true_" + names[axis]] = clean[:, axis]
+        return table
 
 
 def draw_experiment(machine: Machine, wishes: Wishes, rng: np.random.Generator) -> Experiment:

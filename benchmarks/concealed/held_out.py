@@ -1,67 +1,75 @@
-"""Held-out error on the judge's own series, which the model of a diagnosis predicts without having seen them."""
+"""Held-out error: what a model predicts for rows that a diagnosis never saw, against the base model's prediction."""
 
 from __future__ import annotations
 
-import subprocess
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
 
 from virtual_laboratory import Robot
-from virtual_laboratory.recordings import deflection_columns, std_columns
+from virtual_laboratory.recordings import deflection_columns
 
-from .linear_model import leg_forces, maps_of
+from .case import Case, measured_components
+from .linear_model import Array, leg_forces, maps_of
+
+WORSE = 1.02
+"""Readings are predicted worse than by the base model from this ratio of RMS errors."""
 
 
 @dataclass(frozen=True)
-class HeldOut:
-    """RMS of prediction errors divided by their standard deviation; `noise` is what the noise alone makes of it."""
+class Predicted:
+    """RMS errors in standard deviations of the readings: against the true values, and against the readings.
+
+    `standardised`: errors over the standard deviation that the prediction states; empty where it states none.
+    """
 
     base: float
     model: float
-    noise: float
+    base_read: float
+    model_read: float
+    standardised: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def worse(self) -> bool:
+        """Whether the readings are predicted more than 2 % worse than by the base model."""
+        return self.model_read > WORSE * self.base_read
 
 
-def held_out(
-    command: Sequence[str], model: Path, robot: dict[str, Any], seen: pd.DataFrame, later: pd.DataFrame, noise: float
-) -> HeldOut | None:
-    """Compare `expdesign predict` with the later series; None where it fails."""
-    machine = Robot.from_mapping(robot)
-    deflections = [name for name in deflection_columns(machine) if name in later]
-    stds = [name for name in std_columns(machine) if name in later]
-    measured, std = later[deflections].to_numpy(dtype=float), later[stds].to_numpy(dtype=float)
-    base = _rms((measured - base_prediction(machine, seen, later, deflections, stds)) / std)
-    points, predicted = model.parent / "later-points.csv", model.parent / "later-predicted.csv"
-    later.drop(columns=[*deflections, *stds]).to_csv(points, index=False)
-    call = [*command, "predict", str(model), str(points), "--out", str(predicted)]
-    done = subprocess.run(call, capture_output=True, text=True, cwd=model.parent, timeout=300, check=False)
-    if done.returncode != 0 or not predicted.exists():
-        return None
-    guess = pd.read_csv(predicted)[deflections].to_numpy(dtype=float)
-    return HeldOut(base, _rms((measured - guess) / std), noise)
+def predicted(case: Case, guess: pd.DataFrame) -> Predicted:
+    """Errors of a guess of the held-out readings, with the standard deviations that it states, if it does."""
+    later, names = case.later, measured_components(case.later)
+    stds = [deviation_of(name) for name in names]
+    true, read = later[[f"true_{n}" for n in names]].to_numpy(dtype=float), later[names].to_numpy(dtype=float)
+    std, model = later[stds].to_numpy(dtype=float), guess[names].to_numpy(dtype=float)
+    base = base_prediction(case, names, stds)
+    own = guess[stds].to_numpy(dtype=float) if set(stds) <= set(guess) else np.full_like(model, np.nan)
+    usable = np.isfinite(own) & (own > 0)
+    errors = [(base - true) / std, (model - true) / std, (base - read) / std, (model - read) / std]
+    of_base, of_model, base_read, model_read = (float(np.sqrt(np.mean(each**2))) for each in errors)
+    return Predicted(of_base, of_model, base_read, model_read, ((model - true)[usable] / own[usable]).ravel())
 
 
-def base_prediction(
-    robot: Robot, seen: pd.DataFrame, later: pd.DataFrame, deflections: list[str], stds: list[str]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """What the base model, fitted to the seen rows, predicts for the later ones."""
-    columns = [deflection_columns(robot).index(name) for name in deflections]
+def deviation_of(reading: str) -> str:
+    """Column of the standard deviation of a reading: `sx_m` of `dx_m`, `spx_m` of the position `px_m`."""
+    return f"s{reading}" if reading.startswith("p") else f"s{reading[1:]}"
 
-    def matrices(rows: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
+
+def base_prediction(case: Case, names: list[str], stds: list[str]) -> Array:
+    """What the base model, fitted to the seen rows, predicts for the held-out ones."""
+    seen, later = case.recordings, case.later
+    if f"base_{names[0]}" in later:
+        return later[[f"base_{name}" for name in names]].to_numpy(dtype=float)
+    robot = Robot.from_mapping(case.robot)
+    columns = [deflection_columns(robot).index(name) for name in names]
+
+    def matrices(rows: pd.DataFrame) -> Array:
         each = zip(maps_of(robot, rows), leg_forces(robot, rows), strict=True)
         return np.array([maps.pose[columns] * force for maps, force in each])
 
     fitted = seen[seen["split"] != "test"] if "split" in seen else seen
     std = fitted[stds].to_numpy(dtype=float)
     left = (matrices(fitted) / std[:, :, None]).reshape(-1, robot.legs)
-    right = (fitted[deflections].to_numpy(dtype=float) / std).ravel()
+    right = (fitted[names].to_numpy(dtype=float) / std).ravel()
     compliance = np.linalg.lstsq(left, right, rcond=None)[0]
     return np.asarray(matrices(later) @ compliance)
-
-
-def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
-    return float(np.sqrt(np.mean(values**2)))

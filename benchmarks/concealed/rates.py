@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -45,3 +45,8 @@ class Rate:
             f"{100 * self.share:.1f} ± {100 * self.standard_error:.1f} % ({self.hits} of {self.total};"
             f" 95 %: {100 * low:.0f}-{100 * high:.0f} %)"
         )
+
+
+def grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table in Markdown."""
+    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]

@@ -12,24 +12,18 @@ import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
 from benchmarks.concealed.answers import NoAnswerError
+from benchmarks.concealed.case import Case, measured_components, read_case, write_questions, write_truth
 from benchmarks.concealed.contest.__main__ import kept_round
 from benchmarks.concealed.contest.answers import answer_from, read_answer
 from benchmarks.concealed.contest.judgement import judge
-from benchmarks.concealed.contest.questions import (
-    EXTENTS,
-    Question,
-    measured_components,
-    questions,
-    read_case,
-    write_question,
-    write_truth,
-)
+from benchmarks.concealed.contest.questions import EXTENTS, Question, questions
 from benchmarks.concealed.contest.table import agreement, markdown, median_interval
-from benchmarks.concealed.contest.tools import Cost, Tool, kept_cost, with_rivals
+from benchmarks.concealed.contest.tools import Tool, kept_cost, with_rivals
 from benchmarks.concealed.experiments import FEW
-from benchmarks.concealed.unlisted.cases import Case, Order
+from benchmarks.concealed.program import Outcome
+from benchmarks.concealed.unlisted.cases import Order
 
-COST = Cost(1.0, 1.0, 100.0)
+COST = Outcome(1.0, 1.0, 100.0)
 RIGHT: dict[str, Any] = {
     "mismatch": True,
     "location": ["payload"],
@@ -50,12 +44,12 @@ def case(question: Question) -> Case:
 
 @pytest.fixture
 def folder(case: Case, tmp_path: Path) -> Path:
-    write_question(case, tmp_path / "case")
+    write_questions(case, tmp_path / "case", points=True)
     return tmp_path / "case"
 
 
 def predictions(case: Case, prefix: str) -> dict[str, list[float]]:
-    return {name: case.later[prefix + name].tolist() for name in measured_components(case)}
+    return {name: case.later[prefix + name].tolist() for name in measured_components(case.later)}
 
 
 def answered(case: Case, tmp_path: Path, **changed: Any) -> Path:
@@ -81,7 +75,7 @@ def test_the_question_holds_nothing_of_the_truth(case: Case, folder: Path) -> No
     assert sorted(path.name for path in folder.iterdir()) == ["points.csv", "recordings.csv", "robot.yaml"]
     columns = (folder / "points.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert not [name for name in columns if name.startswith(("true_", "base_"))]
-    assert not set(columns) & {*measured_components(case), "sx_m", "sy_m"}
+    assert not set(columns) & {*measured_components(case.later), "sx_m", "sy_m"}
 
 
 def test_a_case_is_read_back_as_it_was(case: Case, folder: Path, tmp_path: Path) -> None:
@@ -194,7 +188,7 @@ def test_kept_rounds_are_scored_side_by_side(case: Case, tmp_path: Path) -> None
     for number in (1, 2):
         folder = tmp_path / f"round-{number}"
         name = str(case.truth["case"])
-        write_question(case, folder / "cases" / name)
+        write_questions(case, folder / "cases" / name, points=True)
         write_truth(case, folder / "truth" / name)
         for tool in ("oracle", "mute"):
             (folder / "answers" / tool / name).mkdir(parents=True)

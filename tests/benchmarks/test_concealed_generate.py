@@ -16,9 +16,9 @@ import pytest
 import yaml
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
-from benchmarks.concealed.cases import INSIDE, OUTSIDE, Bench, Order, draw_case
+from benchmarks.concealed.case import generate, write_questions
+from benchmarks.concealed.cases import INSIDE, OUTSIDE, Bench, Order, draw_case, drawn, orders
 from benchmarks.concealed.experiments import Wishes, draw_experiment
-from benchmarks.concealed.generate import generate, orders, write_questions
 from benchmarks.concealed.hidden import Sized, element
 from benchmarks.concealed.mimicry import remaining_misfit
 from benchmarks.concealed.robots import HEXAPODS, bipod, h1
@@ -39,26 +39,26 @@ def test_nothing_is_imported_from_the_program_under_test():
 
 
 def test_two_hundred_cases_have_the_shares_that_are_asked_for():
-    drawn = orders(200, seed=5)
-    assert Counter(order.kind for order in drawn) == {"none": 50, "two": 30, "outside": 20, "one": 100}
-    alone = Counter(order.physics[0] for order in drawn if order.kind == "one")
+    wanted = orders(200, seed=5)
+    assert Counter(order.family for order in wanted) == {"none": 50, "two": 30, "outside": 20, "one": 100}
+    alone = Counter(order.physics[0] for order in wanted if order.family == "one")
     assert set(alone) == set(INSIDE)
     assert min(alone.values()) >= 5
-    assert set(Counter(order.physics[0] for order in drawn if order.kind == "outside").values()) == {4}
-    assert 0.08 <= sum(order.robot == "bipod" for order in drawn) / 200 <= 0.16
-    assert [order.kind for order in drawn] != sorted(order.kind for order in drawn)
+    assert set(Counter(order.physics[0] for order in wanted if order.family == "outside").values()) == {4}
+    assert 0.08 <= sum(order.robot == "bipod" for order in wanted) / 200 <= 0.16
+    assert [order.family for order in wanted] != sorted(order.family for order in wanted)
 
 
 def test_only_selects():
     assert {order.physics for order in orders(6, 1, ["creep"])} == {("creep",)}
-    assert {order.kind for order in orders(6, 1, ["creep", "none"])} == {"one", "none"}
+    assert {order.family for order in orders(6, 1, ["creep", "none"])} == {"one", "none"}
     assert {order.physics for order in orders(3, 1, ["cable"])} == {("cable",)}
     with pytest.raises(SystemExit, match="known are"):
         orders(2, 1, ["no such physics"])
 
 
 def test_a_seed_repeats_and_another_does_not():
-    first, again, other = ([*generate(2, seed, ["none"], jobs=1)] for seed in (3, 3, 4))
+    first, again, other = ([*generate(drawn, orders(2, seed, ["none"]), seed)] for seed in (3, 3, 4))
     for one, two in zip(first, again, strict=True):
         assert one.truth == two.truth
         pd.testing.assert_frame_equal(one.recordings, two.recordings)
@@ -66,7 +66,7 @@ def test_a_seed_repeats_and_another_does_not():
 
 
 def test_without_effect_chi2_is_that_of_noise():
-    cases = list(generate(12, 11, ["none"], jobs=1))
+    cases = list(generate(drawn, orders(12, 11, ["none"]), 11))
     chi2 = sum(case.truth["chi2_dof"] * case.truth["dof"] for case in cases)
     dof = sum(case.truth["dof"] for case in cases)
     assert abs(chi2 - dof) < 4 * np.sqrt(2 * dof)
@@ -153,7 +153,7 @@ def test_known_physics_is_no_effect_outside_the_library(effects):
 
 def test_play_sits_in_a_leg_whose_force_changes_sign():
     case = draw_case(Order("one", ("leg_backlash",), "moving-xyz"), np.random.default_rng(6))
-    leg = int(case.truth["effects"][0]["components"][0].split()[1]) - 1
+    leg = int(case.truth["effects"][0]["parts"][0].split()[1]) - 1
     from benchmarks.concealed.linear_model import leg_forces  # noqa: PLC0415
 
     from virtual_laboratory import Robot  # noqa: PLC0415

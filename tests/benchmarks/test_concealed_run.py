@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
-from benchmarks.concealed.generate import generate, write_questions
-from benchmarks.concealed.run import Examination, examine
+from benchmarks.concealed.case import generate
+from benchmarks.concealed.cases import drawn, orders
+from benchmarks.concealed.pipeline import examine
+from benchmarks.concealed.program import Program
 
 ROOT = Path(__file__).parents[2]
 STAND_IN = """
@@ -21,10 +23,9 @@ import pandas as pd
 if sys.argv[1] == "diagnose":
     assert sys.argv[2:5] == ["robot.yaml", "recordings.csv", "--out"]
     out = pathlib.Path(sys.argv[5])
-    whole = sorted(str(path) for path in out.parents[2].rglob("*") if "truth" in path.name or "later" in path.name)
+    whole = sorted(str(path) for path in out.parents[1].rglob("*") if "truth" in path.name or "later" in path.name)
     if "FAIL" in os.environ:
         sys.exit("no such thing\\ncannot read it")
-    out.mkdir()
     fit = dict.fromkeys(["noise_rms", "train_before", "train_after", "test_before", "test_after"], 1.0)
     seen = {"here": sorted(os.listdir()), "truths": whole}
     answer = {"verdict": "consistent", "effects": [], "location": None, "fit": fit, "seen": seen}
@@ -47,35 +48,34 @@ def stand_in(tmp_path):
 
 
 def examined(command, folder, count=2):
-    cases = list(generate(count, 21, ["none"], jobs=1))
-    examination = Examination(command, folder, jobs=2)
-    for case in cases:
-        write_questions(case, examination.questions(case.truth["case"]))
-    return cases, examination, examine(examination, cases)
+    cases = list(generate(drawn, orders(count, 21, ["none"]), 21))
+    program = Program(command, folder)
+    return cases, program, examine(program, cases, jobs=2)
 
 
 def test_a_diagnosis_sees_two_files_and_no_truth(stand_in, tmp_path):
-    cases, examination, judged = examined(stand_in, tmp_path / "proof")
+    cases, program, judged = examined(stand_in, tmp_path / "proof")
     import json  # noqa: PLC0415
 
     for case in cases:
-        seen = json.loads((examination.answers(case.truth["case"]) / "diagnosis.json").read_text())["seen"]
+        seen = json.loads((program.answers(case.name) / "diagnosis.json").read_text())["seen"]
         assert seen == {"here": ["recordings.csv", "robot.yaml"], "truths": []}
     assert [case.faults() for case in judged] == [[], []]
-    assert all(case.wall_s > 0 for case in judged)
-    assert examination.repeatable([case.truth["case"] for case in cases]) == 2
+    assert all(case.outcome.wall_s > 0 for case in judged)
+    assert program.repeatable(cases) == 2
 
 
 def test_the_judges_own_series_measure_the_model(stand_in, tmp_path):
     """Without effect the base model is at the noise floor; a model that predicts nothing is at the signal."""
     cases, _, judged = examined(stand_in, tmp_path / "proof")
     for case, found in zip(cases, judged, strict=True):
-        assert found.later is not None
+        assert found.predicted is not None
         names = [name for name in case.later if name.startswith("d") and name.endswith(("_m", "_rad"))]
         whitened = np.concatenate([case.later[name] / case.later["s" + name[1:]] for name in names])
-        assert found.later.model == pytest.approx(np.sqrt(np.mean(whitened**2)), rel=1e-9)
-        assert found.later.base == pytest.approx(found.later.noise, rel=0.05)
-        assert found.later.noise == pytest.approx(1.0, abs=5 / np.sqrt(2 * whitened.size))
+        noise = case.truth["later_noise_rms"]
+        assert found.predicted.model_read == pytest.approx(np.sqrt(np.mean(whitened**2)), rel=1e-9)
+        assert found.predicted.base_read == pytest.approx(noise, rel=0.05)
+        assert noise == pytest.approx(1.0, abs=5 / np.sqrt(2 * whitened.size))
 
 
 def test_a_program_that_fails_has_no_answer(stand_in, tmp_path, monkeypatch):
@@ -98,7 +98,5 @@ def test_the_command_writes_table_and_truths_afterwards(stand_in, tmp_path):
     assert "not detected" in text
     assert len(list((tmp_path / "results").glob("*.csv"))) == 1
     assert len(list((tmp_path / "kept" / "truth").glob("case-*/truth.yaml"))) == 3
-    score = [sys.executable, "-m", "benchmarks.concealed.score", "--truth", str(tmp_path / "kept" / "truth")]
-    score += ["--answers", str(tmp_path / "kept" / "answers")]
-    again = subprocess.run(score, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert text.split("## One effect")[1] == again.stdout.split("## One effect")[1].rstrip("\n") + "\n"
+    again = subprocess.run([*call, "--limit", "2"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert "2 cases:" in again.stdout  # judged again from what was kept

@@ -13,12 +13,11 @@ import pytest
 pytest.importorskip("mujoco", reason="the second source needs the extra second-source")
 pytest.importorskip("openseespy", reason="the second source needs the extra second-source")
 pytest.importorskip("Pynite", reason="the second source needs the extra second-source")
+from benchmarks.concealed.case import kept_cases, write_questions, write_truth
 from benchmarks.concealed.second_source import arms, frames, leg_kinds, pynite_frames, structure_kinds
 from benchmarks.concealed.second_source.campaigns import DEFLECTION, JOINTS, POSE, WRENCH, base_matrices
 from benchmarks.concealed.second_source.cases import HEXAPOD_KINDS, KINDS, draw_case, orders
 from benchmarks.concealed.second_source.hexapods import draw_hexapod, posture
-from benchmarks.concealed.second_source.run import kept_cases
-from benchmarks.concealed.unlisted.generate import write_questions, write_truth
 
 HEXAPOD = draw_hexapod(np.random.default_rng(5))
 LOAD = np.array([60.0, -40.0, -220.0, 6.0, -4.0, 3.0])
@@ -231,4 +230,4 @@ def test_it_shares_no_code_with_the_laboratory_nor_with_the_program() -> None:
             names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
             assert not [name for name in names if name.startswith(("virtual_laboratory", "expdesign"))], path
             if path.name != "run.py" and isinstance(node, ast.ImportFrom) and node.level > 1:
-                assert node.module == "unlisted.case", path
+                assert node.module == "case", path

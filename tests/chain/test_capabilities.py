@@ -1,6 +1,7 @@
 """Robots are asked what they offer, and readings are chosen once: what the sources must not contain."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import expdesign
@@ -11,19 +12,23 @@ KINDS = {"Robot", "ParallelRobot", "SerialRobot", "Hexapod", "Bipod", "Body"}
 STRATEGIES = ("chain/recordings/recordings.py", "chain/readings/", "diagnosis/base_models.py")
 
 
-def _modules(*without: str) -> list[tuple[str, ast.Module]]:
-    found = []
-    for path in sorted(SOURCES.rglob("*.py")):
-        name = path.relative_to(SOURCES).as_posix()
-        if not name.startswith(without):
-            found.append((name, ast.parse(path.read_text(encoding="utf-8"))))
-    return found
+@cache
+def _sources() -> list[tuple[str, list[ast.AST]]]:
+    """Every module of the package with all nodes of its syntax tree."""
+    return [
+        (path.relative_to(SOURCES).as_posix(), list(ast.walk(ast.parse(path.read_text(encoding="utf-8")))))
+        for path in sorted(SOURCES.rglob("*.py"))
+    ]
+
+
+def _modules(*without: str) -> list[tuple[str, list[ast.AST]]]:
+    return [(name, nodes) for name, nodes in _sources() if not name.startswith(without)]
 
 
 def test_no_one_asks_for_the_kind_of_a_robot() -> None:
     asked = []
-    for name, tree in _modules("robots/"):
-        for node in ast.walk(tree):
+    for name, nodes in _modules("robots/"):
+        for node in nodes:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
                 names = {part.id for part in ast.walk(node.args[1]) if isinstance(part, ast.Name)}
                 if names & KINDS:
@@ -37,8 +42,8 @@ ELSEWHERE = ("axis", "one", "part")
 
 def test_no_one_branches_on_markers_but_the_strategies() -> None:
     asked = []
-    for name, tree in _modules(*STRATEGIES):
-        for node in ast.walk(tree):
+    for name, nodes in _modules(*STRATEGIES):
+        for node in nodes:
             if isinstance(node, ast.Compare) and any(isinstance(op, ast.Is | ast.IsNot) for op in node.ops):
                 left = node.left
                 called = left.attr if isinstance(left, ast.Attribute) else getattr(left, "id", "")
@@ -72,8 +77,8 @@ BRANCHES = {
 def test_branches_on_the_kind_of_reading_are_few_and_counted() -> None:
     """`reading.linear` and `measurand.absolute` outside the strategies, by module; a new one has to be argued for."""
     asked: dict[str, int] = {}
-    for name, tree in _modules(*STRATEGIES, "chain/recordings/measurand.py"):
-        for node in ast.walk(tree):
+    for name, nodes in _modules(*STRATEGIES, "chain/recordings/measurand.py"):
+        for node in nodes:
             if isinstance(node, ast.Attribute) and node.attr in ("linear", "absolute"):
                 owner = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")
                 if owner in ("reading", "measurand"):
@@ -85,9 +90,9 @@ def test_effects_declare_the_readings_that_show_them() -> None:
     """None of them asks recordings what they are of."""
     asked = [
         f"{name}:{node.lineno}"
-        for name, tree in _modules()
+        for name, nodes in _modules()
         if name.startswith("chain/effects/")
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute)
         and node.attr in ("absolute", "marker", "markers")
         and not (isinstance(node.value, ast.Name) and node.value.id in ("row", "points") and node.attr == "absolute")

@@ -10,8 +10,8 @@ import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file
 
 import expdesign as xd
+from expdesign.app.api.compensate import targets_table
 from expdesign.app.api.configuration import problem_of
-from expdesign.app.api.targets import targets_table
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.models.model_file import read_model

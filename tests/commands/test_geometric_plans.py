@@ -120,10 +120,10 @@ def test_designs_of_a_bipods_geometry_are_compared(tmp_path: Path) -> None:
     searched = distinct_criteria(problem_of(file), seed=1)
     assert "duir" in searched
     assert not {"feir", "total"} & set(searched)
-    result = xd.compare(file, samples=400, generations=1, random=4)
+    result = xd.compare(file, samples=400, generations=1, random=2)
     (judgement,) = result.judgements
     finite = np.isfinite(judgement.attained)
-    assert finite.sum() >= 8
+    assert finite.sum() >= 6
     off = (judgement.attained - judgement.values["total"]) / judgement.attained_standard_error
     assert np.abs(off[finite]).max() < 4.0
     best = {one.name: index for index, one in enumerate(judgement.contenders)}

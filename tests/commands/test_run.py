@@ -128,7 +128,7 @@ def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: p
     content = yaml.safe_load((CONFIGS / "hexapod-geometric.yaml").read_text())
     content["robot"] = yaml.safe_load((CONFIGS / "robots/hexapod-h1.yaml").read_text())
     content["experiment"] |= {"frames": "unknown", "measurements": 8}
-    content["optimiser"] = {"population": 6, "generations": 2, "seed": 3}
+    content["optimiser"] = {"population": 6, "generations": 2, "seed": 3, "polish": False}
     out = tmp_path / "out"
     assert call("run", written(tmp_path, content), "--out", out) == 0
     assert json.loads((out / "run.json").read_text())["duir_lower_bound"] is None

@@ -5,7 +5,7 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import ConvergenceError
-from expdesign.estimation.compensation.correction_table import Grid, correction_table
+from expdesign.estimation.compensation.correction_table import CorrectionGrid, correction_table
 
 LOW, HIGH = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
 
@@ -65,6 +65,6 @@ def test_too_many_nodes_are_refused() -> None:
 
 
 def test_nodes_run_with_the_last_axis_fastest() -> None:
-    grid = Grid(LOW, HIGH, np.array([2, 3, 2]))
+    grid = CorrectionGrid(LOW, HIGH, np.array([2, 3, 2]))
     np.testing.assert_array_equal(grid.nodes[:3], [[-1, 0, 2], [-1, 0, 2.5], [-1, 1.5, 2]])
     np.testing.assert_allclose(grid.interpolate(grid.nodes, grid.nodes), grid.nodes, atol=1e-15)

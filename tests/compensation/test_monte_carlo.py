@@ -11,11 +11,10 @@ from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
 from tests.virtual_laboratory.conftest import ROBOTS as HEXAPODS
 
-from expdesign.assurance.validation.comparison import root_mean_square, standard_deviation
 from expdesign.assurance.validation.compensation import TOLERANCE, ExactCompensation
 from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.assurance.validation.plants import EquilibriumPlant, ExplicitPlant
-from expdesign.assurance.validation.repeated import repeat
+from expdesign.assurance.validation.repeated import repeat, root_mean_square, standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness, geometric_stiffness

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.cases import ALL_ERRORS, ROBOTS, setup
 
-from expdesign.assurance.validation.comparison import mean
+from expdesign.assurance.validation.repeated import mean
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.planning.criteria.criterion import known_criteria
 

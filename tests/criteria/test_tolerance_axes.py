@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.assurance.validation.comparison import standard_deviation
+from expdesign.assurance.validation.repeated import standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
 from expdesign.planning.accuracy_map import accuracy_maps

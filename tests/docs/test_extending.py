@@ -17,8 +17,11 @@ from tests.chain.arm_rows import arm_rows, concealed, six_axis
 from tests.commands.calls import CONFIG, ROBOT, call
 from tests.identification.experiments import read
 
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.chain.models.model_file import read_model
+from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import parse_yaml
@@ -237,13 +240,31 @@ def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], Non
     assert (deviation < 0.02 * true).all()
 
 
-def test_a_new_effect_of_a_joint_is_found_and_kept(place: Callable[[str], None]) -> None:
-    place("expdesign/chain/effects/joints/wind_up.py")
-    robot = six_axis()
+def wound_up(robot: Robot) -> Effect:
+    """The effect of the page, in joint 2."""
     kind = next(cls for cls in effect_classes() if cls.physics == "belt_wind_up")
     assert kind.identifier == "joints.wind_up"
-    effect = kind.from_text(robot, "joint 2")
-    found = diagnose(robot, concealed(robot, arm_rows(robot), (effect,), [3e-4]))
+    return kind.from_text(robot, "joint 2")
+
+
+def test_a_new_effect_of_a_joint_turns_it(place: Callable[[str], None]) -> None:
+    """The tip moves as the joint turns, by its Jacobian, in rows that load the joint."""
+    place("expdesign/chain/effects/joints/wind_up.py")
+    robot = six_axis()
+    rows, chain = read(arm_rows(robot), robot), Chain(robot, (wound_up(robot),))
+    data = row_data(rows, robot)
+    without, small = (chain.predict(data, np.array([*np.ones(6), value])) for value in (0.0, 1e-6))
+    moved = small - without
+    assert np.abs(moved).max() > 1e-8
+    by_joint = robot.jacobians(rows.configurations).pose[:, rows.axes, 1]
+    turn = np.einsum("nk,nk->n", moved, by_joint) / np.einsum("nk,nk->n", by_joint, by_joint)
+    np.testing.assert_allclose(moved, turn[:, None] * by_joint, atol=1e-4 * np.abs(moved).max())
+
+
+def test_a_new_effect_is_found_in_a_joint_and_kept(place: Callable[[str], None]) -> None:
+    place("expdesign/chain/effects/joints/wind_up.py")
+    robot = six_axis()
+    found = diagnose(robot, concealed(robot, arm_rows(robot), (wound_up(robot),), [3e-4]))
     assert found.verdict == "explained"
     assert str(found.findings[0].component) == "joint 2"
     assert "belt_wind_up" in (found.findings[0].physics, *found.findings[0].indistinguishable)
@@ -260,15 +281,15 @@ def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None])
     np.testing.assert_allclose(feir, 0.01 * np.linalg.norm(deflection) / 1e-5, rtol=1e-9)
 
 
-def test_a_new_effect_is_simulated_and_found(place: Callable[[str], None], tmp_path: Path) -> None:
-    place("expdesign/chain/effects/leg_settling.py")
+def settled(tmp_path: Path, settling: float) -> pd.DataFrame:
+    """Simulated recordings of a hexapod in whose second leg the effect of the page is, by `settling` (m)."""
     names = [f"leg {leg} compliance" for leg in range(1, 7)]
     model = {
         "kind": "model",
         "schema_version": 1,
         "robot": yaml.safe_load(ROBOT.read_text(encoding="utf-8")),
         "compliance": {f"leg {leg}": 2.0e-7 for leg in range(1, 7)},
-        "effects": [{"physics": "leg_settling", "component": "leg 2", "parameters": {"settling_m": 6.0e-6}}],
+        "effects": [{"physics": "leg_settling", "component": "leg 2", "parameters": {"settling_m": settling}}],
         "parameters": [*names, "leg_settling / leg 2 / settling_m"],
         "covariance": np.zeros((7, 7)).tolist(),
     }
@@ -283,7 +304,22 @@ def test_a_new_effect_is_simulated_and_found(place: Callable[[str], None], tmp_p
     text = "\n".join([columns, *(",".join(map(str, row)) for row in rows)])
     (tmp_path / "plan.csv").write_text(text + "\n", encoding="utf-8")
     simulated = ("simulate", CONFIG, tmp_path / "plan.csv", "--model", tmp_path / "model.yaml")
-    assert call(*simulated, "--no-load-errors", "--out", tmp_path / "recordings.csv") == 0
+    assert call(*simulated, "--no-load-errors", "--force", "--out", tmp_path / "recordings.csv") == 0
+    return pd.read_csv(tmp_path / "recordings.csv")
+
+
+def test_a_new_effect_is_simulated(place: Callable[[str], None], tmp_path: Path) -> None:
+    """One leg that settles moves the platform along one twist, by as much as it settles."""
+    place("expdesign/chain/effects/leg_settling.py")
+    names = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
+    without, half, whole = (settled(tmp_path, size)[names].to_numpy() for size in (0.0, 3.0e-6, 6.0e-6))
+    assert np.abs(whole - without).max() > 1e-6
+    np.testing.assert_allclose(whole - without, 2.0 * (half - without), rtol=1e-3, atol=1e-9)
+
+
+def test_a_new_effect_is_found(place: Callable[[str], None], tmp_path: Path) -> None:
+    place("expdesign/chain/effects/leg_settling.py")
+    settled(tmp_path, 6.0e-6)
     assert call("diagnose", ROBOT, tmp_path / "recordings.csv", "--out", tmp_path / "out") == 0
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
     assert found["verdict"] == "explained"

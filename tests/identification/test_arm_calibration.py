@@ -119,7 +119,7 @@ def test_turning_the_instrument_changes_no_geometry(identified: IdentificationRe
     np.testing.assert_allclose(geometry(xd.identify(ROBOT, frame)), geometry(identified), atol=2e-8)
 
 
-@pytest.mark.parametrize("factor", [1.0 / 3.0, 3.0, None])
+@pytest.mark.parametrize("factor", [1.0 / 3.0, None, pytest.param(3.0, marks=pytest.mark.slow)])
 def test_a_wrong_standard_deviation_is_named_and_changes_nothing(
     identified: IdentificationResult, factor: float | None
 ) -> None:

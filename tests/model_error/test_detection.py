@@ -13,7 +13,7 @@ from tests.model_error.problems import assessed, plans, problem
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.hidden import VISIBLE
-from expdesign.assurance.model_error.left_out import LeftOut, plan_points
+from expdesign.assurance.model_error.left_out import Omitted, plan_points
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
@@ -53,7 +53,12 @@ def worst_entries(meir: Meir, squares: FloatArray, visible: FloatArray, linear: 
 
 
 def simulate(
-    case: DesignProblem, entry: LeftOut, values: FloatArray, configurations: FloatArray, loads: FloatArray, seed: int
+    case: DesignProblem,
+    entry: Omitted,
+    values: FloatArray,
+    configurations: FloatArray,
+    loads: FloatArray,
+    seed: int,
 ) -> tuple[float, FloatArray, FloatArray]:
     """Detection rate, mean weighted error at the targets (q,) and its standard error."""
     loaded, robot = case.loaded, case.loaded.robot
@@ -101,7 +106,7 @@ def simulate(
 
 
 def finite_over_first_order(
-    meir: Meir, entry: LeftOut, values: FloatArray, configurations: FloatArray, loads: FloatArray
+    meir: Meir, entry: Omitted, values: FloatArray, configurations: FloatArray, loads: FloatArray
 ) -> float:
     """Relative difference of what finite parameters do to the readings from what first order has."""
     loaded = meir.problem.loaded

@@ -12,9 +12,9 @@ import expdesign as xd
 from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.plan import plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.result import plan_of_decisions
 
 PARTS = {"noise", "load_errors", "total", "hidden", "hidden_physics", "hidden_component", "sentence"}
 
@@ -32,10 +32,8 @@ def evaluation(problem: DesignProblem) -> xd.EvaluationResult:
 
 
 def plan(problem: DesignProblem) -> pd.DataFrame:
-    from benchmarks.model_error.trial import plan_of_decisions  # noqa: PLC0415
-
     decisions = problem.space.sample(6, np.random.default_rng(2))
-    return plan_frame(plan_of_decisions(problem, decisions), problem.loaded, False)
+    return plan_of_decisions(problem, decisions)
 
 
 def test_of_a_plan(problem: DesignProblem, evaluation: xd.EvaluationResult) -> None:

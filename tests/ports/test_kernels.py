@@ -4,8 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from expdesign.chain.ports.features import basis_of
-from expdesign.chain.ports.kernels import KERNELS
+from expdesign.chain.ports.features import KERNELS, basis_of
 
 PLANAR = ("linear", "squared_exponential", "matern", "pinned", "arc_cosine", "step_cosine", "constant")
 

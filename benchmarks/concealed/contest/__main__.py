@@ -10,10 +10,9 @@ from pathlib import Path
 
 from benchmarks.single_thread import single_threaded
 
-from ..generate import fresh_seed
-from ..unlisted.cases import Case
+from ..case import Case, fresh_seed, read_case, write_questions, write_truth
 from .judgement import Judged, judge
-from .questions import drawn, questions, read_case, write_question, write_truth
+from .questions import drawn, questions
 from .table import agreement, frame, markdown
 from .tools import Tool, kept_cost, with_rivals
 
@@ -25,8 +24,8 @@ def draw(chosen: argparse.Namespace) -> None:
     seed = fresh_seed() if chosen.seed is None else chosen.seed
     wanted = questions(seed, chosen.count, chosen.none)
     for done, case in enumerate(drawn(wanted), start=1):
-        write_question(case, chosen.out / "cases" / case.truth["case"])
-        write_truth(case, chosen.out / "truth" / case.truth["case"])
+        write_questions(case, chosen.out / "cases" / case.name, points=True)
+        write_truth(case, chosen.out / "truth" / case.name)
         print(f"\rdrawn {done} of {len(wanted)}", end="", file=sys.stderr, flush=True)
     print(f"\n{len(wanted)} cases of seed {seed} in {chosen.out}", file=sys.stderr)
 
@@ -75,9 +74,9 @@ def run(chosen: argparse.Namespace) -> None:
     seed = fresh_seed() if chosen.seed is None else chosen.seed
     print(f"seed {seed}", file=sys.stderr, flush=True)
     cases = list(drawn(questions(seed, chosen.count, chosen.none)))
-    names = [str(case.truth["case"]) for case in cases]
+    names = [case.name for case in cases]
     for case, name in zip(cases, names, strict=True):
-        write_question(case, chosen.out / "cases" / name)
+        write_questions(case, chosen.out / "cases" / name, points=True)
     _ask(chosen.tool, chosen.out / "cases", names, chosen.out / "answers", chosen.limit)
     judged = _judge([tool.name for tool in chosen.tool], cases, chosen.out / "answers")
     for case, name in zip(cases, names, strict=True):
@@ -104,7 +103,7 @@ def _judge(tools: Sequence[str], cases: Sequence[Case], answers: Path) -> list[J
     judged = []
     for case in cases:
         for tool in tools:
-            kept = answers / tool / str(case.truth["case"])
+            kept = answers / tool / case.name
             judged.append(judge(tool, case, kept_cost(kept), kept / "answer.json"))
     return judged
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..answers import NoAnswerError, names_of
+from ..answers import NoAnswerError, names_of, probability_of
 
 KEYS = {"mismatch", "location", "physics", "predictions"}
 
@@ -75,10 +75,7 @@ def answer_from(content: Mapping[str, Any], components: Sequence[str], rows: int
 
 
 def _named(entry: Mapping[str, Any]) -> Named:
-    probability = float(entry.get("probability", 1.0))
-    if not 0.0 <= probability <= 1.0:
-        raise ValueError(f"probability {probability}")
-    return Named(str(entry["name"]), probability)
+    return Named(str(entry["name"]), probability_of(entry.get("probability", 1.0)))
 
 
 def _numbers(content: Mapping[str, Any], components: Sequence[str], rows: int) -> NDArray[np.float64]:

@@ -7,20 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
-from virtual_laboratory import Robot
-
-from ..answers import NoAnswerError
-from ..held_out import base_prediction
-from ..unlisted.cases import Case
+from ..answers import LAW, UNKNOWN, NoAnswerError
+from ..case import Case, measured_components
+from ..held_out import base_prediction, deviation_of, predicted
+from ..program import Outcome
 from .answers import Answer, Named, read_answer
-from .questions import measured_components
-from .tools import Cost
-
-NO_NAME = ("law", "unknown")
-_WORSE = 1.02
 
 
 @dataclass(frozen=True)
@@ -34,7 +27,7 @@ class Judged:
 
     tool: str
     truth: Mapping[str, Any]
-    cost: Cost
+    cost: Outcome
     answer: Answer | None
     problem: str
     base: float
@@ -75,7 +68,7 @@ class Judged:
 
     @property
     def _names(self) -> list[Named]:
-        return [each for each in (self.answer.physics if self.answer else ()) if each.name not in NO_NAME]
+        return [each for each in (self.answer.physics if self.answer else ()) if each.name not in (LAW, UNKNOWN)]
 
     @property
     def _there(self) -> set[str]:
@@ -107,27 +100,17 @@ class Judged:
         }
 
 
-def judge(tool: str, case: Case, cost: Cost, answer: Path) -> Judged:
+def judge(tool: str, case: Case, cost: Outcome, answer: Path) -> Judged:
     """Read the answer of a tool and hold it against the truth."""
-    names = measured_components(case)
-    later, legs = case.later, len(case.truth["true_stiffness"])
-    true, read, std = (
-        later[[f"{prefix}{name[skip:]}" for name in names]].to_numpy(dtype=float)
-        for prefix, skip in (("true_", 0), ("", 0), ("s", 1))
-    )
-    base = base_prediction(
-        Robot.from_mapping(case.robot), case.recordings, later, names, ["s" + name[1:] for name in names]
-    )
-    of_base = _rms((base - true) / std)
+    names = measured_components(case.later)
+    stds = [deviation_of(name) for name in names]
+    base = pd.DataFrame(base_prediction(case, names, stds), columns=names)
     try:
         if cost.problem:
             raise NoAnswerError(cost.problem)
-        found = read_answer(answer, names, len(later), legs)
+        found = read_answer(answer, names, len(case.later), len(case.truth["true_stiffness"]))
     except NoAnswerError as error:
+        of_base = predicted(case, base).base
         return Judged(tool, case.truth, cost, None, str(error), of_base, float("inf"), True)
-    worse = _rms((found.predictions - read) / std) > _WORSE * _rms((base - read) / std)
-    return Judged(tool, case.truth, cost, found, "", of_base, _rms((found.predictions - true) / std), worse)
-
-
-def _rms(values: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    errors = predicted(case, pd.DataFrame(found.predictions, columns=names))
+    return Judged(tool, case.truth, cost, found, "", errors.base, errors.model, errors.worse)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pandas as pd
 
-from ..rates import Rate
+from ..rates import Rate, grid
 from .judgement import Judged
 
 CLASSES = (("listed", "few"), ("listed", "many"), ("unlisted", "few"), ("unlisted", "many"))
@@ -105,11 +105,6 @@ def _consistent(cases: Sequence[Judged]) -> tuple[list[str], list[list[str]]]:
 def _sizes(cases: Sequence[Judged]) -> str:
     rows = [case.truth["rows"] for case in cases]
     return f"{len({(case.truth['seed'], case.case) for case in cases})} cases, {min(rows)}–{max(rows)} rows"
-
-
-def grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A Markdown table."""
-    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
 
 
 def agreement(first: Sequence[Judged], second: Sequence[Judged]) -> str:

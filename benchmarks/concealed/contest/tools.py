@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from ..program import ROOT, Outcome, measured, see_checkout
+
 CASE, ANSWER = "{case}", "{answer}"
-_ROOT = Path(__file__).parents[3]
-
-
-@dataclass(frozen=True)
-class Cost:
-    """Wall and processor time (s) and the largest memory (MB) of a command, and what went wrong, if anything did."""
-
-    wall_s: float
-    cpu_s: float
-    memory_MB: float
-    problem: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,7 +40,7 @@ class Tool:
             raise ValueError(f"{text!r} is not NAME=COMMAND")
         return cls(name.strip(), command.strip())
 
-    def ask(self, question: Path, kept: Path, limit_s: float) -> Cost:
+    def ask(self, question: Path, kept: Path, limit_s: float) -> Outcome:
         """Run the command on a copy of the question; `kept` then holds answer.json, where one was written, and
         cost.json. What was asked before is not asked again.
         """
@@ -71,51 +58,20 @@ class Tool:
         return cost
 
 
-def kept_cost(kept: Path) -> Cost:
+def kept_cost(kept: Path) -> Outcome:
     """What an answer has cost; unknown where it was not asked for here."""
     file = kept / "cost.json"
     if not file.exists():
-        return Cost(float("nan"), float("nan"), float("nan"))
-    return Cost(**json.loads(file.read_text(encoding="utf-8")))
+        return Outcome(float("nan"), float("nan"), float("nan"))
+    return Outcome(**json.loads(file.read_text(encoding="utf-8")))
 
 
 def with_rivals(tools: Sequence[Tool]) -> list[Tool]:
     """Tools and, after them, every module of `rivals` that can be run; these find the checkout by PYTHONPATH."""
-    paths = [str(_ROOT), str(_ROOT / "src"), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    os.environ["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(path for path in paths if path))
+    see_checkout(ROOT, ROOT / "src")
     found = list(tools)
-    for path in sorted((_ROOT / "benchmarks" / "concealed" / "rivals").glob("*.py")):
+    for path in sorted((ROOT / "benchmarks" / "concealed" / "rivals").glob("*.py")):
         if path.stem not in ("__init__", "listed_models", "question"):
             module = f"{sys.executable} -m benchmarks.concealed.rivals.{path.stem}"
             found.append(Tool(path.stem.replace("_", " "), f"{module} {CASE} {ANSWER}"))
     return found
-
-
-def measured(words: list[str], folder: Path, limit_s: float) -> Cost:
-    """What a command costs. It and what it started are ended where they take longer than the limit."""
-    started = time.monotonic()
-    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
-        try:
-            running = subprocess.Popen(
-                words, cwd=folder, stdout=subprocess.DEVNULL, stderr=said, start_new_session=True
-            )
-        except OSError as error:
-            return Cost(0.0, 0.0, 0.0, f"the command does not start: {error.strerror}: {words[0]}")
-        pid, status, used = os.wait4(running.pid, os.WNOHANG)
-        while not pid:
-            if time.monotonic() - started > limit_s:
-                os.killpg(running.pid, signal.SIGKILL)
-                _, status, used = os.wait4(running.pid, 0)
-                running.returncode = os.waitstatus_to_exitcode(status)
-                cpu = used.ru_utime + used.ru_stime
-                return Cost(time.monotonic() - started, cpu, used.ru_maxrss / 1024, f"longer than {limit_s:g} s")
-            time.sleep(0.05)
-            pid, status, used = os.wait4(running.pid, os.WNOHANG)
-        running.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        lines = said.read().strip().splitlines()
-    problem = ""
-    if running.returncode != 0:
-        problem = f"exit {running.returncode}: {lines[-1][:200] if lines else 'nothing on standard error'}"
-    wall = time.monotonic() - started
-    return Cost(wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024, problem)

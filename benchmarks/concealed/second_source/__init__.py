@@ -2,5 +2,5 @@
 
 Elastic frames with P-Delta and uniaxial materials (OpenSees, Pynite) and an arm with tendons, stops and springs
 (MuJoCo). What makes cases here shares no code with the virtual laboratory and none with the program under test; asking,
-keeping and judging are those of the first source (`benchmarks.concealed.unlisted`).
+keeping and judging are those of the first source (`benchmarks.concealed.pipeline`).
 """

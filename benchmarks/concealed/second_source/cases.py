@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from ..unlisted.case import Case
+from ..case import Case, in_turn
 from . import arm_kinds, arms, frames, leg_kinds, structure_kinds
 from .arms import Arm, Parts, Stand
 from .campaigns import DEFLECTION, POSITION, Campaign, base_matrices, draw_campaign
@@ -202,21 +201,16 @@ def engines() -> dict[str, str]:
     return {name: version(name) for name in ("openseespy", "PyNiteFEA", "mujoco")}
 
 
+def drawn(job: tuple[int, int, tuple[str, bool]]) -> Case:
+    """The case of a seed, a number, and a kind that is concealed or not."""
+    seed, number, (kind, bare) = job
+    return draw_case(kind, bare, np.random.default_rng([seed, number])).numbered(seed, number)
+
+
 def orders(count: int, healthy: int, seed: int, only: tuple[str, ...] = ()) -> list[tuple[str, bool]]:
     """Kinds of the cases and whether nothing is hidden, in random order: every kind once, then again."""
     rng = np.random.default_rng([seed, 0])
     offered = [kind for kind in KINDS if not only or kind in only]
-
-    def in_turn() -> Iterator[str]:
-        while True:
-            yield from (offered[index] for index in rng.permutation(len(offered)))
-
-    turns, bare = in_turn(), in_turn()
+    turns, bare = in_turn(offered, rng), in_turn(offered, rng)
     found = [(next(turns), False) for _ in range(count)] + [(next(bare), True) for _ in range(healthy)]
     return [found[index] for index in rng.permutation(len(found))]
-
-
-def describe(recordings: pd.DataFrame) -> str:
-    """Rows and series of recordings in a few words."""
-    held = int((recordings["split"] == "test").sum())
-    return f"{len(recordings)} rows, {held} held out, {recordings['series'].nunique()} series"

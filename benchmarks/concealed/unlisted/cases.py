@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,15 +12,15 @@ import pandas as pd
 from virtual_laboratory import Laboratory, LaboratoryError, Robot
 from virtual_laboratory.elements.unlisted.law import Unlisted
 from virtual_laboratory.legs import Leg
-from virtual_laboratory.recordings import deflection_columns, std_columns
+from virtual_laboratory.recordings import deflection_columns
 
+from ..case import Case, in_turn
 from ..cases import INSIDE
 from ..experiments import USUAL, Experiment, Extent, Wishes, add_bystanders, draw_interleaved
-from ..hidden import Hidden, Recipe, Sized, UnsuitableError, numbers_of, plain
+from ..hidden import Hidden, Sized, UnsuitableError, numbers_of, plain
 from ..linear_model import Array, BaseFit
 from ..mimicry import remaining_misfit
 from ..robots import HEXAPODS, bipod
-from .case import Case
 from .legs import FORMS, LEGS
 from .place import CATALOGUE, lengths
 from .structure import STRUCTURE
@@ -32,6 +32,9 @@ RECIPES = UNLISTED | OTHER_FORMS | LISTED
 
 FAMILIES = ("alone", "pair", "beside", "form", "left_out", "none")
 LEAST, MOST = 2.0, 10.0  # RMS of what the base fit leaves, in standard deviations of the readings
+SHARES = {"alone": 0.50, "pair": 0.15, "beside": 0.15, "form": 0.20}
+"""Of the cases that are neither `left_out` nor `none`."""
+SHARE_BIPOD = 0.14
 _MOST_OF_TWO = 7.0
 _ATTEMPTS, _PATIENCE = 150, 12
 
@@ -44,6 +47,57 @@ class Order:
     physics: tuple[str, ...]
     robot: str
     extent: Extent = USUAL
+
+
+def orders(counts: dict[str, int], seed: int, only: Sequence[str] = ()) -> list[Order]:
+    """What the cases shall be, in random order. `counts`: cases of each family; `only`: names of recipes."""
+    rng = np.random.default_rng([seed, 0])
+    strange, forms = (
+        in_turn([n for n in names if not only or n in only] or list(names), rng) for names in (UNLISTED, OTHER_FORMS)
+    )
+    listed, made_for = (
+        in_turn([n for n in LISTED if not only or n in only] or list(LISTED), rng),
+        in_turn(list(RECIPES), rng),
+    )
+    found = []
+    for family, count in counts.items():
+        for _ in range(count):
+            physics = _physics(family, strange, forms, listed, made_for, rng)
+            able = all(RECIPES[name].planar for name in physics)
+            robot = "bipod" if able and rng.random() < SHARE_BIPOD else str(rng.choice(list(HEXAPODS)))
+            found.append(Order(family, physics, robot))
+    return [found[index] for index in rng.permutation(len(found))]
+
+
+def _physics(
+    family: str,
+    strange: Iterator[str],
+    forms: Iterator[str],
+    listed: Iterator[str],
+    made_for: Iterator[str],
+    rng: np.random.Generator,
+) -> tuple[str, ...]:
+    single = {"alone": strange, "form": forms, "left_out": listed, "none": made_for}
+    if family in single:
+        return (next(single[family]),)
+    while True:
+        first, second = next(strange), next(strange if family == "pair" else listed)
+        fits = RECIPES[first].wishes(rng).compatible(RECIPES[second].wishes(rng))
+        if first != second and fits and RECIPES[second].pairs and second != "geometric_stiffness":
+            return first, second
+
+
+def counts_of(count: int, left_out: int, none: int) -> dict[str, int]:
+    """Cases of each family: `count` outside the library in the shares of `SHARES`, beside the other two."""
+    found = {family: round(count * share) for family, share in SHARES.items()}
+    found["alone"] += count - sum(found.values())
+    return found | {"left_out": left_out, "none": none}
+
+
+def drawn(job: tuple[int, int, Order]) -> Case:
+    """The case of a seed, a number and an order."""
+    seed, number, order = job
+    return draw_case(order, np.random.default_rng([seed, number])).numbered(seed, number)
 
 
 class Bench:
@@ -188,19 +242,8 @@ def _case(
     }
     rows = experiment.rows.copy()
     add_bystanders(rows, rng)
-    later = _written(experiment, experiment.later, recorded[~bench.seen])
-    for axis in experiment.measured:
-        later["true_" + deflection_columns(machine.robot)[axis]] = clean[~bench.seen][:, axis]
-    return Case(machine.file(together.softness), _written(experiment, rows, recorded[bench.seen]), later, plain(truth))
-
-
-def _written(experiment: Experiment, rows: pd.DataFrame, deflections: Array) -> pd.DataFrame:
-    robot, written = experiment.machine.robot, rows.copy()
-    for axis in experiment.measured:
-        written[deflection_columns(robot)[axis]] = [float(f"{value:.6g}") for value in deflections[:, axis]]
-    for axis in experiment.measured:
-        written[std_columns(robot)[axis]] = experiment.std[axis]
-    return written
+    later = experiment.written(experiment.later, recorded[~bench.seen], clean[~bench.seen])
+    return Case(machine.file(together.softness), experiment.written(rows, recorded[bench.seen]), later, plain(truth))
 
 
 def curves(sized: Sized, experiment: Experiment) -> list[dict[str, Any]]:
@@ -229,6 +272,3 @@ def curves(sized: Sized, experiment: Experiment) -> list[dict[str, Any]]:
                 }
             )
     return found
-
-
-__all__ = ["FAMILIES", "LISTED", "OTHER_FORMS", "RECIPES", "UNLISTED", "Bench", "Case", "Order", "Recipe", "draw_case"]

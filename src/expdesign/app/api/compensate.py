@@ -25,11 +25,45 @@ from expdesign.estimation.compensation.compensate import Compensation, compensat
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.corrections import Corrections, corrections_of
 from expdesign.estimation.compensation.prediction import in_file_order, require_history
-from expdesign.io.table import Table
+from expdesign.io.output import csv_text
+from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.urdf import transform
+from expdesign.planning.problem import DesignProblem
 from expdesign.report.correction_texts import correction_lines, correction_summary
+
+_SAMPLES = 200
+"""Measurements drawn from the design space, whose corners are added."""
+
+
+def targets_table(problem: DesignProblem) -> Table:
+    """The targets with their loads, one row each, numbered as in the configuration."""
+    robot, count = problem.loaded.robot, len(problem.targets.configurations)
+    columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": np.arange(1, count + 1)}
+    columns |= {name: problem.targets.configurations[:, i] for i, name in enumerate(robot.configuration)}
+    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
+        names = problem.target_loads[0][0].load.columns
+        values = np.array([parameters for _, parameters in problem.target_loads])
+    else:
+        names, values = robot.coordinates.wrench, problem.target_wrenches
+    own = dict(zip(robot.coordinates.gravity, robot.gravity, strict=True))
+    for i, name in enumerate(names):
+        if name not in own or np.any(values[:, i] != own[name]):
+            columns[name] = values[:, i]
+    return parse_table(csv_text(pd.DataFrame(columns)), f"{problem.source}, targets")
+
+
+def calibrated_by(problem: DesignProblem) -> Calibrated:
+    """The ranges of what a configuration lets be measured."""
+    space, robot = problem.space, problem.loaded.robot
+    drawn = space.sample(_SAMPLES, np.random.default_rng(0))
+    configurations, loads = space.decode(np.concatenate([drawn, np.stack([space.lower, space.upper])]))
+    columns = {name: configurations[:, i] for i, name in enumerate(robot.configuration)}
+    columns |= {name: loads[:, i] for i, name in enumerate(problem.loaded.load.columns)}
+    table = parse_table(csv_text(pd.DataFrame(columns)), problem.source)
+    return Calibrated.of(points_from_table(table, robot), robot)
+
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
@@ -126,7 +160,7 @@ def _configuration(
 def _table(targets: "TableInput | Config", problem: "DesignProblem | None") -> Table:
     if problem is None:
         return table_of(targets, "targets")  # type: ignore[arg-type]
-    from expdesign.app.api.targets import targets_table  # noqa: PLC0415
+    from expdesign.app.api.compensate import targets_table  # noqa: PLC0415
 
     return targets_table(problem)
 
@@ -151,7 +185,7 @@ def _calibrated(model: Model, points: LoadedPoints, problem: "DesignProblem | No
     """
     calibrated = model.calibrated
     if problem is not None and (calibrated is None or not model.chain.effects):
-        from expdesign.app.api.targets import calibrated_by  # noqa: PLC0415
+        from expdesign.app.api.compensate import calibrated_by  # noqa: PLC0415
 
         calibrated = calibrated_by(problem).including(calibrated)
     say(target_findings(points, model.chain.robot, calibrated), points.source)

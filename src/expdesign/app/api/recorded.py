@@ -12,7 +12,7 @@ from expdesign.app.api.unknown_columns import say_unknown_columns
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.chain.models.model_file import FittedModel, Model
+from expdesign.chain.models.model_file import Model, ModelSource
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
@@ -79,7 +79,7 @@ def referenced(points: Points, option: bool | None, problem: "DesignProblem | No
 
 
 def recorded_model(
-    fit: FittedModel,
+    fit: ModelSource,
     robot: RobotFile,
     recordings: Recordings,
     fitted: BoolArray,

@@ -19,7 +19,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
 from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, target_sensitivities
-from expdesign.assurance.model_error.left_out import LeftOut, left_out, offsets
+from expdesign.assurance.model_error.left_out import Omitted, left_out, offsets
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.planned import meir_of_problem
 from expdesign.assurance.model_error.prior import with_steps
@@ -98,7 +98,7 @@ def _motions(problem: DesignProblem, meir: Meir) -> FloatArray:
 
 
 def _posterior(
-    physics: tuple[LeftOut, ...],
+    physics: tuple[Omitted, ...],
     shown: FloatArray,
     remaining: FloatArray,
     missed: FloatArray,
@@ -122,7 +122,7 @@ def _posterior(
     return LeftOutRisk(phrases, weights[1:] / weights.sum(), np.array(means), np.array(deviations))
 
 
-def _shares(physics: tuple[LeftOut, ...]) -> list[float]:
+def _shares(physics: tuple[Omitted, ...]) -> list[float]:
     """Share of the prior probability of every entry: evenly among kinds, then among places, then among starts."""
     kinds = {entry.effect.physics for entry in physics}
     places = {kind: {e.key for e in physics if e.effect.physics == kind} for kind in kinds}

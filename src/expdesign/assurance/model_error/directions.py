@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import LeftOut, offsets
+from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.linearised import KnownChain, row_at_rest
@@ -35,7 +35,7 @@ class Directions:
         columns: number of columns, one for every parameter that is not a shape, in the order of `physics`.
     """
 
-    def __init__(self, robot: Robot, physics: tuple[LeftOut, ...], known: KnownChain | None = None) -> None:
+    def __init__(self, robot: Robot, physics: tuple[Omitted, ...], known: KnownChain | None = None) -> None:
         self.robot = robot if known is None else known.chain.robot
         self.physics = physics
         self.columns = int(offsets(physics)[-1])
@@ -119,7 +119,7 @@ class Directions:
             whole[:, [int(start[i]) + c for i in chosen for c in range(self.physics[i].columns)]] = self._blocks[key]
         return ca.Function("directions_of_row", [self._row.flat()], [ca.densify(whole)])
 
-    def _block(self, entries: list[LeftOut], *, instrument: bool) -> ca.SX:
+    def _block(self, entries: list[Omitted], *, instrument: bool) -> ca.SX:
         """Directions of entries of one class, (n, columns)."""
         if all(entry.step for entry in entries):
             return ca.horzcat(*(self._mean(entry, instrument=instrument) for entry in entries))
@@ -135,7 +135,7 @@ class Directions:
             derivatives = ca.jtimes(reading, theta, ca.SX.eye(len(chain.parameters))[:, free])
         return ca.substitute(derivatives, theta, ca.SX(values))
 
-    def _mean(self, entry: LeftOut, *, instrument: bool) -> ca.SX:
+    def _mean(self, entry: Omitted, *, instrument: bool) -> ca.SX:
         """Mean derivative of one row with respect to the one parameter of an entry, from its start on, (n,)."""
         chain = Chain(self.robot, (*self._effects, entry.effect), instrument=instrument)
         ends = [

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.assurance.model_error.left_out import LeftOut, offsets
+from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.assurance.model_error.noticeable import noncentrality
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.assurance.model_error.two_ellipsoids import largest_along_axes
@@ -50,7 +50,7 @@ def hidden_errors(
     base: FloatArray,
     directions: FloatArray,
     errors: FloatArray,
-    physics: tuple[LeftOut, ...],
+    physics: tuple[Omitted, ...],
     assumptions: Assumptions,
 ) -> Hidden:
     """MEIR of every entry.

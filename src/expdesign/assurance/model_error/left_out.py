@@ -23,7 +23,7 @@ _SAMPLE = 256
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class Omitted:
     """One effect at one start of its shapes.
 
     Attributes:
@@ -60,12 +60,12 @@ class LeftOut:
         return self.effect.physics, str(self.effect.component), str(self.effect.variant)
 
 
-def offsets(physics: tuple[LeftOut, ...]) -> IntArray:
+def offsets(physics: tuple[Omitted, ...]) -> IntArray:
     """First column of every entry, and the number of all columns, shape (E + 1,)."""
     return np.cumsum([0, *(entry.columns for entry in physics)], dtype=np.int64)
 
 
-def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[LeftOut, ...]:
+def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptions) -> tuple[Omitted, ...]:
     """The effects that are considered, at their starts.
 
     Raises:
@@ -82,7 +82,7 @@ def left_out(effects: list[Effect], points: LoadedPoints, assumptions: Assumptio
             continue
         starts = effect.starts(points)
         chosen = np.unique(np.linspace(0, len(starts) - 1, min(MOST_STARTS, len(starts))).round().astype(int))
-        found += [LeftOut(effect, starts[i]) for i in chosen]
+        found += [Omitted(effect, starts[i]) for i in chosen]
     if not found:
         remedy = "Take entries out of `without`, or name physics under `physics`."
         raise InputError("no physics is left to consider", where=WHERE, remedy=remedy)

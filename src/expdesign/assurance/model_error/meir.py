@@ -8,7 +8,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.model_error.directions import Directions
 from expdesign.assurance.model_error.hidden import Hidden, hidden_errors, recorded_square
-from expdesign.assurance.model_error.left_out import LeftOut, effects_of_problem, left_out, offsets
+from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem, left_out, offsets
 from expdesign.assurance.model_error.prior import prior_deviations, with_steps
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.errors import InputError
@@ -47,7 +47,7 @@ class Meir(AskedCriterion):
         self,
         problem: DesignProblem,
         assumptions: Assumptions | None = None,
-        physics: tuple[LeftOut, ...] | None = None,
+        physics: tuple[Omitted, ...] | None = None,
     ) -> None:
         problem.require_elastostatic("MEIR is defined")
         self.problem, self.assumptions = problem, assumptions or Assumptions()

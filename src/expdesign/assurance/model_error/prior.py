@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import LeftOut
+from expdesign.assurance.model_error.left_out import Omitted
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.sizes import PhysicalSizes
@@ -14,7 +14,7 @@ from expdesign.planning.problem import DesignProblem
 
 
 def prior_deviations(
-    problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions: Assumptions, errors: FloatArray
+    problem: DesignProblem, physics: tuple[Omitted, ...], assumptions: Assumptions, errors: FloatArray
 ) -> FloatArray:
     """σ of every column of `physics`, shape (D,).
 
@@ -37,7 +37,7 @@ def prior_deviations(
     return np.array(deviations)
 
 
-def with_steps(problem: DesignProblem, physics: tuple[LeftOut, ...], assumptions: Assumptions) -> tuple[LeftOut, ...]:
+def with_steps(problem: DesignProblem, physics: tuple[Omitted, ...], assumptions: Assumptions) -> tuple[Omitted, ...]:
     """The entries, those with memory and one parameter with the prior size of that parameter as their step."""
     n_p = len(problem.loaded.robot.stiffness)
     sizes = _sizes(problem, np.zeros((1, n_p)))

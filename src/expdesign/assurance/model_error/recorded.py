@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.model_error.hidden import hidden_errors
-from expdesign.assurance.model_error.left_out import LeftOut, left_out, offsets
+from expdesign.assurance.model_error.left_out import Omitted, left_out, offsets
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.prior import with_steps
 from expdesign.assurance.model_error.settings import Assumptions
@@ -80,7 +80,7 @@ def hidden_by(
 def recorded_sensitivities(
     robot: Robot,
     recordings: Recordings,
-    physics: tuple[LeftOut, ...],
+    physics: tuple[Omitted, ...],
     whitening: Whitening,
     counts: BoolArray,
 ) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +91,7 @@ def recorded_sensitivities(
     def rowwise(sensitivities: FloatArray) -> FloatArray:
         return whitening.apply(sensitivities)[counts].reshape(-1, sensitivities.shape[-1])
 
-    def white(effects: tuple[LeftOut, ...]) -> FloatArray:
+    def white(effects: tuple[Omitted, ...]) -> FloatArray:
         chain = Chain(robot, tuple(entry.effect for entry in effects), reading=reading)
         values = np.concatenate([empty.start(), *(entry.start for entry in effects)])
         if effects and effects[0].step:

@@ -11,7 +11,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.hidden import Hidden
-from expdesign.assurance.model_error.left_out import LeftOut, offsets
+from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.planning.criteria.targets import GivenVariances, Targets, TargetVariances
 
 
@@ -56,7 +56,7 @@ class HiddenPhysics:
 
 
 def hidden_physics(
-    hidden: Hidden, physics: tuple[LeftOut, ...], deviations: FloatArray, design: int = 0
+    hidden: Hidden, physics: tuple[Omitted, ...], deviations: FloatArray, design: int = 0
 ) -> tuple[HiddenPhysics, ...]:
     """Every effect of one design at the worst of its starts, the largest error first.
 

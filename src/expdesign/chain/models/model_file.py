@@ -31,7 +31,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
 
 
-class FittedModel(Protocol):
+class ModelSource(Protocol):
     """What a model takes from a fit: the chain, its values (p,), their covariance (p, p) and combinations."""
 
     @property
@@ -81,7 +81,7 @@ class Model(Copied):
     @classmethod
     def from_fit(
         cls,
-        fit: FittedModel,
+        fit: ModelSource,
         robot: YamlDocument,
         source: str,
         *,

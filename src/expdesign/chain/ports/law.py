@@ -11,7 +11,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.declaration import ONLY, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.ports.features import Basis
+from expdesign.chain.ports.features import FeatureBasis
 from expdesign.chain.ports.port import Channel, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -131,7 +131,7 @@ class Form:
     component: Component
     kind: str
     channels: tuple[Channel, ...]
-    basis: Basis
+    basis: FeatureBasis
     low: FloatArray
     high: FloatArray
     deviation: float
@@ -285,7 +285,7 @@ def form_of(data: Mapping[str, Any], component: Component) -> Form:
         channels.append(channel)
         low.append(item["low"])
         high.append(item["high"])
-    basis = Basis(
+    basis = FeatureBasis(
         str(data["kernel"]),
         np.array(data["scales"], dtype=float),
         np.array(data["centres"], dtype=float),

@@ -11,7 +11,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.families import look_back
-from expdesign.chain.ports.features import Basis, basis_of
+from expdesign.chain.ports.features import FeatureBasis, basis_of
 from expdesign.chain.ports.law import Form, Injection, Law, ports_of
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
@@ -69,7 +69,7 @@ class Atom:
     columns: Columns
     gram: FloatArray
     entry: Entry | None = None
-    basis: Basis | None = None
+    basis: FeatureBasis | None = None
     named: tuple[Any, FloatArray] | None = None
     one_sided: bool = False
 
@@ -154,7 +154,7 @@ class _Known:
         amplitudes: in the rows that count.
     """
 
-    bases: dict[object, Basis | None] = field(default_factory=dict)
+    bases: dict[object, FeatureBasis | None] = field(default_factory=dict)
     values: dict[object, FloatArray] = field(default_factory=dict)
     amplitudes: dict[Quantity | None, FloatArray] = field(default_factory=dict)
 
@@ -255,7 +255,7 @@ def law_of(
     values, vectors = np.linalg.eigh(gram)
     kept = np.flatnonzero(variance * values > _TELLING)[::-1]
     turned = vectors[:, kept if kept.size else [-1]]
-    smaller = Basis(basis.kernel, basis.scales, basis.centres, basis.weights @ turned)
+    smaller = FeatureBasis(basis.kernel, basis.scales, basis.centres, basis.weights @ turned)
     counts = sight.counts
     low, high = [], []
     for channel in entry.channels:

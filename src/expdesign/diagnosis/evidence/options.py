@@ -10,7 +10,7 @@ class EvidenceOptions:
     Attributes:
         alarm: log evidence, prior included, that something has to bring to be believed: odds of e³, about 20 to 1.
         law: −ln of the prior probability of a law: in noise alone the largest gain by any of `entries` laws exceeds
-            `law` and `alarm` together in 0.3 % of 600 repetitions (`benchmarks/ports/false_alarms.py`).
+            `law` and `alarm` together in 0.3 % of 600 repetitions (`benchmarks/false_alarms.py`).
         entries: laws of the dictionary for which `law` was set.
         contested: log evidence by which laws have to exceed named physics: what machines are known to do is likelier.
         most: effects and laws that are there together.
@@ -39,7 +39,7 @@ class EvidenceOptions:
         most_inflated: factor on variances: a law whose errors are more than five times as large as it says is wrong,
             not unsure.
         temperature: divides differences of log evidence between components before they become probabilities: the most
-            likely of 1 to 16 on 16 cases (`benchmarks/ports/calibration.py`, results/ports).
+            likely of 1 to 16 on 16 cases (`benchmarks/calibration.py`, results/ports).
         share: differences of log evidence count at most in this proportion to the evidence itself: no model is exact.
         open: probability from which a component belongs to the set that cannot be told apart.
     """

@@ -2,7 +2,7 @@
 
 The log evidence of a component is what its laws gain together (`LawSearch.weighed`), with the laws of all other
 components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
-temperature before they become probabilities; it was set on simulated cases (`benchmarks/ports/calibration.py`).
+temperature before they become probabilities; it was set on simulated cases (results/ports).
 """
 
 from collections.abc import Mapping

@@ -39,7 +39,7 @@ Function = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
-class Grid:
+class CorrectionGrid:
     """A box with equidistant nodes.
 
     Attributes:
@@ -101,7 +101,7 @@ class CorrectionTable:
         checks: number of these points.
     """
 
-    grid: Grid
+    grid: CorrectionGrid
     values: FloatArray
     stated: FloatArray
     bound: FloatArray
@@ -130,7 +130,7 @@ def correction_table(
     tightened = np.ones(len(wanted))
     for _ in range(_ROUNDS):
         counts = _least_counts(curvature, wanted / tightened, most)
-        grid = Grid(low, high, counts)
+        grid = CorrectionGrid(low, high, counts)
         values = exact(grid.nodes)
         points = np.concatenate([grid.centres(_CHECKS, generator), grid.random(_CHECKS, generator)])
         found = np.abs(grid.interpolate(values, points) - exact(points)).max(axis=0)

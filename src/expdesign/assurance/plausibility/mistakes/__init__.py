@@ -1,16 +1,30 @@
 """The mistakes that people make in recordings of deflections, one class each; of equals the first is named."""
 
-from expdesign.assurance.plausibility.mistakes.columns import SwappedCommands, SwappedLoads, SwappedReadings
-from expdesign.assurance.plausibility.mistakes.deviations import Scatter, WithoutReading
+from expdesign.assurance.plausibility.mistakes.exchanged import (
+    ExchangedRows,
+    ShiftedRows,
+    SwappedCommands,
+    SwappedLoads,
+    SwappedReadings,
+)
 from expdesign.assurance.plausibility.mistakes.frames import AngleOrder, Gravity, LoadFrame, WrongInstrumentFrame
 from expdesign.assurance.plausibility.mistakes.mistake import Mistake
-from expdesign.assurance.plausibility.mistakes.moments import Moments
-from expdesign.assurance.plausibility.mistakes.numbers import Constant, CopiedRows, Rounded
-from expdesign.assurance.plausibility.mistakes.rows import ExchangedRows, ShiftedRows
-from expdesign.assurance.plausibility.mistakes.signs import TurnedSigns
-from expdesign.assurance.plausibility.mistakes.slips import SlippedLoad, SlippedReading
-from expdesign.assurance.plausibility.mistakes.stiffness import StiffnessFactor
-from expdesign.assurance.plausibility.mistakes.units import CommandUnits, ReadingUnits
+from expdesign.assurance.plausibility.mistakes.numbers import (
+    Constant,
+    CopiedRows,
+    Rounded,
+    Scatter,
+    SlippedLoad,
+    SlippedReading,
+    WithoutReading,
+)
+from expdesign.assurance.plausibility.mistakes.scaled import (
+    CommandUnits,
+    Moments,
+    ReadingUnits,
+    StiffnessFactor,
+    TurnedSigns,
+)
 
 MISTAKES: tuple[Mistake, ...] = (
     TurnedSigns(),

@@ -1,11 +1,7 @@
-"""What the numbers themselves give away: copies, an instrument that stands still, rounding, columns without a life.
-
-The noise against which they are judged is the smaller one of what is stated and what the fit leaves over, so that
-recordings without noise, as a simulation may write them, are not taken for copies.
-"""
+"""Single numbers that are wrong, copied or rounded, and standard deviations that contradict the readings."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2 as chi_squared
@@ -13,7 +9,8 @@ from scipy.stats import chi2 as chi_squared
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.evidence import Evidence
 from expdesign.assurance.plausibility.finding import Implausibility
-from expdesign.assurance.plausibility.mistakes.mistake import Mistake
+from expdesign.assurance.plausibility.mistakes.mistake import Alternative, Mistake
+from expdesign.assurance.plausibility.options import MistakeOptions
 
 _MARKS = 15
 """Significant digits that a number holds."""
@@ -150,3 +147,147 @@ class Constant(Mistake):
                 what = f"{name} is {values[0]:g} in every row, although the loads would change it by {expected:.2g}"
                 likely = "Was it not measured? Leave the column out."
                 yield Implausibility(what, likely, f"column {name}")
+
+
+_SLIPS = (10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
+"""Of slips of the decimal point."""
+
+
+def _in_words(factor: float) -> str:
+    return f"{factor:g} times too large" if factor > 1.0 else f"{1.0 / factor:g} times too small"
+
+
+class SlippedReading(Mistake):
+    """A single reading with a slipped decimal point, or of the wrong sign."""
+
+    def alternatives(self, evidence: Evidence) -> Iterator[Alternative]:
+        stated, scores = evidence.stated, evidence.reading_scores
+        if scores is None:
+            return
+        for flat in np.argsort(scores, axis=None)[::-1][: evidence.options.candidates]:
+            row, column = (int(i) for i in np.unravel_index(flat, scores.shape))
+            if scores[row, column] <= evidence.options.slip:
+                return
+            name, value = evidence.names[column], stated.readings[row, column]
+            for factor in (*_SLIPS, -1.0):
+                readings = stated.readings.copy()
+                readings[row, column] /= factor
+                what = "of the wrong sign" if factor < 0.0 else f"{_in_words(factor)}: did the decimal point slip"
+                text = f"Is {name} = {value:g} in row {evidence.recordings.lines[row]} {what}? Correct it."
+                sample = replace(stated, readings=readings)
+                yield Alternative(text, sample, evidence.where(row, name), readings.size * 7)
+
+
+class SlippedLoad(Mistake):
+    """The load of a single row with a slipped decimal point or the wrong sign, or a load that did not act."""
+
+    def alternatives(self, evidence: Evidence) -> Iterator[Alternative]:
+        stated, scores = evidence.stated, evidence.row_scores
+        if scores is None:
+            return
+        for row in np.argsort(scores)[::-1][: evidence.options.candidates]:
+            if scores[row] <= evidence.options.slip:
+                return
+            line, tried = evidence.recordings.lines[row], len(scores) * 8
+            wrenches = stated.wrenches.copy()
+            wrenches[row] = 0.0
+            text = f"Was row {line} recorded without its load? Write the load 0 there, or leave the row out."
+            yield Alternative(text, replace(stated, wrenches=wrenches), evidence.where(int(row)), tried)
+            for factor in (*_SLIPS, -1.0):
+                what = "of the wrong sign" if factor < 0.0 else f"{_in_words(factor)}: did the decimal point slip"
+                wrenches = stated.wrenches.copy()
+                wrenches[row] /= factor
+                text = f"Is the load of row {line} {what}? Correct it."
+                yield Alternative(text, replace(stated, wrenches=wrenches), evidence.where(int(row)), tried)
+            if evidence.recordings.payload is None:
+                yield from self._components(evidence, int(row), tried * wrenches.shape[1])
+
+    @staticmethod
+    def _components(evidence: Evidence, row: int, tried: int) -> Iterator[Alternative]:
+        """One force or moment of a row."""
+        stated, line = evidence.stated, evidence.recordings.lines[row]
+        for column in np.flatnonzero(stated.wrenches[row]):
+            name = evidence.robot.coordinates.wrench[column]
+            for factor in (-1.0, 10.0, 0.1):
+                wrenches = stated.wrenches.copy()
+                wrenches[row, column] /= factor
+                what = "of the wrong sign" if factor < 0.0 else f"{_in_words(factor)}: did the decimal point slip"
+                text = f"Is {name} = {stated.wrenches[row, column]:g} in row {line} {what}? Correct it."
+                yield Alternative(text, replace(stated, wrenches=wrenches), evidence.where(row, name), tried)
+
+
+_MULTIPLES = (10.0, 100.0, 1000.0)
+"""By which deviations come out too small where a unit is mistaken."""
+_COLUMNS = 3
+"""Columns whose scatter is compared at least."""
+
+
+class WithoutReading(Mistake):
+    """A column of standard deviations whose reading is missing."""
+
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
+        coordinates = evidence.robot.coordinates
+        readings = evidence.recordings.components(coordinates)
+        for reading, deviation in zip(readings, coordinates.deviation, strict=False):
+            if deviation in evidence.recordings.extra.columns:
+                what = f"{deviation} stands there without its reading {reading}"
+                yield Implausibility(what, f"Add {reading} (is it spelt otherwise?), or leave {deviation} out.")
+
+
+class Scatter(Mistake):
+    """Columns that scatter far less than they say, or all of them more by one power of ten.
+
+    Physics that the model lacks makes readings scatter more, never less, and not all columns by one factor.
+    """
+
+    def findings(self, evidence: Evidence) -> Iterator[Implausibility]:
+        stated, fitted = evidence.stated, evidence.fits[0]
+        if stated.deviations is None or fitted is None or fitted.dof <= 0:
+            return
+        of_readings, freedoms = (fitted.residuals / stated.deviations) ** 2, self._freedom(evidence, stated.deviations)
+        squares, freedom = of_readings.sum(axis=0), freedoms.sum(axis=0)
+        usable = freedom > 1.0
+        scatter = np.sqrt(squares / np.maximum(freedom, 1e-12))
+        accident = chi_squared.cdf(squares, np.maximum(freedom, 1e-12))
+        small = usable & (accident < evidence.options.chance / len(squares)) & (scatter < 0.5)
+        exact = fitted.misfit < 1e-20  # a prediction without noise says nothing of an instrument
+        if small.any() and not exact:
+            named = [evidence.names[i] for i in np.flatnonzero(small)]
+            factor = float(np.exp(-np.log(scatter[small]).mean()))
+            what = f"the readings of {', '.join(named)} scatter {factor:.2g} times less than their standard deviations"
+            yield Implausibility(what, "Are these too large: in another unit, or multiplied by 10? Correct them.")
+        elif not small.any():
+            yield from self._all_larger(of_readings, freedoms, evidence.options)
+
+    @staticmethod
+    def _freedom(evidence: Evidence, deviations: FloatArray) -> FloatArray:
+        """Degrees of freedom of each reading (N, k): what the fit leaves of it."""
+        observation = evidence.observation(evidence.stated) / deviations[..., None]
+        rows = observation.reshape(-1, observation.shape[-1])
+        scale = np.linalg.norm(rows, axis=0)
+        kept = scale > 1e-6 * scale.max(initial=0.0)
+        basis = np.linalg.qr(rows[:, kept] / scale[kept])[0]
+        freedom: FloatArray = 1.0 - (basis**2).sum(axis=1).reshape(observation.shape[:2])
+        return freedom
+
+    @staticmethod
+    def _all_larger(squares: FloatArray, freedom: FloatArray, options: MistakeOptions) -> Iterator[Implausibility]:
+        """That rows and columns alike scatter more than stated by one power of ten, as they do by no physics."""
+        if freedom.sum() < options.enough or freedom.shape[1] < _COLUMNS:
+            return
+        factor = float(np.sqrt(squares.sum() / freedom.sum()))
+        alike = all(_alike(squares.sum(axis=axis), freedom.sum(axis=axis)) > options.consistent for axis in (0, 1))
+        for known in _MULTIPLES:
+            if alike and abs(np.log(factor / known)) < options.noisy:
+                what = f"all readings scatter {factor:.3g} times more than their standard deviations"
+                likely = f"Are the standard deviations {known:g} times too small: in another unit, or divided twice?"
+                yield Implausibility(what, likely)
+
+
+def _alike(squares: FloatArray, freedom: FloatArray) -> float:
+    """p-value of Bartlett's test (1937) that sums of squares with their degrees of freedom have one variance."""
+    freedom = np.maximum(freedom, 1e-9)
+    pooled = squares.sum() / freedom.sum()
+    statistic = freedom.sum() * np.log(pooled) - (freedom * np.log(np.maximum(squares / freedom, 1e-300))).sum()
+    correction = 1.0 + ((1.0 / freedom).sum() - 1.0 / freedom.sum()) / (3.0 * (len(freedom) - 1.0))
+    return float(chi_squared.sf(statistic / correction, len(freedom) - 1))

@@ -6,18 +6,18 @@ import casadi as ca
 import numpy as np
 
 from expdesign.chain.component import ENVIRONMENT
-from expdesign.chain.ports.places.wrenches import Payload
+from expdesign.chain.ports.places.wrenches import PayloadPort
 from expdesign.chain.ports.port import Channel, Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
 
 
-class Attachments(Payload):
+class Attachments(PayloadPort):
     """u: extra wrench (N, N·m) at the origin of P along the axes of O in all rows with a load.
 
     Recordings start each series with the unloaded robot, which shows nothing of what came with the load. A field that
-    acts always (`Payload`) would have to explain that row as well.
+    acts always (`PayloadPort`) would have to explain that row as well.
     """
 
     name = "attachments"

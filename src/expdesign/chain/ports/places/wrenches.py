@@ -32,7 +32,7 @@ def _points(middle: FloatArray, spread: FloatArray) -> FloatArray:
     return np.concatenate([middle + size * distance * directions for distance in _DISTANCES])
 
 
-class Payload(Port):
+class PayloadPort(Port):
     """u: extra wrench (N, N·m) at the origin of P along the axes of O: forces of the environment, and payloads that are
     not as stated.
     """

@@ -1,6 +1,6 @@
 """Diagnose with the library's entries for some physics taken out, in a process of its own.
 
-`python -m benchmarks.concealed.unlisted.withheld ROBOT RECORDINGS OUT physics ...`. This is the one place where the
+`python -m benchmarks.concealed.withheld ROBOT RECORDINGS OUT physics ...`. This is the one place where the
 program's option `without` (identifiers whose entries its library shall not offer) is used.
 """
 

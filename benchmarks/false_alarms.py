@@ -1,22 +1,40 @@
-"""The largest gain of log evidence by any law in noise alone: `python -m benchmarks.ports.false_alarms`.
+"""The largest gain of log evidence by any law in noise alone: `python -m benchmarks.false_alarms`.
 
 Per experiment the dictionary is made once, and every repetition is another draw of the noise: with Φᵀ·P·Φ = U·Λ·Uᵀ
 of an entry, only w = Uᵀ·Φᵀ·P·y changes (`expdesign.diagnosis.evidence.state`).
 """
 
 import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
-from benchmarks.ports.experiments import experiments
+from benchmarks.concealed.case import Case, generate, write_questions
+from benchmarks.concealed.cases import drawn, orders
 
+from expdesign.app.api.inputs import robot_of
+from expdesign.app.api.recorded import recordings_of
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.mechanics.robots.robot import Robot
 
 _LOGS = np.linspace(np.log(1e-3), np.log(1e6), 64)
+
+
+def experiments(count: int, seed: int, only: str) -> Iterator[tuple[Case, Robot, Recordings]]:
+    """Cases of one kind (`none`, `outside`, an identifier) with the robot and the recordings."""
+    with TemporaryDirectory() as scratch:
+        for case in generate(drawn, orders(count, seed, [only]), seed):
+            folder = Path(scratch) / case.name
+            write_questions(case, folder)
+            machine = robot_of(folder / "robot.yaml")
+            yield case, machine.robot, recordings_of(folder / "recordings.csv", machine)
 
 
 def largest_gains(dictionary: Dictionary, base: Present, noise: FloatArray) -> FloatArray:

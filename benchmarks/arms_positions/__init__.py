@@ -1,1 +1,0 @@
-"""Calibration of arms from positions, by this program and by what people use, on the same rows."""

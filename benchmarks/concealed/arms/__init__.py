@@ -1,1 +1,0 @@
-"""Concealed physics of serial arms, by the mechanics of pinocchio."""

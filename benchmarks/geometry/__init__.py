@@ -1,1 +1,0 @@
-"""Geometric calibration of a hexapod against forward kinematics of its own; `python -m benchmarks.geometry`."""
