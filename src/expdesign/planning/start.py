@@ -82,11 +82,17 @@ def _reached(problem: DesignProblem, decisions: FloatArray) -> BoolArray:
 
 
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
-    """Gene vectors (count, m·g) of designs whose every measurement can be reached."""
-    space = problem.space
-    decisions = reachable_measurements(problem, count * space.measurements, generator)
-    designs = space.canonical(decisions.reshape(count, space.measurements, space.decisions))
-    return designs.reshape(count, -1)
+    """Gene vectors (count, m·g) of designs whose every measurement can be reached.
+
+    Where it counts how often poses are set, each has a number of them at random, from one to all.
+    """
+    space, m = problem.space, problem.space.measurements
+    designs = reachable_measurements(problem, count * m, generator).reshape(count, m, space.decisions)
+    if space.settings is not None:
+        poses = generator.integers(1, m + 1, size=(count, 1))
+        of = generator.integers(m, size=(count, m)) % poses
+        designs = np.where(space.of_pose, np.take_along_axis(designs, of[..., None], axis=1), designs)
+    return space.canonical(designs).reshape(count, -1)
 
 
 def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float:

@@ -7,8 +7,6 @@ sums over measurements every exchange is judged, one after the other until none 
 drawn at random.
 """
 
-from itertools import pairwise
-
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
@@ -16,9 +14,6 @@ from expdesign.planning.operators.operator import State
 from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.scalarisation import Aims, achieved
 from expdesign.planning.start import extreme_measurements, reachable_measurements
-
-_ASKED = (0, 4, 12, 28)
-"""Draws that are asked for costly criteria one lot after the other, the most promising first; then all others."""
 
 
 class SingleExchange:
@@ -37,7 +32,7 @@ class SingleExchange:
             found.append(self._by_sums(state, parents, aims[own], len(random)))
             of.append(own)
         space = state.problem
-        if not state.sums or space.noise.shared_reference or space.constraints is not None:
+        if not state.sums or space.constraints is not None:
             found.append(Draws(state).exchanged(parents, aims))
             of.append(np.arange(len(aims)))
         designs, places = np.concatenate(found), np.concatenate(of)
@@ -54,14 +49,39 @@ class SingleExchange:
             drawn = extreme_measurements(state.problem, state.options.library, 1.0, state.generator)
             offered = np.concatenate([offered, np.unique(drawn, axis=0)])
         plans = _random_plans(len(offered), random, space.measurements, state.generator)
-        designs = np.concatenate([parents, offered[plans]])
+        designs = np.concatenate([_thinned(state, parents), offered[plans]])
         exchange = state.exchange
         before = exchange.options
         found = designs.copy()
+        if space.settings is not None:
+            drawn = extreme_measurements(state.problem, _POSES, float(state.generator.random()), state.generator)
+            found = exchange.moved(designs, aims, np.concatenate([drawn, offered[:_POSES]]))
         for some, loaded in ((aims.single, True), (~aims.single, state.gridded)):
-            found[some] = exchange.singles(designs[some], aims[some], offered, varied=state.gridded, loaded=loaded)
+            found[some] = exchange.singles(found[some], aims[some], offered, varied=state.gridded, loaded=loaded)
         state.work.exchanged(exchange.options - before)
         return found
+
+
+_POSES = 40
+"""Poses drawn at random, and of good designs, to which whole settings are moved."""
+_KEPT = 0.7
+"""Share of a plan's measurements that remain where others may take the time of the rest."""
+
+
+def _thinned(state: State, designs: FloatArray) -> FloatArray:
+    """Designs (b, m, g), of which every second one leaves out some measurements where time is limited.
+
+    Within a budget no exchange of a single measurement pays for a further pose: what it takes has to be freed first
+    (ruin and recreate, Schrimpf et al., J. Comput. Phys. 159 (2000) 139).
+    """
+    settings = state.problem.space.settings
+    if settings is None or settings.budget is None:
+        return designs
+    left = state.generator.random(designs.shape[:2]) >= _KEPT
+    left &= (np.arange(len(designs)) % 2 == int(state.generator.integers(2)))[:, None]
+    found = designs.copy()
+    found[..., settings.gene] = np.where(left, 0.0, designs[..., settings.gene])
+    return found
 
 
 def _random_plans(listed: int, count: int, m: int, generator: np.random.Generator) -> IntArray:
@@ -189,55 +209,20 @@ class Draws:
         place = draw(m, size=(batch, self._drawn))
         varied = own[first, place, draw(own.shape[2], size=(batch, self._drawn))]
         listed = self._common[draw(len(self._common), size=(batch, self._drawn))]
-        shared = self._state.problem.noise.shared_reference
-        if shared:
+        if self._state.problem.noise.shared_reference:
             # Another load at the pose of a measurement that the plan has: they share their reference.
             there = parents[first, draw(m, size=(batch, self._drawn))]
             listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
-        new = np.where((second % 2 == 0)[..., None], varied, listed)
-        if shared:
-            # Half of the new poses are taken by the whole series, which a single measurement would break up.
-            whole = second % 4 >= 2
-            trials = self._with_series(trials, place, np.where(whole[..., None], new, parents[first, place]))
-        trials[first, second, place] = new
+        trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
         trials = self._space.canonical(trials)
         same = (trials == parents[:, None]).all(axis=(2, 3))
         score = self._scores(trials, aims, same)
         return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
 
     def _scores(self, trials: FloatArray, aims: Aims, same: BoolArray) -> FloatArray:
-        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are not the best of theirs.
-
-        Criteria that cost little bound the score from below; the others are asked for in the order of these bounds, as
-        long as there is a chance (branch and bound). The same trials are chosen as if all were asked for everywhere.
-        """
-        values, costly = self._state.objectives.values, self._state.objectives.costly
+        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are no exchange."""
         self._state.work.evaluated(int(np.prod(trials.shape[:2])), trials.shape[2])
-        bounds = values(trials.reshape(-1, *trials.shape[2:]), ~costly).reshape(*trials.shape[:2], -1)
-        score = achieved(bounds, aims.centres[:, None], aims.weights[:, None])
-        # Where nothing else has weight there is no bound; what has no value is not usable.
-        score[np.isnan(bounds[..., ~costly]).any(axis=-1) | same] = np.inf
-        asked: BoolArray = np.logical_or.reduce(aims.weights[:, costly] > 0.0, axis=1)
-        if not asked.any():
-            return score
-        order = np.argsort(score, axis=1, kind="stable")
-        lower = score.copy()
-        score[asked] = np.inf
-        for start, end in pairwise((*_ASKED, self._drawn)):
-            places = order[:, start:end]
-            chance = np.take_along_axis(lower, places, axis=1) < score.min(axis=1, keepdims=True)
-            row, column = np.nonzero(chance & asked[:, None])
-            column = places[row, column]
-            if len(row):
-                found = np.maximum(bounds[row, column], values(trials[row, column], costly))
-                reached = achieved(found, aims.centres[row], aims.weights[row])
-                score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
+        values = self._state.objectives.values(trials.reshape(-1, *trials.shape[2:])).reshape(*trials.shape[:2], -1)
+        score = achieved(values, aims.centres[:, None], aims.weights[:, None])
+        score[np.isnan(values).any(axis=-1) | ~np.isfinite(score) | same] = np.inf
         return score
-
-    def _with_series(self, designs: FloatArray, place: IntArray, new: FloatArray) -> FloatArray:
-        """Designs (..., m, g) whose measurements at the pose of one of them (...) take the pose of others (..., g)."""
-        space = self._space
-        old = np.take_along_axis(designs, place[..., None, None], axis=-2)
-        same = (designs == old)[..., space.of_pose].all(axis=-1)
-        moved: FloatArray = np.where(same[..., None] & space.of_pose, new[..., None, :], designs)
-        return moved
