@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 from scipy.optimize import minimize
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import FloatArray
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.front import non_dominated
@@ -38,17 +38,14 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     total = 0
     for _ in range(_BATCHES):
         decisions = space.sample(_BATCH, generator)
-        kept = decisions[_reached(problem, decisions)]
+        kept = decisions[problem.reachable(decisions)]
         found.append(kept)
         total += len(kept)
         if total >= count:
             break
     if total == 0:
         found = [_descend(problem, generator)]
-        if (
-            problem.constraints is not None
-            and not problem.constraints.allowed(problem.loaded, *space.decode(found[0])).all()
-        ):
+        if problem.constraints is not None and not problem.reachable(found[0]).all():
             tried = space.sample(_BATCH, generator)
             tried = tried[problem.loaded.robot.usable(space.decode(tried)[0])]
             tried = tried if len(tried) else found[0]
@@ -69,16 +66,7 @@ def extreme_measurements(
     ends = np.where(generator.random(drawn.shape) < 0.5, space.lower, space.upper)
     moved = ~space.discrete & (generator.random(drawn.shape) < share)
     found = np.where(moved, ends, drawn)
-    return np.where(space.of_pose & ~_reached(problem, found)[:, None], drawn, found)
-
-
-def _reached(problem: DesignProblem, decisions: FloatArray) -> BoolArray:
-    """Which measurements (b, g) can be taken."""
-    poses, loads = problem.space.decode(decisions)
-    usable: BoolArray = problem.loaded.robot.usable(poses)
-    if problem.constraints is not None:
-        usable &= problem.constraints.allowed(problem.loaded, poses, loads)
-    return usable
+    return np.where(space.of_pose & ~problem.reachable(found)[:, None], drawn, found)
 
 
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:

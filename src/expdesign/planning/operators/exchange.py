@@ -9,7 +9,7 @@ drawn at random.
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.operators.operator import State
 from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.scalarisation import Aims, achieved
@@ -33,7 +33,7 @@ class SingleExchange:
             of.append(own)
         space = state.problem
         if not state.sums or space.constraints is not None:
-            found.append(Draws(state).exchanged(parents, aims))
+            found.append(drawn_exchanges(state, parents, aims))
             of.append(np.arange(len(aims)))
         designs, places = np.concatenate(found), np.concatenate(of)
         changed = (designs != parents[places]).any(axis=(1, 2))
@@ -176,53 +176,51 @@ def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
     return np.where(mixed[..., None], elite[draw(number, size=count)], children)
 
 
-class Draws:
-    """Exchanges drawn at random, judged by the criteria themselves."""
+def drawn_exchanges(state: State, parents: FloatArray, aims: Aims) -> FloatArray:
+    """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of some
+    drawn at random and judged by the criteria themselves. The first exchange may also be for the worse.
+    """
+    random, _, times = state.options.draws
+    common = reachable_measurements(state.problem, random, state.generator)
+    common = np.concatenate([state.library, common]) if len(state.library) else common
+    found, score = _best_drawn(state, parents, aims, common)
+    moving = np.arange(len(parents))
+    for _ in range(times if state.gridded else 0):
+        tried, reached = _best_drawn(state, found[moving], aims[moving], common)
+        better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
+        moving, tried = moving[better], tried[better]
+        found[moving], score[moving] = tried, reached[better]
+        if moving.size == 0:
+            break
+    return found
 
-    def __init__(self, state: State) -> None:
-        self._state, self._space = state, state.problem.space
-        random, self._drawn, self._times = state.options.draws
-        measurements = reachable_measurements(state.problem, random, state.generator)
-        self._common = np.concatenate([state.library, measurements]) if len(state.library) else measurements
 
-    def exchanged(self, parents: FloatArray, aims: Aims) -> FloatArray:
-        """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
-        some drawn at random. The first exchange may also be for the worse.
-        """
-        found, score = self._best(parents, aims)
-        moving = np.arange(len(parents))
-        for _ in range(self._times if self._state.gridded else 0):
-            tried, reached = self._best(found[moving], aims[moving])
-            better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
-            moving, tried = moving[better], tried[better]
-            found[moving], score[moving] = tried, reached[better]
-            if moving.size == 0:
-                break
-        return found
+def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,).
 
-    def _best(self, parents: FloatArray, aims: Aims) -> tuple[FloatArray, FloatArray]:
-        """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
-        batch, m, _ = parents.shape
-        draw, own = self._state.generator.integers, variants(self._state.problem, parents)
-        trials = np.repeat(parents[:, None], self._drawn, axis=1)
-        first, second = np.indices((batch, self._drawn))
-        place = draw(m, size=(batch, self._drawn))
-        varied = own[first, place, draw(own.shape[2], size=(batch, self._drawn))]
-        listed = self._common[draw(len(self._common), size=(batch, self._drawn))]
-        if self._state.problem.noise.shared_reference:
-            # Another load at the pose of a measurement that the plan has: they share their reference.
-            there = parents[first, draw(m, size=(batch, self._drawn))]
-            listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
-        trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
-        trials = self._space.canonical(trials)
-        same = (trials == parents[:, None]).all(axis=(2, 3))
-        score = self._scores(trials, aims, same)
-        return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
-
-    def _scores(self, trials: FloatArray, aims: Aims, same: BoolArray) -> FloatArray:
-        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are no exchange."""
-        self._state.work.evaluated(int(np.prod(trials.shape[:2])), trials.shape[2])
-        values = self._state.objectives.values(trials.reshape(-1, *trials.shape[2:])).reshape(*trials.shape[:2], -1)
-        score = achieved(values, aims.centres[:, None], aims.weights[:, None])
-        score[np.isnan(values).any(axis=-1) | ~np.isfinite(score) | same] = np.inf
-        return score
+    Args:
+        state: what the search knows.
+        parents: the designs.
+        aims: of each, b.
+        common: measurements for which any is exchanged, shape (l, g).
+    """
+    batch, m, _ = parents.shape
+    space, drawn = state.problem.space, state.options.draws[1]
+    draw, own = state.generator.integers, variants(state.problem, parents)
+    trials = np.repeat(parents[:, None], drawn, axis=1)
+    first, second = np.indices((batch, drawn))
+    place = draw(m, size=(batch, drawn))
+    varied = own[first, place, draw(own.shape[2], size=(batch, drawn))]
+    listed = common[draw(len(common), size=(batch, drawn))]
+    if state.problem.noise.shared_reference:
+        # Another load at the pose of a measurement that the plan has: they share their reference.
+        there = parents[first, draw(m, size=(batch, drawn))]
+        listed = np.where(space.of_pose & (second % 4 == 1)[..., None], there, listed)
+    trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
+    trials = space.canonical(trials)
+    state.work.evaluated(batch * drawn, m)
+    values = state.objectives.values(trials.reshape(-1, *trials.shape[2:])).reshape(batch, drawn, -1)
+    score = achieved(values, aims.centres[:, None], aims.weights[:, None])
+    none = np.isnan(values).any(axis=-1) | ~np.isfinite(score) | (trials == parents[:, None]).all(axis=(2, 3))
+    score[none] = np.inf
+    return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)

@@ -67,7 +67,6 @@ class CriterionBounds:
         return {
             "lower_bound": self.halved,
             "least_known": float(self.best) if np.isfinite(self.best) else None,
-            "gap": self.open,
             "finished": self.finished,
             "exact": self.exact,
             "nodes": self.nodes,
