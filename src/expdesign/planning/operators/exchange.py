@@ -2,10 +2,9 @@
 
 Which pose or mass comes first, where exactly comes from gradients afterwards. Measurements are exchanged for those that
 other good designs have, for some drawn at random, or for themselves with one variable at another of its values: an end
-of its range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Whole settings of the
-robot are moved, and within a budget time is freed for what takes more. Where criteria are
-sums over measurements every exchange is judged, one after the other until none helps (Fedorov 1972); else some of them,
-drawn at random.
+of its range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Whole settings of
+the robot are moved, and within a budget time is freed for what takes more. Where criteria are sums over measurements
+every exchange is judged, one after the other until none helps (Fedorov 1972); else some of them, drawn at random.
 """
 
 import numpy as np
