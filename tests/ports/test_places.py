@@ -161,14 +161,16 @@ def test_friction_that_is_tight_at_one_end_is_a_law_of_the_history_and_the_lengt
 
 
 def test_two_legs_on_a_bracket_with_play_are_one_law_of_both_forces() -> None:
-    """Both are longer or shorter by the same, with the sign of what they carry together."""
+    """Pulled together, both are longer by the same; pushed, the bracket is where it rests."""
     dictionary, measured, values = _bench("actuators")
     sign = dictionary.sight.values(Quantity("pair_sign", 1, (4.0,)))
     both = sum(dictionary.sight.values(Quantity("effort", leg)) for leg in (1, 4))
     np.testing.assert_array_equal(sign, np.sign(both))
     maps = _maps("actuators", measured, values)
-    entry = _best(dictionary, measured, values, (maps[:, :, 1] + maps[:, :, 4]) * sign[:, None])
+    pulled = (sign > 0.0).astype(float)
+    entry = _best(dictionary, measured, values, (maps[:, :, 1] + maps[:, :, 4]) * pulled[:, None])
     assert (entry.form, [channel.output for channel in entry.channels]) == ("bracket", [1, 4])
+    assert entry.inputs == (Quantity("pair_sign", 1, (4.0,)),)
 
 
 def test_a_wire_beside_the_legs_is_a_stiffness() -> None:

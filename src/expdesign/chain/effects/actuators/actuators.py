@@ -108,10 +108,6 @@ _SHARES = (0.05, 0.1, 0.2, 0.4)
 """Of the largest force: friction that holds some legs altogether looks unlike a little of it."""
 
 
-_YIELDS = (0.6, 0.8)
-"""The same, where all but the largest forces are carried without slip, as by steel that yields."""
-
-
 class Slider(StrEnum):
     """What slips beside the spring."""
 
@@ -157,8 +153,7 @@ class FrictionHysteresis(Effect):
             return []  # linear in the friction
         forward = self.robot.jacobians(points.configurations).forward
         forces = np.einsum("nij,ni->nj", forward, points.wrenches)[:, self.actuators]
-        shares = _SHARES if self.variant is Slider.RIGID else (*_SHARES, *_YIELDS)
-        sizes = [share * float(np.abs(forces).max(initial=0.0)) for share in shares]
+        sizes = [share * float(np.abs(forces).max(initial=0.0)) for share in _SHARES]
         return [np.concatenate([[size], self.neutral()[1:]]) for size in sizes if size > 0.0]
 
     def actuator(

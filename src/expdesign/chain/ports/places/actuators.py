@@ -102,7 +102,9 @@ class Actuators(Port):
                 continue
             priors = [("wiener", both, sight.largest(both), 12)]
             if sight.varies(sign):
-                priors.append(("linear", sign, 1.0, 1))
+                priors.append(
+                    ("wiener", sign, 1.0, 2)
+                )  # to either side its own way: it may rest at one end of its play
             for kernel, seen, scale, rank in priors:
                 channels = tuple(Channel(leg, 0, (seen,)) for leg in (actuator, other))
                 yield Entry(self.name, self.components[actuator], "bracket", channels, kernel, (scale,), rank)
