@@ -173,16 +173,6 @@ def test_two_legs_on_a_bracket_with_play_are_one_law_of_both_forces() -> None:
     assert entry.inputs == (Quantity("pair_sign", 1, (4.0,)),)
 
 
-def test_a_wire_beside_the_legs_is_a_stiffness() -> None:
-    """It pulls along one direction in proportion to how far the platform is moved along that."""
-    dictionary, measured, values = _bench("payload")
-    shown = np.column_stack([dictionary.sight.values(Quantity("deflection", axis)) for axis in range(6)])
-    wire = np.array([0.6, 0.0, 0.8, 0.05, -0.1, 0.02])
-    pull = -np.outer(shown @ wire, wire)
-    entry = _best(dictionary, measured, values, np.einsum("nkw,nw->nk", _maps("payload", measured, values), pull))
-    assert (str(entry.component), entry.form, entry.kernel) == ("environment", "contact", "constant")
-
-
 def test_a_leg_that_is_softer_when_it_is_warm_follows_the_temperature_from_its_mean() -> None:
     """Not the warming since the series began: and its compliance stays positive, since a constant is the spring's."""
     dictionary, measured, values = _bench("actuators")

@@ -85,11 +85,6 @@ class Payload(Port):
         shown = tuple(Quantity("deflection", i) for i in range(self.width)) if not sight.positions else ()
         sight.look(shown)
         yield from self._each(sight, [(prior, range(self.width)) for prior in kinks_over(sight, "contact", shown, 15)])
-        # Springs, wires and hoses that hold the platform all the time: a stiffness beside that of the legs.
-        pairs = [(a, q) for a in range(self.width) for q in shown if sight.spread(q) > 0.0]
-        channels = tuple(Channel(a, i, (q,), q) for i, (a, q) in enumerate(pairs))
-        if channels:
-            yield Entry(self.name, ENVIRONMENT, "contact", channels, "constant", (1.0,), 1)
 
     def _each(self, sight: Sight, priors: list[tuple[Prior, range]]) -> Iterator[Entry]:
         """Every prior with a law of its own in each of its directions."""
