@@ -48,14 +48,17 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     sensitivities = target_sensitivities(problem, model.fit)
     deviations = model.fit.estimable.deviations(sensitivities)
     noise = np.where(np.isfinite(deviations), deviations, np.nan)
-    contributions = [Contribution(NOISE, noise, True, model.degrees)]
+    generalised = model.fit.estimable.generalised
+    together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
+    contributions = [Contribution(NOISE, noise, True, model.degrees, together)]
     effects = _effects_of_loads(problem, model) if problem.loaded.sources else []
     for source, moved in zip(problem.loaded.sources, effects, strict=True):
         # Errors that every row has for itself add up in squares, one that all share adds up as it is.
         estimates = moved.sum(axis=0)[None] if source.shared else moved
         errors = np.einsum("tnp,mpd->tnmd", sensitivities, estimates)
         deviation = np.sqrt((errors**2).sum(axis=(2, 3)))
-        contributions.append(Contribution(source.source, deviation, not source.shared))
+        together = np.einsum("tnmd,skmd->tnsk", errors, errors, optimize=True)
+        contributions.append(Contribution(source.source, deviation, not source.shared, covariance=together))
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
