@@ -369,7 +369,7 @@ def _risk_sentence(decision: Decision) -> list[str]:
         alone = probability_text(float(decision.risk[target, axis]), 2)
         text += f", of {decision.budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1} alone {alone}"
     if decision.left_out is None:
-        return [f"{text}."]
+        return [f"{text}, if the model is right: what these recordings may hide is not counted."]
     parts: dict[str, float] = {}
     for phrase, part in zip(decision.left_out.phrases, decision.whole_hidden_risk, strict=True):
         parts[phrase] = parts.get(phrase, 0.0) + float(part)

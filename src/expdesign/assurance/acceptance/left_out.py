@@ -18,7 +18,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
-from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, target_sensitivities
+from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, places_tip, target_sensitivities
 from expdesign.assurance.model_error.left_out import LeftOut, left_out, offsets
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.planned import meir_of_problem
@@ -63,12 +63,16 @@ def left_out_risk(
 ) -> LeftOutRisk | None:
     """What may be left out of a model that its recordings do not refute; None where nothing can be.
 
+    None as well where geometry is calibrated: sizes and motions of physics are those of deflections (MEIR's).
+
     Args:
         problem: whose targets count, and whose assumptions of MEIR if it has any.
         model: as its recordings determined it.
         options: what is thought beforehand.
     """
     robot, recordings, fit = problem.loaded.robot, model.recordings, model.fit
+    if places_tip(fit) or not problem.loaded.regressor.referenced:
+        return None
     asked = meir_of_problem(problem)
     assumptions = Assumptions() if asked is None else asked.assumptions
     known = {effect.slot for effect in fit.chain.effects}
