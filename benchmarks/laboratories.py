@@ -10,7 +10,8 @@ noise; it fails where an axis is beyond its tolerance. At the commands of `diagn
 times, and `verify` decides from these readings.
 
 The share of laboratories that let a robot pass that fails is the global consumer's risk (JCGM 106:2012, 3.3.15); at
-U ≤ T with k = 2 it is stated to be at most 4.55 %, physics included that the recordings may hide.
+U ≤ T with k = 2 it is stated to be at most 4.55 %, for the robot as a whole and physics included that the recordings
+may hide.
 """
 
 import argparse
@@ -82,6 +83,8 @@ class Laboratory:
         found: verdict of the diagnosis.
         identified, diagnosed: decision with each model.
         identified_error, diagnosed_error: largest error of the truth, in tolerances.
+        identified_risk, diagnosed_risk: stated probability that any axis is beyond its tolerance; NaN where nothing is
+            decided.
         verified: verdict of the check readings.
         refused: what a command refused; empty where none did.
     """
@@ -95,6 +98,8 @@ class Laboratory:
     diagnosed_error: float = float("nan")
     verified: str = ""
     refused: str = ""
+    identified_risk: float = float("nan")
+    diagnosed_risk: float = float("nan")
 
 
 def configuration(stiffness: np.ndarray | None = None) -> dict[str, Any]:
@@ -163,7 +168,7 @@ def laboratory(seed: int, plan: pd.DataFrame) -> Laboratory:
         seed, hidden, found.verdict,
         identified.acceptance.verdict, largest_error(truth, hidden, first),
         found.acceptance.verdict, largest_error(truth, hidden, second),
-        verified.result.verdict,
+        verified.result.verdict, "", identified.acceptance.whole_risk, found.acceptance.whole_risk,
     )  # fmt: skip
 
 
@@ -177,6 +182,12 @@ def share(wrong: int, count: int) -> str:
     return f"{100.0 * part:.1f} ± {100.0 * spread:.1f} % ({wrong} of {count})"
 
 
+def _mean_risk(found: list[Laboratory], decision: str, stated: str) -> str:
+    """Mean of the stated risk of those that pass, as a text."""
+    risks = [getattr(x, stated) for x in found if stated and getattr(x, decision) == "pass"]
+    return f"{100.0 * np.mean(risks):.1f} %" if risks else "–"
+
+
 def page(found: list[Laboratory], command: str, seconds: float) -> str:
     """The result as a page."""
     lines = [
@@ -184,8 +195,9 @@ def page(found: list[Laboratory], command: str, seconds: float) -> str:
         *(__doc__ or "").strip().splitlines()[4:], "", "```", command, "```", "",
         f"{len(found)} laboratories in {seconds:.0f} s of processor time; "
         f"refused by a command: {sum(bool(each.refused) for each in found)}.", "",
-        "| physics | decided by | pass | fail | not decided or not proven | passes that fail, of all | of passes |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| physics | decided by | pass | fail | not decided or not proven | passes that fail, of all | of passes "
+        "| risk stated with the passes, mean |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]  # fmt: skip
     groups = {
         "none hidden": [x for x in found if not x.hidden],
@@ -193,10 +205,10 @@ def page(found: list[Laboratory], command: str, seconds: float) -> str:
         "all": found,
     }
     for name, group in groups.items():
-        for way, decision, error in (
-            ("`identify`", "identified", "identified_error"),
-            ("`diagnose`", "diagnosed", "diagnosed_error"),
-            ("`verify`", "verified", "diagnosed_error"),
+        for way, decision, error, stated in (
+            ("`identify`", "identified", "identified_error", "identified_risk"),
+            ("`diagnose`", "diagnosed", "diagnosed_error", "diagnosed_risk"),
+            ("`verify`", "verified", "diagnosed_error", ""),
         ):
             done = [(getattr(x, decision), getattr(x, error)) for x in group if not x.refused]
             passes = [error for verdict, error in done if verdict == "pass"]
@@ -204,7 +216,7 @@ def page(found: list[Laboratory], command: str, seconds: float) -> str:
             fails = sum(verdict == "fail" for verdict, _ in done)
             lines.append(
                 f"| {name} | {way} | {len(passes)} | {fails} | {len(done) - len(passes) - fails} | "
-                f"{share(wrong, len(done))} | {share(wrong, len(passes))} |"
+                f"{share(wrong, len(done))} | {share(wrong, len(passes))} | {_mean_risk(group, decision, stated)} |"
             )
     lines += [
         "",

@@ -21,7 +21,8 @@ from expdesign.report import words
 from expdesign.report.blocks import PageSection, Paragraph, Sentences, table_of
 
 EXPLAINED = (
-    f"Every axis by itself: its expanded uncertainty U = k u is compared with its tolerance ({DECISION_RULE}). "
+    f"Every axis in the table by itself: its expanded uncertainty U = k u is compared with its tolerance "
+    f"({DECISION_RULE}). "
     "The expected error (total) of the criteria is another figure: the root of the sum over all axes of "
     "(u / tolerance)², without k, so that it can be above 1 although every axis passes, and below 1 although one fails."
 )

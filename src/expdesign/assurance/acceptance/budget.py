@@ -32,12 +32,15 @@ class Contribution:
         repeatable: whether it is independent from one repetition of the experiment to the next, and so shrinks with
             their number; what all measurements share does not.
         degrees: degrees of freedom of the estimate of it; infinite where it is known.
+        covariance: of the attained poses together (m², m·rad, rad²), shape (t, n, t, n); None where only the axes by
+            themselves are known, as of a plan.
     """
 
     name: str
     deviation: FloatArray
     repeatable: bool
     degrees: float = float("inf")
+    covariance: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,21 @@ class UncertaintyBudget:
         repeatable = self._root([one.deviation for one in self.contributions if one.repeatable])
         shared = self._root([one.deviation for one in self.contributions if not one.repeatable])
         return self.factor * np.sqrt(repeatable**2 / times + shared**2)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of the attained poses together (m², m·rad, rad²), shape (t, n, t, n).
+
+        Raises:
+            ValueError: a contribution is known axis by axis alone.
+        """
+        total = np.zeros((*self.tolerance.shape, *self.tolerance.shape))
+        for each in self.contributions:
+            if each.covariance is None:
+                message = f"of {each.name} only the axes by themselves are known"
+                raise ValueError(message)
+            total = total + each.covariance
+        return total
 
     def _root(self, deviations: list[FloatArray]) -> FloatArray:
         total = np.zeros_like(self.tolerance)

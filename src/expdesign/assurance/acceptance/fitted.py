@@ -6,6 +6,7 @@ the sensitivities S of all parameters); what a parameter of the load takes up no
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,9 +14,12 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
 from expdesign.chain.chain import Chain
+from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
+from expdesign.estimation.compensation.arm_targets import of_joints
+from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
@@ -42,20 +46,24 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     """The budget of a model at the targets of a configuration of the same robot.
 
     Raises:
-        InputError: the load errors of the configuration are of another kind of load than was recorded.
+        InputError: the load errors of the configuration are of another kind of load than was recorded, or the geometry
+            is calibrated and the model has none.
     """
-    problem.require_elastostatic("a robot can be accepted from recordings")
+    _require_what_is_calibrated(problem, model.fit)
     sensitivities = target_sensitivities(problem, model.fit)
     deviations = model.fit.estimable.deviations(sensitivities)
     noise = np.where(np.isfinite(deviations), deviations, np.nan)
-    contributions = [Contribution(NOISE, noise, True, model.degrees)]
+    generalised = model.fit.estimable.generalised
+    together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
+    contributions = [Contribution(NOISE, noise, True, model.degrees, together)]
     effects = _effects_of_loads(problem, model) if problem.loaded.sources else []
     for source, moved in zip(problem.loaded.sources, effects, strict=True):
         # Errors that every row has for itself add up in squares, one that all share adds up as it is.
         estimates = moved.sum(axis=0)[None] if source.shared else moved
         errors = np.einsum("tnp,mpd->tnmd", sensitivities, estimates)
         deviation = np.sqrt((errors**2).sum(axis=(2, 3)))
-        contributions.append(Contribution(source.source, deviation, not source.shared))
+        together = np.einsum("tnmd,skmd->tnsk", errors, errors, optimize=True)
+        contributions.append(Contribution(source.source, deviation, not source.shared, covariance=together))
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
@@ -65,14 +73,36 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     )
 
 
+def _require_what_is_calibrated(problem: DesignProblem, fit: Fit) -> None:
+    """Raise where a configuration that calibrates geometry meets a model that knows none."""
+    if not problem.loaded.regressor.referenced and fit.chain.reading.linear:
+        what = "the configuration calibrates the geometry, which recordings of deflections do not show"
+        remedy = "Record positions or poses, or take `experiment.calibration` out."
+        raise InputError(what, where=f"{problem.source}, experiment.calibration", remedy=remedy)
+
+
+def places_tip(fit: Fit) -> bool:
+    """Whether the model says where an arm's tip is, and not only how it yields under a load."""
+    return fit.chain.robot.jointed and not fit.chain.reading.linear
+
+
 def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
-    """Derivatives of the attained pose along the axes of the tolerances, shape (t, n, p)."""
+    """Derivatives of the attained pose along the axes of the tolerances, shape (t, n, p).
+
+    Of an arm that absolute readings placed they are those of the pose of its tip, geometry included; of a robot on legs
+    the motion counts from the command.
+    """
     known = fit.chain
     chain = Chain(known.robot, known.effects, reading=known.reading, instrument=False, from_command=True)
+    placed = Model(known, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
+    if places_tip(fit):
+        chain = tip_chain(placed, "base")
     turned = problem.targets.axes
     rows = []
     for index in range(len(problem.targets.configurations)):
         points = target_points(problem, index)
+        if places_tip(fit):
+            points = at_targets(placed, of_joints(known.robot, points), "base")
         moved = chain.predict_with_sensitivities(row_data(points, known.robot), fit.values)[1][0]
         rows.append(moved if turned is None else turned[index] @ moved)
     return np.array(rows)

@@ -8,7 +8,7 @@ covariance, r its residuals, B those of an effect, A and T what model and effect
     x | r ~ N(C·Bᵀr, C),  C = (I + Bᵀ(B − S·P·SᵀB))⁻¹,  Bayes factor |C|^½·exp(½·rᵀB·C·Bᵀr)  against nothing left out
 
 (Gelman et al., Bayesian Data Analysis, 3rd ed. 2013, 7.4 and 14.8), and the attained pose is off by (T − A·P·SᵀB)·x,
-because the model takes up its share. The error is then a mixture, whose part beyond the tolerance is the specific
+because the model takes up its share. The error is then a mixture, whose part beyond any tolerance is the specific
 consumer's risk (JCGM 106:2012, 3.3.13).
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
-from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, target_sensitivities
+from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, places_tip, target_sensitivities
 from expdesign.assurance.model_error.left_out import Omitted, left_out, offsets
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.planned import meir_of_problem
@@ -63,12 +63,16 @@ def left_out_risk(
 ) -> LeftOutRisk | None:
     """What may be left out of a model that its recordings do not refute; None where nothing can be.
 
+    None as well where geometry is calibrated: sizes and motions of physics are those of deflections (MEIR's).
+
     Args:
         problem: whose targets count, and whose assumptions of MEIR if it has any.
         model: as its recordings determined it.
         options: what is thought beforehand.
     """
     robot, recordings, fit = problem.loaded.robot, model.recordings, model.fit
+    if places_tip(fit) or not problem.loaded.regressor.referenced:
+        return None
     asked = meir_of_problem(problem)
     assumptions = Assumptions() if asked is None else asked.assumptions
     known = {effect.slot for effect in fit.chain.effects}
@@ -107,7 +111,7 @@ def _posterior(
 ) -> LeftOutRisk:
     """The alternatives from B (M, D), what the model leaves of it (M, D), the misses (t, n, D) and r (M,)."""
     start, odds = offsets(physics), options.present / (1.0 - options.present)
-    logs, means, deviations = [0.0], [], []
+    logs, means, roots = [0.0], [], []
     for index, share in enumerate(_shares(physics)):
         columns = slice(start[index], start[index + 1])
         errors, count = missed[..., columns], start[index + 1] - start[index]
@@ -116,10 +120,11 @@ def _posterior(
         size = covariance @ projected
         logs.append(np.log(odds * share) + 0.5 * float(np.linalg.slogdet(covariance)[1] + projected @ size))
         means.append(errors @ size)
-        deviations.append(np.sqrt(np.maximum(((errors @ covariance) * errors).sum(axis=-1), 0.0)))
+        values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+        roots.append(errors @ (vectors * np.sqrt(np.maximum(values, 0.0))))
     weights = np.exp(np.array(logs) - max(logs))
     phrases = tuple(entry.effect.phrase for entry in physics)
-    return LeftOutRisk(phrases, weights[1:] / weights.sum(), np.array(means), np.array(deviations))
+    return LeftOutRisk(phrases, weights[1:] / weights.sum(), np.array(means), tuple(roots))
 
 
 def _shares(physics: tuple[Omitted, ...]) -> list[float]:

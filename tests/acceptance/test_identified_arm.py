@@ -1,0 +1,51 @@
+"""Acceptance of an arm that positions calibrated: the geometry counts, as in the commands that `compensate` writes."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from benchmarks.arms.plant import recordings, usual_faults
+
+import expdesign as xd
+from expdesign.assurance.acceptance.decision import sentences
+from expdesign.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+ROBOT = ROOT / "configs/robots/ur5.yaml"
+
+
+def configuration(calibration: str | None) -> dict[str, Any]:
+    """The shipped arm's targets, without load errors, which an arm that carries nothing does not have."""
+    content: dict[str, Any] = yaml.safe_load((ROOT / "configs/ur5.yaml").read_text())
+    del content["experiment"]["load_error"]
+    content["objectives"] = ["duir"]
+    if calibration is not None:
+        content["experiment"]["calibration"] = calibration
+    return {**content, "robot": str(ROBOT)}
+
+
+@pytest.mark.parametrize("calibration", ["both", None])
+def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
+    """By the compliances alone U of the tip was less than half of what `compensate` states."""
+    frame = recordings(usual_faults(3, tool=0.0), 150, 5)
+    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    config = configuration(calibration)
+    found = xd.identify(ROBOT, frame, targets=config)
+    accepted = found.acceptance
+    assert accepted is not None
+    commands = xd.compensate(found, config).frame
+    stated = commands[["sx_m", "sy_m", "sz_m"]].to_numpy()
+    np.testing.assert_allclose(accepted.budget.standard[:, :3], stated, rtol=0.02)
+    assert accepted.left_out is None
+    assert "what these recordings may hide is not counted" in " ".join(sentences(accepted))
+    assert 0.0 <= accepted.whole_risk <= 1.0
+
+
+def test_deflections_do_not_show_a_geometry_that_is_calibrated() -> None:
+    config = configuration(None)
+    plan = xd.run(config | {"optimiser": {"population": 8, "generations": 1, "seed": 1, "effort": "quick"}}).plan
+    deflections = xd.simulate(config, plan).frame
+    with pytest.raises(InputError, match=r"calibrates the geometry.*do not show"):
+        xd.identify(ROBOT, deflections, targets=configuration("both"))
