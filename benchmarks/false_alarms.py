@@ -64,7 +64,7 @@ def main() -> None:
     every = []
     for case, robot, recordings in experiments(chosen.experiments, chosen.seed, "none"):
         found = diagnose(robot, recordings)
-        sample = found.search.sample
+        sample = found.names.sample
         base = base_alone(found.base, sample)
         dictionary = Dictionary(robot, measured_of(sample), found.base.values)
         noise = generator.standard_normal((len(base.readings), chosen.repetitions))

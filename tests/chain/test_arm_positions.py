@@ -20,9 +20,10 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates
+from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Search
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import require_history
 from expdesign.estimation.fit import Data, Fit, fit
@@ -162,9 +163,9 @@ def test_bearings_of_which_each_shows_as_much_are_named_together(arm: SerialRobo
     sample = Sample.of(Data(data, row_data(data, arm), whitening, reading=reading_of(arm, data)), ~data.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     entries = candidates([*each, together], sample, arm, base.values)
-    model = Search(arm, sample, entries, known_noise=True).run()
+    model = Search.over(Names(arm, sample, entries, known_noise=True)).model()
     assert model.keys == (together.key,)
-    singly = Search(arm, sample, entries[:-1], known_noise=True).run()
+    singly = Search.over(Names(arm, sample, entries[:-1], known_noise=True)).model()
     assert 1 < len(singly.keys) < 7
     assert singly.misfit > model.misfit + 10.0
 

@@ -53,7 +53,7 @@ def test_noise_is_consistent_with_the_base_model(name: str, seed: int) -> None:
     result = found(name, noisy(name, seed))
     assert result.verdict == "consistent"
     assert result.findings == ()
-    assert result.model is result.search.base
+    assert result.model is result.names.base
     assert result.before is result.after
     assert result.before.verdict == "not refuted"
     assert result.laws is None
@@ -225,7 +225,7 @@ def test_rows_marked_for_testing_are_never_fitted() -> None:
     spoilt = frame.copy()
     spoilt.loc[held, "dx_m"] += 1e-5 * np.random.default_rng(0).standard_normal(int(held.sum()))
     again = diagnose(machine(BIPOD), read(spoilt, machine(BIPOD)))
-    np.testing.assert_array_equal(again.search.base.fit.values, result.search.base.fit.values)
+    np.testing.assert_array_equal(again.names.base.fit.values, result.names.base.fit.values)
     assert again.base.chi2 == result.base.chi2
     assert again.errors.train_before == result.errors.train_before
     assert again.errors.test_before > result.errors.test_before
@@ -237,7 +237,7 @@ def test_axes_that_were_not_measured_are_not_missed() -> None:
     result = found(HEXAPOD, recordings_of(HEXAPOD, element).drop(columns=missing))
     assert result.verdict == "explained"
     assert (result.findings[0].physics, result.findings[0].component) == ("leg_backlash", "leg 4")
-    assert result.search.sample.readings == 3 * 32
+    assert result.names.sample.readings == 3 * 32
     assert set(result.location.axes) <= {"dy_m", "dz_m", "drx_rad"}
 
 

@@ -19,12 +19,13 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import pruned
 from expdesign.diagnosis.cross_validation import blocks_of
+from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.nameable import nameable
+from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Search
 from expdesign.diagnosis.stability import stability
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
@@ -65,7 +66,7 @@ def search_of(arm: SerialRobot, recordings: Recordings) -> Search:
     effects: list[Effect] = [
         GeometricError.from_text(arm, "all joints"), InstrumentDrift.from_text(arm, "instrument", "shift")
     ]  # fmt: skip
-    return Search(arm, sample, candidates(effects, sample, arm, base.values), known_noise=True)
+    return Search.over(Names(arm, sample, candidates(effects, sample, arm, base.values), known_noise=True))
 
 
 def by_lift(count: int) -> Array:
@@ -79,7 +80,7 @@ def test_what_changes_with_the_lift_is_no_drift_because_lifts_were_visited_in_or
     q = by_lift(160)
     bend = np.outer(q[:, 0] ** 2, [2e-3, 0.0, 0.0])
     search = search_of(arm, positions(arm, q, bend))
-    assert DRIFT in search.run().keys
+    assert DRIFT in search.model().keys
     found = nameable(search)
     assert DRIFT not in found.model.keys
     assert ZEROS in found.model.keys
@@ -112,13 +113,13 @@ def test_one_effect_that_held_out_rows_refute_does_not_take_the_others_with_it(a
     test = np.arange(160) % 4 == 0
     moved = np.outer(np.where(test, 0.0, np.linspace(0.0, 2e-3, 160)), [1.0, 0.0, 0.0])
     search = search_of(arm, positions(arm, configurations(160, 2), moved, test))
-    model = search.run()
+    names, model = search.known_names, search.model()
     assert set(model.keys) == {ZEROS, DRIFT}
-    kept, errors = pruned(search, model, search.base.fit, test)
+    kept, errors = pruned(names, model, names.base.fit, test)
     assert kept.keys == (ZEROS,)
     assert errors.test_after < errors.test_before
-    worse = search.without(model, model.keys.index(ZEROS))
-    assert pruned(search, worse, search.base.fit, test)[0].keys == ()
+    worse = names.without(model, model.keys.index(ZEROS))
+    assert pruned(names, worse, names.base.fit, test)[0].keys == ()
 
 
 def bipod_search(effects: list[Effect] | None, *parts: Effect, parameters: list[float]) -> Search:
@@ -126,7 +127,7 @@ def bipod_search(effects: list[Effect] | None, *parts: Effect, parameters: list[
     sample, here = sample_of(NAME, recordings), robot(NAME)
     chosen = library(here, recordings) if effects is None else effects
     entries = candidates(chosen, sample, here, base_fit(NAME, sample).values)
-    return Search(here, sample, entries, known_noise=True)
+    return Search.over(Names(here, sample, entries, known_noise=True))
 
 
 def test_physics_at_its_limit_is_no_name() -> None:
@@ -134,17 +135,17 @@ def test_physics_at_its_limit_is_no_name() -> None:
     narrow = effect(NAME, "leg_backlash", "leg 1", "middle")
     narrow.parameters = (replace(narrow.parameters[0], high=5e-6), *narrow.parameters[1:])
     search = bipod_search([narrow, FRICTION], PLAY, parameters=[1.5e-5])
-    assert narrow.key in search.run().keys
+    assert narrow.key in search.model().keys
     found = nameable(search)
     assert narrow.key not in found.model.keys
     assert found.at_limit == "gap_m of leg 1"
-    assert any(entry["step"] == "limits" for entry in search.log.entries)
+    assert any(entry["step"] == "limits" for entry in search.known_names.log.entries)
 
 
 def test_clear_effects_are_named_by_every_nine_tenths() -> None:
     search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
-    model = search.run()
-    found = stability(search, model)
+    model = search.model()
+    found = stability(search.known_names, model)
     assert found is not None
     assert (found.refits, found.same, found.shares) == (OPTIONS.refits, 1.0, (1.0, 1.0))
 
@@ -152,21 +153,22 @@ def test_clear_effects_are_named_by_every_nine_tenths() -> None:
 def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name() -> None:
     """Shares of a play near the threshold against ten full searches, each without its tenth: alike to one in ten."""
     search = bipod_search(None, PLAY, parameters=[2.4e-6])
-    model = search.run()
+    model = search.model()
     assert model.keys == (PLAY.key,)
-    found = stability(search, model)
+    found = stability(search.known_names, model)
     assert found is not None
     assert 0.0 < found.same < 1.0
-    blocks, named = blocks_of(search.sample, OPTIONS.refits), []
+    names = search.known_names
+    blocks, named = blocks_of(names.sample, OPTIONS.refits), []
     for tenth in range(OPTIONS.refits):
-        part = Search(search.robot, search.sample.restricted(blocks != tenth), search.library, known_noise=True)
-        named.append(part.run(outliers=False).keys == model.keys)
+        part = Search.over(names.of_rows(names.sample.restricted(blocks != tenth)))
+        named.append(part.model(aside=False).keys == model.keys)
     assert abs(float(np.mean(named)) - found.same) <= 0.1 + 1e-9
 
 
 def test_names_do_not_hang_on_whether_rows_are_marked_for_testing() -> None:
     """Two effects of clear size, named from all series and from three quarters of them."""
     search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
-    part = search.sample.restricted(search.sample.rows.series % 4 != 0)
-    marked = Search(search.robot, part, search.library, known_noise=True)
+    names = search.known_names
+    marked = Search.over(names.of_rows(names.sample.restricted(names.sample.rows.series % 4 != 0)))
     assert nameable(marked).model.keys == nameable(search).model.keys == (FRICTION.key, PLAY.key)

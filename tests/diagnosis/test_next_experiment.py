@@ -63,7 +63,7 @@ class Laboratory:
 
 def gap_to_rival(result: Diagnosis) -> float:
     """Penalised misfit by which the best model without play in leg 3 is worse than the best model."""
-    others = [m for m in result.search.models.values() if not any(e.physics == "leg_backlash" for e in m.effects)]
+    others = [m for m in result.names.models.values() if not any(e.physics == "leg_backlash" for e in m.effects)]
     return min(m.misfit for m in others) - result.model.misfit
 
 
@@ -77,7 +77,7 @@ def test_the_proposed_series_resolve_the_case(seed: int) -> None:
     assert before.findings[0].indistinguishable == ("leg_nonlinear_stiffness",)
     rival = before.rival
     assert rival is not None
-    more = discriminating_series(before.search, before.model, rival, 3)
+    more = discriminating_series(before.names, before.model, rival, 3)
     assert more["series"].nunique() == 3
     poses = more[list(robot.configuration)]
     assert np.all(poses.min() >= first[list(robot.configuration)].min() - 1e-12)

@@ -59,13 +59,13 @@ def test_series_at_one_pose_have_none(tmp_path: Path) -> None:
     pairs = np.arange(_ROWS) // 2
     recordings = replace(sample.recordings, configurations=logged, series=pairs)
     rows = replace(sample.rows, series=pairs)
-    assert not settling(base.chain, replace(sample, recordings=recordings, rows=rows), _present(base)).series
+    assert not settling(base.chain, replace(sample, recordings=recordings, rows=rows), _present(base)).groups
 
 
 @pytest.mark.parametrize(("moved", "there"), [(0.0, False), (10.0 * DEVIATION, True)])
 def test_evidence_says_whether_the_machine_moved(moved: float, there: bool, tmp_path: Path) -> None:
     found = _settled(*_case(tmp_path, np.arange(_ROWS) // 6, moved))
-    assert len(found.series) == 10
+    assert len(found.groups) == 10
     assert (found.ratio > 1e-3) == there
 
 
@@ -73,7 +73,7 @@ def test_whitening_is_the_inverse_root_of_the_covariance(tmp_path: Path) -> None
     sample, base = _case(tmp_path, np.arange(_ROWS) // 6, 10.0 * DEVIATION)
     found = _settled(sample, base)
     covariance = np.eye(3 * _ROWS)
-    for rows, turned, squares in zip(found.series, found.turned, found.squares, strict=True):
+    for rows, turned, squares in zip(found.groups, found.turned, found.squares, strict=True):
         covariance[np.ix_(rows, rows)] += found.ratio * (turned * squares) @ turned.T
     root = found.whitened(np.eye(3 * _ROWS))
     np.testing.assert_allclose(root @ covariance @ root.T, np.eye(3 * _ROWS), atol=1e-9)

@@ -8,7 +8,7 @@ from tests.diagnosis.samples import effect, simulated
 from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.selection import Model
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
 
@@ -19,17 +19,17 @@ GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
 @pytest.fixture(scope="module")
 def one() -> Model:
     """Play of one leg."""
-    return search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=[PLAY]).run()
+    return search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=[PLAY]).model()
 
 
 @pytest.fixture(scope="module")
 def many() -> Model:
     """As many effects as the search allows."""
     effects = [PLAY, FRICTION, effect(NAME, "load_direction_tilt", "payload")]
-    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=effects)
-    assert len(effects) == search.most_effects == MOST_EFFECTS
-    parts = [each.effect.neutral() + 1e-7 for each in search.library]
-    return search._model(tuple(search.library), np.zeros(len(search.sample.counts), dtype=bool), parts)
+    names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=effects).known_names
+    assert len(effects) == names.most_effects == MOST_EFFECTS
+    parts = [each.effect.neutral() + 1e-7 for each in names.library]
+    return names.model(names.library, np.zeros(len(names.sample.counts), dtype=bool), parts)
 
 
 def test_without_effects_chi_squared_decides() -> None:

@@ -136,7 +136,7 @@ def said_by_identify(made: Laboratory, recordings: Recordings, *, shared: bool =
 def said_by_diagnose(made: Laboratory, recordings: Recordings, *, shared: bool = False) -> StatementOfFit:
     """Of the base model."""
     frame = framed(made.robot, by_series(recordings, shared), without=frozenset(), report=lambda text: None)
-    return statement(frame.base, frame.search.sample, frame.noise)
+    return statement(frame.base, frame.names.sample, frame.noise)
 
 
 @pytest.mark.parametrize("name", CASES)

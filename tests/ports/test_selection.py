@@ -13,22 +13,19 @@ from expdesign.chain.ports.quantities import Quantity
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom
 from expdesign.diagnosis.evidence.places import places
-from expdesign.diagnosis.evidence.search import Chosen, LawSearch
+from expdesign.diagnosis.evidence.problem import Problem
+from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present
 
 ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)
 
 
-def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> LawSearch:
+def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> Search:
     base = np.random.default_rng(seed).standard_normal((ROWS, 2))
     scaled = [(component, law / np.sqrt((law**2).sum() / ROWS)) for component, law in laws]
     atoms = [Atom(component, Dense(law), law.T @ law, named=(None, np.zeros(1))) for component, law in scaled]
-    return LawSearch(atoms, Present(base, np.zeros(2), readings), BLOCKS)
-
-
-def _none(search: LawSearch) -> Chosen:
-    return search._chosen((), search.base)
+    return Search(Problem(Present(base, np.zeros(2), readings), atoms, BLOCKS))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -39,9 +36,9 @@ def test_physics_in_two_laws_of_one_part_is_not_given_to_another_that_resembles_
     mixed = one + other + 0.3 * strange
     readings = 5.0 * (one + other)[:, 0] + generator.standard_normal(ROWS)
     search = _search([(PLATFORM, one), (PLATFORM, other), (INSTRUMENT, mixed), (BASE, other - one)], readings, seed)
-    assert np.argmax(search.propose(_none(search)).gains) == 2
+    assert np.argmax(search.problem.propose(search.start).gains) == 2
     chosen = search.run()
-    assert search.components(chosen) == [PLATFORM]
+    assert search.problem.components(chosen) == [PLATFORM]
     found = places(search.weighed(chosen, PLATFORM))
     assert found[0].component == PLATFORM
     assert found[0].log_evidence > found[1].log_evidence + 30.0
@@ -50,7 +47,7 @@ def test_physics_in_two_laws_of_one_part_is_not_given_to_another_that_resembles_
 def test_noise_has_no_law() -> None:
     generator = np.random.default_rng(9)
     laws = [(PLATFORM, generator.standard_normal((ROWS, 3))), (BASE, generator.standard_normal((ROWS, 5)))]
-    assert _search(laws, generator.standard_normal(ROWS), 9).run().indices == ()
+    assert _search(laws, generator.standard_normal(ROWS), 9).run().laws == ()
 
 
 def test_combinations_of_weights_that_no_reading_shows_cost_nothing() -> None:
@@ -60,9 +57,9 @@ def test_combinations_of_weights_that_no_reading_shows_cost_nothing() -> None:
     many = seen @ generator.standard_normal((2, 40))
     readings = 3.0 * seen[:, 0] + generator.standard_normal(ROWS)
     search = _search([(PLATFORM, many)], readings, 5)
-    (gain,) = search.propose(_none(search)).gains
-    assert gain == pytest.approx(search.base.gain(search.atoms[0].directions)[0], rel=1e-9)
-    assert search._screen._width == 2
+    (gain,) = search.problem.propose(search.start).gains + search.problem.prices
+    assert gain == pytest.approx(search.start.state.gain(search.problem.atoms[0].directions)[0], rel=1e-9)
+    assert search.problem._screen._width == 2
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -78,10 +75,10 @@ def test_a_law_that_took_a_share_of_two_gives_way_to_the_one_elsewhere_that_is_l
     readings = 6.0 * (one + other)[:, 0] + generator.standard_normal(ROWS)
     search = _search([(PLATFORM, wide), (PLATFORM, other), (BASE, one)], readings, seed)
     chosen = search.run()
-    assert sorted(chosen.indices) == [1, 2]
+    assert sorted(chosen.laws) == [1, 2]
 
 
-def _contested(seed: int, *, apart: float) -> LawSearch:
+def _contested(seed: int, *, apart: float) -> Search:
     """Physics of known form, a law of another part that does nearly the same, and a law of a third; readings by two."""
     generator = np.random.default_rng(seed)
     known, other = (generator.standard_normal((ROWS, 1)) for _ in range(2))
@@ -90,18 +87,20 @@ def _contested(seed: int, *, apart: float) -> LawSearch:
     search = _search([(PLATFORM, known), (INSTRUMENT, alike), (BASE, other)], readings, seed)
     law = Entry("port", BASE, "law", (Channel(0, 0, (Quantity("length"),)),), "constant", (1.0,), 1)
     for index in (1, 2):
-        own = replace(law, component=search.atoms[index].component)
-        search.atoms[index] = replace(search.atoms[index], named=None, entry=own)
+        own = replace(law, component=search.problem.atoms[index].component)
+        search.problem.atoms[index] = replace(search.problem.atoms[index], named=None, entry=own)
     return search
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_has_a_name_stays_beside_a_law_that_is_needed_and_one_that_does_the_same(seed: int) -> None:
-    chosen = _contested(seed, apart=0.0).run(seeds=[0])
-    assert sorted(chosen.indices) == [0, 2]
+    search = _contested(seed, apart=0.0)
+    chosen = search.run([search.problem.with_laws([0])])
+    assert sorted(chosen.laws) == [0, 2]
     assert chosen.nameless
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_seed_that_explains_worse_than_another_gives_way(seed: int) -> None:
-    assert sorted(_contested(seed, apart=1.0).run(seeds=[1]).indices) == [0, 2]
+    search = _contested(seed, apart=1.0)
+    assert sorted(search.run([search.problem.with_laws([1])]).laws) == [0, 2]

@@ -26,8 +26,8 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.sizes import PhysicalSizes
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.names import Model, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 
@@ -57,41 +57,41 @@ class _Term:
     gain: FloatArray
 
 
-def averaged(search: Search, model: Model) -> Model:
+def averaged(names: Names, model: Model) -> Model:
     """The model with its parameters averaged over every single effect of the library beside it, where rows are few.
 
     It is as it is where rows are enough to tell, where they do not determine its own parameters, and where nothing
     beside it has any weight.
 
     Args:
-        search: with the library and the rows.
+        names: with the library and the rows.
         model: the likeliest one.
     """
-    few = int(search.sample.counts.sum()) < OPTIONS.fewest_rows
-    if not (few and model.fit.determined.all() and search.sample.readings > model.fit.rank):
+    few = int(names.sample.counts.sum()) < OPTIONS.fewest_rows
+    if not (few and model.fit.determined.all() and names.sample.readings > model.fit.rank):
         return model
-    terms = _terms(search, model)
+    terms = _terms(names, model)
     kept = _kept(model, terms)
     if not kept:
         return model
     shares = ", ".join(f"`{term.candidate.effect.key}` {term.weight:.2g}" for term in kept)
-    search.log.add_text("averaging", f"what may be there beside the likeliest model: {shares}")
-    return replace(model, fit=_average(search, model, kept))
+    names.log.add_text("averaging", f"what may be there beside the likeliest model: {shares}")
+    return replace(model, fit=_average(names, model, kept))
 
 
-def _terms(search: Search, model: Model) -> list[_Term]:
-    sample = search.sample.restricted(~model.outliers)
+def _terms(names: Names, model: Model) -> list[_Term]:
+    sample = names.sample.restricted(~model.outliers)
     present = base_alone(model.fit, sample)
-    noise = 1.0 if search.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
+    noise = 1.0 if names.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
     root = present.factor
     projected = present.projected
     # C·Aᵀ: what a change of the readings does to the parameters of the model.
     inverse = np.linalg.inv(present.lower)
     to_parameters = inverse.T @ inverse @ present.base.T
-    sizes = _sizes(search)
-    kinds = len({candidate.effect.physics for candidate in search.library})
+    sizes = _sizes(names)
+    kinds = len({candidate.effect.physics for candidate in names.library})
     terms = []
-    for candidate in search.library:
+    for candidate in names.library:
         effect = candidate.effect
         if candidate.idle or effect.slot in {e.slot for e in model.effects}:
             continue
@@ -114,14 +114,14 @@ def _terms(search: Search, model: Model) -> list[_Term]:
     return terms
 
 
-def _sizes(search: Search) -> PhysicalSizes:
+def _sizes(names: Names) -> PhysicalSizes:
     """At the recorded poses and loads."""
-    robot, recordings = search.robot, search.sample.recordings
+    robot, recordings = names.robot, names.sample.recordings
     jacobians = robot.jacobians(recordings.configurations)
     forces = actuator_forces(jacobians, recordings.wrenches)
     compliance = np.einsum("nij,j,nij->ni", jacobians.pose, robot.compliance, jacobians.pose).mean(axis=0)
-    springs = as_matrix(search.base.fit.sensitivities)[:, : len(robot.stiffness)]
-    return PhysicalSizes(robot, forces, compliance, springs[search.sample.kept])
+    springs = as_matrix(names.base.fit.sensitivities)[:, : len(robot.stiffness)]
+    return PhysicalSizes(robot, forces, compliance, springs[names.sample.kept])
 
 
 def _posterior(gram: FloatArray, slope: FloatArray, *, one_sided: bool) -> tuple[float, FloatArray, FloatArray]:
@@ -158,10 +158,10 @@ def _kept(model: Model, terms: list[_Term]) -> list[_Term]:
     return [replace(term, weight=term.weight / rest) for term in chosen]
 
 
-def _average(search: Search, model: Model, terms: list[_Term]) -> Fit:
+def _average(names: Names, model: Model, terms: list[_Term]) -> Fit:
     """The chain with all of them, at the averages of their parameters."""
     fit = model.fit
-    chain = Chain(search.robot, (*fit.chain.effects, *(t.candidate.effect for t in terms)), reading=fit.chain.reading)
+    chain = Chain(names.robot, (*fit.chain.effects, *(t.candidate.effect for t in terms)), reading=fit.chain.reading)
     count, own = len(chain.parameters), len(fit.values)
     start = np.concatenate([fit.values, *(t.candidate.starts[t.start] for t in terms)])
     columns = []
@@ -182,7 +182,7 @@ def _average(search: Search, model: Model, terms: list[_Term]) -> Fit:
     away = np.array(changes) - mean
     covariance = np.einsum("k,kij->ij", weights, np.array(covariances)) + (away.T * weights) @ away
     values = np.clip(start + mean, *chain.bounds())
-    sample = search.sample.restricted(~model.outliers)
+    sample = names.sample.restricted(~model.outliers)
     residuals, slopes = sample.residuals_with_sensitivities(chain, values)
     return Fit(
         chain=chain,

@@ -21,10 +21,10 @@ from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.locate import locate
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.sample import rms
-from expdesign.diagnosis.selection import Model
 from expdesign.diagnosis.statement import statement
 
 
@@ -56,7 +56,7 @@ class ByGroups:
             return False
         if not self.frame.robot.on_support:
             return True
-        sample = self.frame.search.sample
+        sample = self.frame.names.sample
         alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.alike
         return self.groups.noise > OPTIONS.noteworthy and alike
 
@@ -64,7 +64,7 @@ class ByGroups:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
         if self.groups is None:
             return False
-        sample = self.frame.search.sample.restricted(~named.outliers)
+        sample = self.frame.names.sample.restricted(~named.outliers)
         errors = base_alone(named.fit, sample).left_out(readings_of(blocks_of(sample), sample))
         return self.groups.after < OPTIONS.better * rms(errors)
 
@@ -73,12 +73,12 @@ class ByGroups:
         frame, groups, errors = self.frame, self.groups, self.errors
         assert groups is not None
         assert errors is not None
-        search, base = frame.search, frame.base
+        names, base = frame.names, frame.base
         model = Model((), groups.aside, groups.fit, float("nan"))
-        sample = search.sample.restricted(~groups.aside)
+        sample = names.sample.restricted(~groups.aside)
         predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
         verdict = "modelled" if predicted else "unexplained"
-        search.log.add_text("verdict", f"{len(groups.found)} groups of effects; verdict {verdict}")
+        names.log.add_text("verdict", f"{len(groups.found)} groups of effects; verdict {verdict}")
         found = group_findings(groups, frame.robot, frame.known)
         return Diagnosis(
             robot=frame.robot,
@@ -88,12 +88,12 @@ class ByGroups:
             model=model,
             predictive=model,
             verdict=verdict,
-            before=statement(base, search.sample, frame.noise),
+            before=statement(base, names.sample, frame.noise),
             after=statement(groups.fit, sample, frame.noise),
             location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
-            findings=(*found, *set_aside(search.sample, groups.aside, OPTIONS.most)),
+            findings=(*found, *set_aside(names.sample, groups.aside, OPTIONS.most)),
             errors=errors,
-            search=search,
+            names=names,
             laws=None,
             method=self.method,
             caveats=caveats(sample, model, dispersion(groups.fit.residuals, sample), errors),
@@ -104,7 +104,7 @@ class ByGroups:
 
 def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
     """Groups of effects and laws where the recordings call for them, and why they do or do not."""
-    base, sample, robot = frame.base, frame.search.sample, frame.robot
+    base, sample, robot = frame.base, frame.names.sample, frame.robot
     many = frame.kind.several_at_once and len(robot.stiffness) > 0
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
@@ -140,7 +140,7 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
 
 def _errors(groups: Groups, frame: Frame) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
-    base, sample, test = frame.base, frame.search.sample, frame.judged
+    base, sample, test = frame.base, frame.names.sample, frame.judged
     if test.any():
         return held_out(
             base, groups.fit, sample, test, groups.aside,

@@ -6,10 +6,10 @@ from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import AliasedParameters, Extrapolation, SerialCorrelation, WithoutMoment
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model
 
 _NO_MOMENT = 1e-6
 """Share of the largest moments below which those about a direction are the rounding of a file."""

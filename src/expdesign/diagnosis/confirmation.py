@@ -15,9 +15,9 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.names import Model, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search, hierarchical
 from expdesign.estimation.fit import Fit
 
 
@@ -35,9 +35,9 @@ class Gain:
     p_value: float
 
 
-def gains(search: Search, model: Model, test: BoolArray) -> list[Gain] | None:
+def gains(names: Names, model: Model, test: BoolArray) -> list[Gain] | None:
     """Gain of every effect of a model, in the order of its candidates; None where too few rows are held out."""
-    sample = Sample.of(search.sample, test)
+    sample = Sample.of(names.sample, test)
     blocks = _blocks(sample)
     if blocks is None:
         return None
@@ -45,15 +45,15 @@ def gains(search: Search, model: Model, test: BoolArray) -> list[Gain] | None:
     own = _errors(model.fit, sample)
     found = []
     for index in range(len(model.candidates)):
-        both = LeftOut(_errors(search.without(model, index).fit, sample), own, of_readings)
+        both = LeftOut(_errors(names.without(model, index).fit, sample), own, of_readings)
         found.append(Gain(both.rms_before, both.rms_after, both.p_value))
     return found
 
 
-def confirmed(search: Search, model: Model, test: BoolArray) -> Model:
+def confirmed(names: Names, model: Model, test: BoolArray) -> Model:
     """The model without the effects that do not improve the prediction of held-out rows, worst first."""
     while True:
-        found = gains(search, model, test)
+        found = gains(names, model, test)
         if not found:
             return model
         order = sorted(range(len(found)), key=lambda i: -found[i].p_value)
@@ -61,28 +61,28 @@ def confirmed(search: Search, model: Model, test: BoolArray) -> Model:
         for index in order:
             if found[index].p_value < EVIDENCE.level:
                 break
-            smaller = search.without(model, index)
+            smaller = names.without(model, index)
             if hierarchical(smaller.effects):
                 reason = f"held-out rows do not gain by `{model.effects[index].key}` (p = {found[index].p_value:.2g})"
-                search.log.add("held out", smaller, True, reason)
+                names.log.add("held out", smaller, True, reason)
                 model, dropped = smaller, True
                 break
         if not dropped:
             return model
 
 
-def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Model, HeldOut]:
+def pruned(names: Names, model: Model, base: Fit, test: BoolArray) -> tuple[Model, HeldOut]:
     """A model that predicts rows that were not fitted better than the base model does, with its errors.
 
     Where it predicts them worse, the effect goes without which they are predicted best, then the next one: backward
     elimination, so that one effect that describes the fitted rows alone does not take the others with it.
     """
-    errors = held_out(base, model.fit, search.sample, test, model.outliers, known_noise=search.known_noise)
+    errors = held_out(base, model.fit, names.sample, test, model.outliers, known_noise=names.known_noise)
     worse = errors.refuted
     while worse and model.candidates:
-        smaller = [search.without(model, index) for index in range(len(model.candidates))]
+        smaller = [names.without(model, index) for index in range(len(model.candidates))]
         trials = [
-            (held_out(base, other.fit, search.sample, test, other.outliers, known_noise=search.known_noise), other)
+            (held_out(base, other.fit, names.sample, test, other.outliers, known_noise=names.known_noise), other)
             for other in smaller
             if hierarchical(other.effects)
         ]
@@ -92,10 +92,10 @@ def pruned(search: Search, model: Model, base: Fit, test: BoolArray) -> tuple[Mo
         gone = next(iter(set(model.keys) - set(best[1].keys)))
         errors, model = best
         reason = f"held-out rows are predicted worse with all effects than without any; `{gone}` goes first"
-        search.log.add("held out", model, True, reason)
+        names.log.add("held out", model, True, reason)
     if worse and not model.candidates:
-        model = search.base
-        errors = held_out(base, model.fit, search.sample, test, model.outliers, known_noise=search.known_noise)
+        model = names.base
+        errors = held_out(base, model.fit, names.sample, test, model.outliers, known_noise=names.known_noise)
     return model, errors
 
 

@@ -12,6 +12,7 @@ from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import dispersion
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
@@ -20,17 +21,17 @@ from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistak
 from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
+from expdesign.diagnosis.names import Model, Names
 from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import stability
 from expdesign.diagnosis.statement import statement, tested
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Fit
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.mechanics.robots.robot import Robot
 
@@ -74,12 +75,12 @@ def diagnose(
 
 def _so_far(frame: Frame, doing: str) -> Diagnosis:
     """The diagnosis with the best model that a search has fitted before it was ended."""
-    search = frame.search
-    possible = [model for model in search.models.values() if not at_limits(model)]
-    best = min(possible, key=lambda model: model.misfit, default=search.base)
-    if search.base.misfit - best.misfit < OPTIONS.acceptance:
-        best = search.base
-    errors = _held_out(search, frame.base, best.fit, frame.judged, best.outliers)
+    names = frame.names
+    possible = [model for model in names.models.values() if not at_limits(model)]
+    best = min(possible, key=lambda model: model.misfit, default=names.base)
+    if names.base.misfit - best.misfit < 2.0 * EVIDENCE.alarm:
+        best = names.base
+    errors = _held_out(names, frame.base, best.fit, frame.judged, best.outliers)
     result = _with_verdict(frame, _Named(best, errors, Nameable(best, "", ())), Method(ONE_AT_A_TIME, "it was ended"))
     return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
 
@@ -87,16 +88,16 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
 def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -> Diagnosis:
     """The diagnosis of a frame; `outliers` says whether rows may be set aside as single mistakes."""
     groups = by_groups(frame, report)
-    frame.search.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
+    frame.names.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
     if groups.alone:
         return groups.diagnosis()
-    frame.search.few = None if groups.groups is None else OPTIONS.beside_groups
-    named = _named(frame, outliers=outliers)
+    few = None if groups.groups is None else OPTIONS.beside_groups
+    named = _named(frame, outliers=outliers, few=few)
     if groups.beats(named.model):
         return groups.diagnosis()
     report("weighing alternatives")
     result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, groups.method.reason))
-    contested = result.verdict == "explained" and frame.kind.contested
+    contested = result.verdict == "explained" and frame.kind.contested and not _settled(frame, result.model)
     if result.verdict == "unexplained" or contested:
         result = _with_laws(frame, result, report)
     if result.model is named.model:
@@ -104,17 +105,23 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     return _averaged(frame, result)
 
 
+def _settled(frame: Frame, model: Model) -> bool:
+    """Whether one effect brings readings of known noise to that noise: nothing is left that a law could do better."""
+    kept = frame.names.sample.restricted(~model.outliers)
+    return frame.noise.known and len(model.candidates) == 1 and within_noise(tested(model.fit, kept))
+
+
 def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
     """With predictions that are averaged over what may be there, where too little was measured to tell."""
     if not frame.kind.contested:
         return result
-    model = averaged(frame.search, result.predictive)
+    model = averaged(frame.names, result.predictive)
     if model is result.predictive:
         return result
     beside = [
         str(effect.key) for effect in model.fit.chain.effects if effect not in result.predictive.fit.chain.effects
     ]
-    caveat = Averaged(int(frame.search.sample.counts.sum()), tuple(beside))
+    caveat = Averaged(int(frame.names.sample.counts.sum()), tuple(beside))
     return replace(result, predictive=model, caveats=(*result.caveats, caveat))
 
 
@@ -133,18 +140,18 @@ class _Named:
     found: Nameable
 
 
-def _named(frame: Frame, *, outliers: bool) -> _Named:
-    """Few named effects; `outliers` says whether rows may be set aside as single mistakes."""
-    search = frame.search
-    found = _searched(search, search.sample, frame.robot) if outliers else nameable(search, outliers=False)
-    search.report("checking on held-out recordings")
-    return _Named(*_checked(search, found.model, frame.base, frame.noise, frame.judged), found)
+def _named(frame: Frame, *, outliers: bool, few: int | None) -> _Named:
+    """Named effects; `outliers`: whether rows may be set aside as single mistakes, `few`: how many are looked for."""
+    most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
+    found = _searched(frame, most) if outliers else nameable(frame.search, outliers=False, most=most)
+    frame.names.report("checking on held-out recordings")
+    return _Named(*_checked(frame.names, found.model, frame.base, frame.noise, frame.judged), found)
 
 
 def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     """Whether named effects explain the recordings; `_with_names` says which they are, should they stay."""
-    search, base, noise, model, errors = frame.search, frame.base, frame.noise, named.model, named.errors
-    sample = search.sample
+    names, base, noise, model, errors = frame.names, frame.base, frame.noise, named.model, named.errors
+    sample = names.sample
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     found = bool(model.candidates) or bool(model.outliers.any())
     kept = sample.restricted(~model.outliers)
@@ -158,15 +165,15 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     if found:
         at_limit = named.found.at_limit
         reason = doubt(
-            model, before, after, errors, most=search.most_effects, known_noise=noise.known, at_limit=at_limit
+            model, before, after, errors, most=names.most_effects, known_noise=noise.known, at_limit=at_limit
         )
         verdict = "unexplained" if reason else "explained"
-        search.log.add("verdict", model, not reason, reason or "it explains the recordings")
+        names.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent":
         frame.kind.require_plausible(frame.robot, frame.recordings, base)
     predictive = model
     if verdict == "unexplained":
-        predictive, errors = _predictive(search, model, errors, frame.judged)
+        predictive, errors = _predictive(names, model, errors, frame.judged)
     variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
     return Diagnosis(
         robot=frame.robot,
@@ -181,7 +188,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
         location=locate(base, sample, frame.robot, frame.entries, variance),
         findings=(),
         errors=errors,
-        search=search,
+        names=names,
         laws=None,
         method=method,
         caveats=(*named.found.remarks, *caveats(sample, model, spread, errors)),
@@ -190,12 +197,12 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
 
 def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     """The diagnosis with the effects of its model: their probabilities, and how often parts of the rows name them."""
-    search, model = frame.search, result.model
-    kept = search.sample.restricted(~model.outliers)
-    stable, spread = stability(search, model), dispersion(model.fit.residuals, kept)
-    found = findings(search, model, gains(search, model, frame.judged), spread, stable)
+    names, model = frame.names, result.model
+    kept = names.sample.restricted(~model.outliers)
+    stable, spread = stability(names, model), dispersion(model.fit.residuals, kept)
+    found = findings(frame.search, model, gains(names, model, frame.judged), spread, stable)
     if result.verdict == "unexplained":
-        before, after = tested(frame.base, search.sample), tested(model.fit, kept)
+        before, after = tested(frame.base, names.sample), tested(model.fit, kept)
         found = _doubted(found, OPTIONS.fitting if fits(before, after) else OPTIONS.tentative)
     return replace(result, findings=found, stability=stable)
 
@@ -205,36 +212,32 @@ def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     return tuple(replace(finding, probability=finding.probability * factor) for finding in found)
 
 
-def _guarded(search: Search, model: Model, base: Fit) -> str:
+def _guarded(names: Names, model: Model, base: Fit) -> str:
     """Why left-out series speak against a model that explains nothing; empty where they do not."""
     if not model.candidates:
         return ""
-    kept = search.sample.restricted(~model.outliers)
-    doubt = left_out_alone(model.fit, base, kept, known_noise=search.known_noise).doubt
+    kept = names.sample.restricted(~model.outliers)
+    doubt = left_out_alone(model.fit, base, kept, known_noise=names.known_noise).doubt
     if doubt:
-        search.log.add("held out", model, False, f"not predicted with: {doubt}")
+        names.log.add("held out", model, False, f"not predicted with: {doubt}")
     return doubt
 
 
 def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -> Diagnosis:
     """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them."""
-    search, base, known_noise = result.search, result.base, result.noise.known
-    aside = without_mistakes(search.sample, result.model.outliers)
-    sample = search.sample.restricted(~aside)
-    start = fit(base.chain, sample) if aside.any() else base
+    names, base = result.names, result.base
+    aside = without_mistakes(names.sample, result.model.outliers)
+    sample = names.sample.restricted(~aside)
     explained = result.verdict == "explained"
-    laws = sought_laws(
-        result.robot, sample, start, search.library,
-        known_noise=known_noise, named=result.model, explained=explained, report=report,
-    )  # fmt: skip
+    laws = sought_laws(names.of_rows(sample), result.model, explained=explained)
     wins = laws is not None and laws.predicts
     if explained and not (wins and laws is not None and laws.replaces(result.model)):
         return result
-    result = replace(result, caveats=(*result.caveats, *not_sought(search.sample)))
+    result = replace(result, caveats=(*result.caveats, *not_sought(names.sample)))
     if laws is None:
         return result
     changed = replace(result, laws=laws)
-    errors = _held_out(search, base, laws.fit, frame.judged, aside).divided_by(laws.noise) if wins else result.errors
+    errors = _held_out(names, base, laws.fit, frame.judged, aside).divided_by(laws.noise) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
@@ -246,46 +249,47 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
             errors=errors,
             findings=law_findings(laws, result.robot, frame.known),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            after=statement(laws.fit, search.sample.restricted(~aside), result.noise),
+            after=statement(laws.fit, names.sample.restricted(~aside), result.noise),
             verdict=verdict_with(laws, errors),
             stability=None,
         )
-    search.log.add_text("laws", laws.summary(changed.verdict))
+    names.log.add_text("laws", laws.summary(changed.verdict))
     return changed
 
 
-def _searched(search: Search, sample: Sample, robot: Robot) -> Nameable:
+def _searched(frame: Frame, most: int) -> Nameable:
     """The best model; rows are set aside only where they are single mistakes."""
-    library, found = search.library, nameable(search)
-    common = _in_common(sample, found.model, robot)
+    names = frame.names
+    offered, found = names.offered, nameable(frame.search, most=most)
+    common = _in_common(names.sample, found.model, frame.robot)
     if not common:
         return found
-    search.log.add("outliers", found.model, False, f"the rows set aside are no single mistakes: {common}")
-    search.library = library
-    return nameable(search, outliers=False)
+    names.log.add("outliers", found.model, False, f"the rows set aside are no single mistakes: {common}")
+    names.offered = offered
+    return nameable(frame.search, outliers=False, most=most)
 
 
-def _checked(search: Search, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:
+def _checked(names: Names, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:
     """The model as far as held-out recordings confirm it, with its errors."""
-    sample = search.sample
-    model, errors = pruned(search, model, base, test)
+    sample = names.sample
+    model, errors = pruned(names, model, base, test)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     kept = sample.restricted(~model.outliers)
     alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.alike
     trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
-        model = confirmed(search, model, test)
-        errors = _held_out(search, base, model.fit, test, model.outliers)
+        model = confirmed(names, model, test)
+        errors = _held_out(names, base, model.fit, test, model.outliers)
     return model, errors
 
 
-def _predictive(search: Search, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
+def _predictive(names: Names, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
-    base = search.base
+    base = names.base
     halved = errors.test_after <= OPTIONS.halved * errors.test_before
-    if halved and not errors.refuted and not _guarded(search, model, base.fit):
+    if halved and not errors.refuted and not _guarded(names, model, base.fit):
         return model, errors
-    return base, _held_out(search, base.fit, base.fit, test, base.outliers)
+    return base, _held_out(names, base.fit, base.fit, test, base.outliers)
 
 
 def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
@@ -296,5 +300,5 @@ def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
     return in_common(residuals, model.outliers[counts], sample.recordings.series[counts], quantities)
 
 
-def _held_out(search: Search, base: Fit, model: Fit, test: BoolArray, aside: BoolArray) -> HeldOut:
-    return held_out(base, model, search.sample, test, aside, known_noise=search.known_noise)
+def _held_out(names: Names, base: Fit, model: Fit, test: BoolArray, aside: BoolArray) -> HeldOut:
+    return held_out(base, model, names.sample, test, aside, known_noise=names.known_noise)

@@ -10,10 +10,11 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.confirmation import Gain
 from expdesign.diagnosis.dispersion import Dispersion
+from expdesign.diagnosis.evidence.search import Search
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.probability import standing
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.stability import Stability
 from expdesign.estimation.fit import Fit
 
@@ -64,18 +65,18 @@ def findings(
 ) -> tuple[Finding, ...]:
     """The effects of a model, the most explanatory first, then the outliers."""
     found: list[Finding] = []
-    alternatives = search.alternatives(model)
+    names, alternatives = search.known_names, search.alternatives(model)
     scale = 1.0
-    if not search.known_noise:
-        scale = model.fit.chi2 / max(search.sample.readings - model.fit.rank, 1)
+    if not names.known_noise:
+        scale = model.fit.chi2 / max(names.sample.readings - model.fit.rank, 1)
     inflation = 1.0
     if spread is not None and spread.inflation > OPTIONS.noteworthy:
         scale = inflation = spread.inflation
-    rows = search.sample.restricted(~model.outliers)
-    base = search.base.fit.residuals[rows.counts]
-    excess = max(float((base**2).sum()) - (rows.readings - search.base.fit.rank) * scale, 1e-9)
+    rows = names.sample.restricted(~model.outliers)
+    base = names.base.fit.residuals[rows.counts]
+    excess = max(float((base**2).sum()) - (rows.readings - names.base.fit.rank) * scale, 1e-9)
     for index, candidate in enumerate(model.candidates):
-        without = search.without(model, index)
+        without = names.without(model, index)
         stands = standing(model, index, without, alternatives[index], inflation)
         values = reported(candidate.effect, model.fit, model.fit.chain.slices[index], scale)
         effect = candidate.effect
@@ -97,9 +98,9 @@ def findings(
     found.sort(key=lambda one: -(one.share or 0.0))
     result = [one for one in found if (one.share or 0.0) >= OPTIONS.listed] or found[:1]
     if model.outliers.any():
-        gain = search.including(model).misfit - model.misfit
+        gain = names.as_here(model).misfit - model.misfit
         probability = OPTIONS.most / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
-        result += set_aside(search.sample, model.outliers, probability)
+        result += set_aside(names.sample, model.outliers, probability)
     return tuple(result)
 
 

@@ -11,9 +11,10 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
+from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate, candidates, library
+from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.selection import Search
 from expdesign.errors import InputError
 from expdesign.estimation.estimability import require_regular_rows
 from expdesign.estimation.fit import Data, Fit, fit
@@ -34,7 +35,7 @@ class Frame:
         base: its fit.
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
         entries: named physics.
-        search: for it.
+        search: for them.
     """
 
     robot: Robot
@@ -45,6 +46,11 @@ class Frame:
     judged: BoolArray
     entries: list[Candidate]
     search: Search
+
+    @property
+    def names(self) -> Names:
+        """Named effects, and every model of them that was fitted."""
+        return self.search.known_names
 
     @property
     def known(self) -> frozenset[str]:
@@ -74,10 +80,10 @@ def framed(
     kind.require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
     entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
-    search = Search(robot, sample, entries, known_noise=noise.known, report=report)
+    names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, search)
+    return Frame(robot, recordings, noise, kind, base, judged, entries, Search.over(names))
 
 
 def _sampler(robot: Robot, recordings: Recordings) -> Callable[[FloatArray], Sample]:

@@ -22,7 +22,8 @@ from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, 
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
 from expdesign.diagnosis.evidence.options import EVIDENCE
-from expdesign.diagnosis.evidence.search import Chosen, LawSearch
+from expdesign.diagnosis.evidence.problem import Chosen, Problem
+from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.group_library import Group, GroupLibrary
 from expdesign.diagnosis.laws import base_alone
@@ -30,7 +31,7 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.settling import Settling, settling
-from expdesign.diagnosis.stability import Stability, shares_of
+from expdesign.diagnosis.stability import Stability, named_without_tenths, shares_of
 from expdesign.diagnosis.statement import Widening
 from expdesign.estimation.fit import Fit, fit
 from expdesign.mechanics.robots.robot import Robot
@@ -123,7 +124,7 @@ def grouped(robot: Robot, sample: Sample, base: Fit, library: GroupLibrary) -> G
             chosen = moved
         else:
             settled = Settling()
-    if not chosen.indices:
+    if not chosen.laws:
         return None
     return _Model(robot, problem, chosen, settled, library.sight).groups(aside)
 
@@ -145,10 +146,13 @@ class _Problem:
         """The groups that are there with such noise."""
         present = settled.of_state(self.present)
         atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
-        # The alarm is that of as many laws as a dictionary has.
-        alarm = max(EVIDENCE.alarm - float(np.log(EVIDENCE.entries / len(atoms))), 1.0)
-        options = replace(EVIDENCE, alarm=alarm, most_laws=len(atoms), inexact=0.0, refuted=OPTIONS.better)
-        return self._lasting(LawSearch(atoms, present, self.blocks, options=options).run())
+        # The prior is that of as many laws as a dictionary has.
+        price = EVIDENCE.law - float(np.log(EVIDENCE.entries / len(atoms)))
+        alarm = max(EVIDENCE.alarm + min(price, 0.0), 1.0)
+        options = replace(
+            EVIDENCE, alarm=alarm, law=max(price, 0.0), most=len(atoms), inexact=0.0, refuted=OPTIONS.better
+        )
+        return self._lasting(Search(Problem(present, atoms, self.blocks, options=options)).run())
 
     def _lasting(self, chosen: Chosen) -> Chosen:
         """Without groups of time or memory without which the last rows are predicted clearly better from those before.
@@ -163,14 +167,14 @@ class _Problem:
             return rms(state.readings[last] - state.design[last] @ state.of_rows(first).weights)
 
         while True:
-            going_on = [k for k, index in enumerate(chosen.indices) if self.groups[index].goes_on]
+            going_on = [k for k, index in enumerate(chosen.laws) if self.groups[index].goes_on]
             states = [chosen.state.without(k).refitted() for k in going_on]
             errors = [error(state) for state in states]
             if OPTIONS.later * min(errors, default=np.inf) >= error(chosen.state):
                 return chosen
             best = int(np.argmin(errors))
-            indices = tuple(index for k, index in enumerate(chosen.indices) if k != going_on[best])
-            chosen = replace(chosen, indices=indices, state=states[best], evidence=states[best].log_evidence)
+            laws = tuple(index for k, index in enumerate(chosen.laws) if k != going_on[best])
+            chosen = replace(chosen, laws=laws, state=states[best])
 
     def error(self, chosen: Chosen, settled: Settling) -> float:
         """RMS of left-out readings."""
@@ -195,7 +199,7 @@ class _Model:
     def __init__(self, robot: Robot, problem: _Problem, chosen: Chosen, settled: Settling, sight: Sight) -> None:
         self.problem, self.settled, self.sight = problem, settled, sight
         self.sample = settled.of_sample(problem.sample)
-        self.chosen = [problem.groups[i] for i in chosen.indices]
+        self.chosen = [problem.groups[i] for i in chosen.laws]
         state = chosen.state
         self.factors = np.sqrt(np.array(state.variances))
         self.noise = float(np.sqrt(state.noise_variance))
@@ -317,7 +321,9 @@ class _Model:
                 )
             )
         found.sort(key=lambda one: -one.size)
-        kept = [{self.chosen[k].kind for k in tenth} for tenth in _kept_without_tenths(state, problem.sample)]
+        tenths = readings_of(blocks_of(problem.sample, OPTIONS.refits), problem.sample)
+        refits = named_without_tenths(state, tenths, [0.0] * count)
+        kept = [{self.chosen[k].kind for k in refit} for refit in refits]
         stability = shares_of([one.group.kind for one in found], kept)
         return Groups(
             fit=result, found=tuple(found), before=rms(before), after=rms(errors), widening=self._widening(state),
@@ -364,17 +370,6 @@ def _few_suffice(state: Present, blocks: IntArray) -> bool:
             return True
         current = trials[best]
     return False
-
-
-def _kept_without_tenths(state: Present, sample: Sample) -> list[frozenset[int]]:
-    """Groups that are worth their evidence on the other nine tenths of the rows, for every tenth."""
-    tenths = readings_of(blocks_of(sample, OPTIONS.refits), sample)
-    found = []
-    for tenth in np.unique(tenths):
-        rest = state.of_rows(tenths != tenth).refitted()
-        gains = [rest.log_evidence - rest.without(k).log_evidence for k in range(len(rest.laws))]
-        found.append(frozenset(k for k, gain in enumerate(gains) if gain > 0.0))
-    return found
 
 
 def _atom(component: Component, directions: FloatArray) -> Atom:

@@ -17,8 +17,8 @@ from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.projection import explained, orthonormal_basis
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.score import orthonormal_basis, score
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
 
@@ -67,9 +67,7 @@ def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], no
     residuals = base.residuals.ravel() / np.sqrt(noise_variance)
 
     def probe(name: str, directions: FloatArray) -> tuple[str, float, int]:
-        sided = np.zeros(directions.shape[-1], dtype=bool)
-        result = score(residuals, basis, directions[None], sided)
-        return name, result.statistic, result.dimension
+        return name, *explained(residuals, basis, directions)
 
     components = [probe(name, block) for name, block in _component_directions(sample, robot, library).items()]
     patterns = [_pattern(name, values, base, sample, noise_variance) for name, values in drivers(sample, robot).items()]
@@ -145,8 +143,7 @@ def _pattern(name: str, driver: FloatArray, base: Fit, sample: Sample, noise_var
     directions = np.einsum("nd,kl->nkld", powers, np.eye(axes)) * sample.counts[:, None, None, None]
     block = directions.reshape(len(driver) * axes, -1)
     residuals = base.residuals.ravel() / np.sqrt(noise_variance)
-    result = score(residuals, basis, block[None], np.zeros(block.shape[1], dtype=bool))
-    return name, result.statistic, result.dimension
+    return name, *explained(residuals, basis, block)
 
 
 def _holm(results: list[tuple[str, float, int]]) -> tuple[Probe, ...]:

@@ -8,9 +8,10 @@ on without them; most of its models are known by then.
 from dataclasses import dataclass
 
 from expdesign.chain.recordings.recordings import Remark
-from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.evidence.options import EVIDENCE
+from expdesign.diagnosis.evidence.search import Search
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.remarks import ConfoundedTime
-from expdesign.diagnosis.selection import Model, Search
 from expdesign.diagnosis.time_confounded import confounded_with, drift_tests, unsupported
 from expdesign.diagnosis.verdict import at_limits
 
@@ -32,30 +33,37 @@ class Nameable:
     remarks: tuple[Remark, ...]
 
 
-def nameable(search: Search, *, outliers: bool = True) -> Nameable:
-    """The best model without physics at its limits and without drifts that imitate; `outliers` as in `Search.run`."""
-    other = confounded_with(search.sample, search.robot)
+def nameable(search: Search, *, outliers: bool = True, most: int | None = None) -> Nameable:
+    """The best model without physics at its limits and without drifts that imitate.
+
+    Args:
+        search: for named effects.
+        outliers: whether rows may be set aside.
+        most: effects that are looked for at most.
+    """
+    names = search.known_names
+    other = confounded_with(names.sample, names.robot)
     imitations: list[str] = []
     limited: tuple[float, str] | None = None
     for _ in range(_ROUNDS):
-        model = search.run(outliers=outliers)
+        model = search.model(aside=outliers, most=most)
         limits = at_limits(model)
-        drifts = unsupported(search, model, other)
+        drifts = unsupported(names, model, other)
         if not limits and not drifts:
             break
         for key, parameter in limits.items():
-            search.log.add("limits", model, False, f"{parameter} is at the limit of what is physically possible")
+            names.log.add("limits", model, False, f"{parameter} is at the limit of what is physically possible")
             limited = min(limited or (model.misfit, parameter), (model.misfit, parameter))
-            search.forbid({key})
+            names.forbid({key})
         for key in drifts:
-            search.log.add("drift", model, False, f"`{key}` does not show apart from what changed with time")
-            search.forbid({key})
+            names.log.add("drift", model, False, f"`{key}` does not show apart from what changed with time")
+            names.forbid({key})
             imitations.append(key)
     else:
-        model = search.run(outliers=outliers)
-        model = search.restricted(model, {*at_limits(model), *unsupported(search, model, other)})
-    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - OPTIONS.acceptance else ""
+        model = search.model(aside=outliers, most=most)
+        model = names.restricted(model, {*at_limits(model), *unsupported(names, model, other)})
+    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - 2.0 * EVIDENCE.alarm else ""
     remarks: tuple[Remark, ...] = ()
-    if other is not None and (imitations or drift_tests(search, model, other)):
+    if other is not None and (imitations or drift_tests(names, model, other)):
         remarks = (ConfoundedTime(other.name, other.share, tuple(imitations)),)
     return Nameable(model, at_limit, remarks)

@@ -14,7 +14,7 @@ import pandas as pd
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.names import Model, Names
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
@@ -23,15 +23,15 @@ CANDIDATES = 200
 """Series among which the best are chosen."""
 
 
-def discriminating_series(search: Search, model: Model, rival: Model, count: int, seed: int = 0) -> pd.DataFrame:
+def discriminating_series(names: Names, model: Model, rival: Model, count: int, seed: int = 0) -> pd.DataFrame:
     """The plan of `count` further series that tell a model from its rival best, in recordings form."""
-    robot, recordings = search.robot, search.sample.recordings
+    robot, recordings = names.robot, names.sample.recordings
     generator = np.random.default_rng(seed)
     chosen: list[tuple[float, Recordings]] = []
     for _ in range(CANDIDATES):
         candidate = _candidate(robot, recordings, generator)
         if candidate is not None:
-            chosen.append((_separation(search, model, rival, candidate), candidate))
+            chosen.append((_separation(names, model, rival, candidate), candidate))
     chosen.sort(key=lambda item: -item[0])
     return _plan([candidate for _, candidate in chosen[:count]], robot)
 
@@ -55,9 +55,9 @@ def _candidate(robot: Robot, recordings: Recordings, generator: np.random.Genera
     return replace(series, configurations=poses, wrenches=wrenches, absolute=absolute)
 
 
-def _separation(search: Search, model: Model, rival: Model, candidate: Recordings) -> float:
-    rows = row_data(candidate, search.robot)
-    deviations = np.median(search.sample.whitening.deviations, axis=0)
+def _separation(names: Names, model: Model, rival: Model, candidate: Recordings) -> float:
+    rows = row_data(candidate, names.robot)
+    deviations = np.median(names.sample.whitening.deviations, axis=0)
     axes = candidate.axes
     first = model.fit.chain.predict(rows, model.fit.values)[:, axes]
     second, slopes = rival.fit.chain.predict_with_sensitivities(rows, rival.fit.values)

@@ -41,7 +41,6 @@ class DiagnosisOptions:
         averaged_share: posterior weight that each of them has at least.
         averaged_odds: prior odds of something beside the likeliest model: of 0.1, 0.3 and 1 the first gives machines
             that hide nothing as small an error as the base model does (results/model-error).
-        acceptance: fall of the penalised misfit for an effect to be accepted: odds of e³, about 20 to 1.
         kinds: of physics among which the prior probability of an effect is shared.
         fits_per_step: places that are fitted in full in each step, best scores first.
         promising: share of an effect's gain that a score has to promise for a place to be tried in its stead.
@@ -92,7 +91,6 @@ class DiagnosisOptions:
     averaged: int = 12
     averaged_share: float = 0.005
     averaged_odds: float = 0.1
-    acceptance: float = 6.0
     kinds: float = 20.0
     fits_per_step: int = 10
     promising: float = 0.5

@@ -7,8 +7,8 @@ from scipy.stats import chi2 as chi2_distribution
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.projection import orthonormal_basis
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.score import orthonormal_basis
 from expdesign.estimation.fit import Fit
 
 _SHUFFLES = 2000

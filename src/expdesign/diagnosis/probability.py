@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.selection import Model
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
-from expdesign.diagnosis.selection import Model, Search
+from expdesign.diagnosis.names import Model, Names
 from expdesign.diagnosis.stability import Stability
 from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import reading_deviations
@@ -45,7 +45,7 @@ class Diagnosis:
         location: of the mismatch.
         findings: effects that are present together.
         errors: of the predictive model, on fitted and held-out rows.
-        search: everything that was considered.
+        names: everything that was considered.
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
@@ -66,7 +66,7 @@ class Diagnosis:
     location: Location
     findings: tuple[Finding, ...]
     errors: HeldOut
-    search: Search
+    names: Names
     laws: Laws | None
     method: Method
     caveats: tuple[Remark, ...] = ()
@@ -82,7 +82,7 @@ class Diagnosis:
     @property
     def widening(self) -> Widening:
         """By what the recordings widen what the predictive model predicts."""
-        sample = self.search.sample.restricted(~self.predictive.outliers)
+        sample = self.names.sample.restricted(~self.predictive.outliers)
         return widening(self.predictive.fit, sample, known_noise=self.noise.known, left_out=self.left_out)
 
     @property
@@ -93,7 +93,7 @@ class Diagnosis:
     @property
     def reading_deviations(self) -> FloatArray:
         """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
-        return reading_deviations(self.noise.deviations[self.search.sample.counts], self.widening.readings)
+        return reading_deviations(self.noise.deviations[self.names.sample.counts], self.widening.readings)
 
     @property
     def rival(self) -> Model | None:

@@ -2,24 +2,22 @@
 
 It predicts nothing, but without it whatever moves whole series would be laid to effects that happen to differ between
 them. With J_k the derivatives of the readings of series k by the pose of the instrument, its motions are random with
-the deviations D, and are left out of the parameters by their marginal covariance
-
-    V_k = I + φ·J_k·D²·J_kᵀ,   V_k^(−1/2) = I + U·diag((1 + φ·s²)^(−1/2) − 1)·Uᵀ,   J_k·D = U·diag(s)·Wᵀ,
-
-so that many series cost no more than one. Evidence sets φ. A series at one pose says nothing of it: its motion is not
+the deviations D, and are noise of the covariance I + φ·J_k·D²·J_kᵀ (`shared_noise`), so that many series cost no more
+than one. Evidence sets φ. A series at one pose says nothing of it: its motion is not
 told from an error of the machine at that pose.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.cross_validation import readings_of
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
+from expdesign.diagnosis.shared_noise import SharedNoise
 
 _RATIOS = tuple(float(ratio) for ratio in np.geomspace(1e-4, 10.0, 11))
 """φ that are compared, deviations being such that each motion alone would show as much as the base model misses."""
@@ -28,78 +26,18 @@ _SINGULAR = 1e-9
 
 
 @dataclass(frozen=True)
-class Settling:
-    """Noise that the readings of a series share.
-
-    Attributes:
-        series: readings of every series that may have moved.
-        turned: U of each, shape (n_k, r_k).
-        squares: s² of each, shape (r_k,).
-        ratio: φ; 0 where nothing moved.
-    """
-
-    series: tuple[IntArray, ...] = ()
-    turned: tuple[FloatArray, ...] = ()
-    squares: tuple[FloatArray, ...] = ()
-    ratio: float = 0.0
-
-    def whitened(self, readings: FloatArray) -> FloatArray:
-        """V^(−1/2) times readings (M,) or derivatives of them (M, p)."""
-        return self._scaled(readings, -0.5)
-
-    def unwhitened(self, readings: FloatArray) -> FloatArray:
-        """V^(1/2) times readings (M,)."""
-        return self._scaled(readings, 0.5)
+class Settling(SharedNoise):
+    """Noise that the readings of a series share, whose ratio evidence sets."""
 
     def most_evident(self, state: Present) -> "Settling":
         """The same with the φ of largest evidence beside some laws; none moved where that is not worth its prior."""
         best = (-np.inf, replace(self, ratio=0.0))
-        for ratio in (0.0, *_RATIOS) if self.series else ():
+        for ratio in (0.0, *_RATIOS) if self.groups else ():
             one = replace(self, ratio=ratio)
             volume = sum(float(np.log1p(ratio * squares).sum()) for squares in self.squares)
             evidence = one.of_state(state).log_evidence - 0.5 * volume
             best = max(best, (evidence, one), key=lambda item: item[0])
         return best[1]
-
-    def of_state(self, state: Present) -> Present:
-        """The base model and laws with this noise in their whitening."""
-        laws = tuple(self.whitened(law) for law in state.laws)
-        base, readings = self.whitened(state.base), self.whitened(state.readings)
-        return replace(state, base=base, readings=readings, laws=laws)
-
-    def of_sample(self, sample: Sample) -> Sample:
-        """The sample with this noise in its whitening."""
-        return sample if self.ratio == 0.0 else _Moved(**vars(sample), settled=self)
-
-    def _scaled(self, readings: FloatArray, power: float) -> FloatArray:
-        if self.ratio == 0.0:
-            return readings
-        scaled = readings.copy()
-        for rows, turned, squares in zip(self.series, self.turned, self.squares, strict=True):
-            change = (1.0 + self.ratio * squares) ** power - 1.0
-            scaled[rows] += (turned * change) @ (turned.T @ readings[rows])
-        return scaled
-
-
-@dataclass(frozen=True)
-class _Moved(Sample):
-    """A sample whose readings of a series share a part of the noise."""
-
-    settled: Settling = field(default_factory=Settling, kw_only=True)
-
-    def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
-        return self._whitened(super().residuals(chain, values))
-
-    def residuals_with_sensitivities(self, chain: Chain, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        residuals, slopes = super().residuals_with_sensitivities(chain, values)
-        return self._whitened(residuals), self._whitened(slopes)
-
-    def _whitened(self, values: FloatArray) -> FloatArray:
-        """Of readings (N, k, ...), of which those that count are whitened."""
-        flat = values.reshape(-1, *values.shape[2:]).copy()
-        kept = np.repeat(self.counts, values.shape[1])
-        flat[kept] = self.settled.whitened(flat[kept])
-        return flat.reshape(values.shape)
 
 
 def settling(chain: Chain, sample: Sample, present: Present) -> Settling:

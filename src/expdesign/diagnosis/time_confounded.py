@@ -16,10 +16,10 @@ from scipy.stats import chi2 as chi2_distribution
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.row import RowData, row_data
 from expdesign.diagnosis.locate import drivers
+from expdesign.diagnosis.names import Model, Names
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.projection import orthonormal_basis
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.score import orthonormal_basis
-from expdesign.diagnosis.selection import Model, Search
 from expdesign.mechanics.robots.robot import Robot
 
 _LEVELS = 12
@@ -76,20 +76,20 @@ def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
     return best
 
 
-def drift_tests(search: Search, model: Model, other: Confounded) -> list[DriftTest]:
+def drift_tests(names: Names, model: Model, other: Confounded) -> list[DriftTest]:
     """A test of every drift of a model beside the same drift along t̂ and the model's other effects."""
     found = []
     for index, candidate in enumerate(model.candidates):
-        if candidate.effect.physics == _DRIFTS and _follows_time(search, model, index, other):
-            found.append(_drift_test(search, model, index, other))
+        if candidate.effect.physics == _DRIFTS and _follows_time(names, model, index, other):
+            found.append(_drift_test(names, model, index, other))
     return found
 
 
-def unsupported(search: Search, model: Model, other: Confounded | None) -> tuple[str, ...]:
+def unsupported(names: Names, model: Model, other: Confounded | None) -> tuple[str, ...]:
     """Keys of a model's drifts that do not show apart from what changed with time."""
     if other is None:
         return ()
-    tests = drift_tests(search, model, other)
+    tests = drift_tests(names, model, other)
     return tuple(model.candidates[test.index].effect.key for test in tests if not test.shows)
 
 
@@ -125,26 +125,26 @@ def _along(sample: Sample, robot: Robot, predicted: FloatArray) -> RowData:
     return replace(rows, values=values)
 
 
-def _directions(search: Search, model: Model, index: int, rows: RowData) -> FloatArray:
+def _directions(names: Names, model: Model, index: int, rows: RowData) -> FloatArray:
     """Whitened derivatives (M, d) of the readings by a drift's parameters, in rows at other times."""
     chain, part = model.fit.chain, model.fit.chain.slices[index]
-    axes = search.sample.recordings.axes
+    axes = names.sample.recordings.axes
     slopes = chain.predict_with_sensitivities(rows, model.fit.values)[1][:, axes, part]
     free = [not parameter.shape for parameter in model.candidates[index].effect.parameters]
-    counts = search.sample.restricted(~model.outliers)
+    counts = names.sample.restricted(~model.outliers)
     return as_matrix(counts.whiten(slopes))[:, free]
 
 
-def _follows_time(search: Search, model: Model, index: int, other: Confounded) -> bool:
+def _follows_time(names: Names, model: Model, index: int, other: Confounded) -> bool:
     """Whether a drift is one along time, not along temperature."""
-    own = _directions(search, model, index, search.sample.rows)
-    return not np.allclose(own, _directions(search, model, index, _along(search.sample, search.robot, other.predicted)))
+    own = _directions(names, model, index, names.sample.rows)
+    return not np.allclose(own, _directions(names, model, index, _along(names.sample, names.robot, other.predicted)))
 
 
-def _drift_test(search: Search, model: Model, index: int, other: Confounded) -> DriftTest:
-    own = _directions(search, model, index, search.sample.rows)
-    rival = _directions(search, model, index, _along(search.sample, search.robot, other.predicted))
-    smaller = search.without(model, index)
+def _drift_test(names: Names, model: Model, index: int, other: Confounded) -> DriftTest:
+    own = _directions(names, model, index, names.sample.rows)
+    rival = _directions(names, model, index, _along(names.sample, names.robot, other.predicted))
+    smaller = names.without(model, index)
     basis = orthonormal_basis(np.hstack([as_matrix(smaller.fit.sensitivities), rival]))
     residuals = smaller.fit.residuals.ravel()
     own_free = own - basis @ (basis.T @ own)
@@ -156,8 +156,8 @@ def _drift_test(search: Search, model: Model, index: int, other: Confounded) -> 
     gain = float(residuals @ (own_free[:, shown] @ within))
     # What neither explains is larger than the noise where more is missing; it must not count as evidence.
     left = residuals - basis @ (basis.T @ residuals) - own_free[:, shown] @ within
-    variance = float(left @ left) / max(search.sample.readings - basis.shape[1] - rank, 1)
-    variance = max(variance, 1.0 if search.known_noise else 1e-300)
+    variance = float(left @ left) / max(names.sample.readings - basis.shape[1] - rank, 1)
+    variance = max(variance, 1.0 if names.known_noise else 1e-300)
     p_value = float(chi2_distribution.sf(gain / variance, max(int(rank), 1)))
     alone = model.fit.values[model.fit.chain.slices[index]]
     free = np.array([not parameter.shape for parameter in model.candidates[index].effect.parameters])

@@ -13,8 +13,8 @@ from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
+from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.selection import Model
 from expdesign.estimation.goodness import FIT, StatementOfFit
 
 

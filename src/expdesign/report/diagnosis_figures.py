@@ -105,7 +105,7 @@ def axis_figure(result: Diagnosis) -> Figure:
     """Root mean square of every measured axis."""
     measured = result.recordings.components(result.robot.coordinates)
     names = [words.axis(measured[axis]) for axis in result.recordings.axes]
-    counts = result.search.sample.counts & ~result.model.outliers
+    counts = result.names.sample.counts & ~result.model.outliers
     before, after = (
         np.sqrt((residuals[counts] ** 2).mean(axis=0))
         for residuals in (result.base.residuals, result.model.fit.residuals)
@@ -136,7 +136,7 @@ def _bars(
 
 def residual_figures(result: Diagnosis) -> list[Block]:
     """Size of the residuals against order, load, pose and time, and as motions of the actuators."""
-    recordings, robot, sample = result.recordings, result.robot, result.search.sample
+    recordings, robot, sample = result.recordings, result.robot, result.names.sample
     blocks: list[Block] = [_scatter(result, "sequence", recordings.sequence.astype(float), "sequence")]
     if robot.actuators and base_model(robot, sample.reading).located_by_force:
         blocks.append(_leg_figure(result))
@@ -164,7 +164,7 @@ def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str) -> Fi
     """RMS over the axes of every row, before and after, against a quantity (one value per row)."""
     chosen = np.zeros(len(driver), dtype=bool)
     chosen[:: max(1, len(driver) // MOST_POINTS)] = True
-    chosen &= result.search.sample.counts & ~result.model.outliers
+    chosen &= result.names.sample.counts & ~result.model.outliers
     before, after = (
         np.sqrt((residuals**2).mean(axis=1))[chosen]
         for residuals in (result.base.residuals, result.model.fit.residuals)
@@ -199,8 +199,8 @@ def _in_legs(result: Diagnosis, residuals: FloatArray) -> FloatArray:
     """RMS over rows of the whitened residuals' component along the motion that each leg causes, shape (n_p,)."""
     recordings = result.recordings
     pose_map = result.robot.jacobians(recordings.configurations).pose[:, recordings.axes]
-    directions = result.search.sample.whitening.apply(pose_map)
+    directions = result.names.sample.whitening.apply(pose_map)
     norms = np.linalg.norm(directions, axis=1)
     along = np.einsum("nk,nkj->nj", residuals, directions) / np.where(norms > 0.0, norms, 1.0)
-    rms: FloatArray = np.sqrt((along[result.search.sample.counts] ** 2).mean(axis=0))
+    rms: FloatArray = np.sqrt((along[result.names.sample.counts] ** 2).mean(axis=0))
     return rms

@@ -47,7 +47,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
         "stability": None if stable is None else {"refits": stable.refits, "same": stable.same},
         "caveats": sentences(diagnosis.caveats),
         "next_experiment": next_experiment,
-        "considered": diagnosis.search.log.entries,
+        "considered": diagnosis.names.log.entries,
     }
 
 
@@ -120,7 +120,7 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if diagnosis.verdict == "consistent":
         return None
     location, components = diagnosis.location, located(diagnosis)
-    excess = max(diagnosis.base.chi2 - (diagnosis.search.sample.readings - diagnosis.base.rank), 1e-300)
+    excess = max(diagnosis.base.chi2 - (diagnosis.names.sample.readings - diagnosis.base.rank), 1e-300)
     if diagnosis.findings:
         share = (diagnosis.base.chi2 - diagnosis.model.fit.chi2) / excess
     else:

@@ -99,7 +99,7 @@ def _key_figures(result: Diagnosis) -> KeyFigures:
     items = [
         KeyFigure("Verdict", result.verdict),
         KeyFigure("Held out, base model", words.number(errors.test_before), unit, note),
-        KeyFigure("Models tried", str(len(result.search.tried))),
+        KeyFigure("Models tried", str(len(result.names.tried))),
     ]
     if added(result):
         items.insert(2, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))
@@ -143,7 +143,7 @@ def _where(result: Diagnosis) -> list[Block]:
 
 
 def _considered(result: Diagnosis) -> list[Block]:
-    entries = result.search.log.entries
+    entries = result.names.log.entries
     rows = []
     for entry in entries[:MOST_MODELS]:
         effects = entry["effects"]
@@ -154,8 +154,8 @@ def _considered(result: Diagnosis) -> list[Block]:
     frame = pd.DataFrame([{**entry, "effects": "; ".join(entry["effects"])} for entry in entries])  # type: ignore[arg-type]
     part = f" The first {MOST_MODELS} of {len(entries)}; the CSV has all." if len(entries) > MOST_MODELS else ""
     caption = (
-        "Models that were fitted in full, and why each was kept or not. The penalised misfit charges every effect for "
-        "its parameters and for the number of places at which it was looked for."
+        "Models that were fitted in full, and why each was kept or not. The penalised misfit is −2 times the log "
+        "evidence, less the prior: it charges every effect for its parameters and for the places at which it was looked for."
     )
     heads = ["Step", "Physics", "χ²", "Penalised misfit", "", "Reason"]
     how = Paragraph(f"Way of working: {result.method.name}, because {result.method.reason}.")

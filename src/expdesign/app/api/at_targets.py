@@ -41,7 +41,7 @@ def accept_diagnosed(problem: DesignProblem, result: "Diagnosis") -> Decision:
 
     Nothing is decided where that model is no explanation of the recordings.
     """
-    sample = result.search.sample.restricted(~result.predictive.outliers)
+    sample = result.names.sample.restricted(~result.predictive.outliers)
     counts, recorded = sample.counts, result.recordings.rows(sample.counts)
     whitening = sample.whitening.rows(counts)
     degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))

@@ -97,7 +97,7 @@ class DiagnosisResult(FolderResult):
         rival = self.result.rival
         if rival is None:
             return None
-        return discriminating_series(self.result.search, self.result.model, rival, self.series)
+        return discriminating_series(self.result.names, self.result.model, rival, self.series)
 
     @property
     def record(self) -> dict[str, Any]:

@@ -62,6 +62,7 @@ class Atom:
             of known form.
         basis: features of the law.
         named: physics of known form, for who put it there: what, and parameters to start from.
+        one_sided: whether its one weight cannot be negative.
     """
 
     component: Component
@@ -70,6 +71,7 @@ class Atom:
     entry: Entry | None = None
     basis: FeatureBasis | None = None
     named: tuple[Any, FloatArray] | None = None
+    one_sided: bool = False
 
     @property
     def directions(self) -> FloatArray:

@@ -8,11 +8,12 @@ class EvidenceOptions:
     """Thresholds; log evidence is natural.
 
     Attributes:
-        alarm: gain of log evidence below which nothing is believed to be there: in noise alone the largest gain by any
-            of `entries` laws exceeds it in 0.3 % of 600 repetitions (`benchmarks/false_alarms.py`).
-        entries: laws of the dictionary for which `alarm` was set.
+        alarm: log evidence, prior included, that something has to bring to be believed: odds of e³, about 20 to 1.
+        law: −ln of the prior probability of a law: in noise alone the largest gain by any of `entries` laws exceeds
+            `law` and `alarm` together in 0.3 % of 600 repetitions (`benchmarks/false_alarms.py`).
+        entries: laws of the dictionary for which `law` was set.
         contested: log evidence by which laws have to exceed named physics: what machines are known to do is likelier.
-        most_laws: that are there together.
+        most: effects and laws that are there together.
         at_one: laws of one component that are added together.
         near: share of the largest gain from which a component is given its chance.
         components: that are given their chance, at most.
@@ -22,8 +23,9 @@ class EvidenceOptions:
         refuted: factor on left-out errors that speaks against a law; 0 where evidence alone decides, as of single laws.
         several: log evidence that a law of its own for every actuator has to exceed that of a single one by.
         wanders: the same of a mount that moves with time alone over a drift of the reading, which is far commoner.
-        swap: gain of log evidence for which a law is replaced by one elsewhere.
-        worth: gain of log evidence below which a law is left out.
+        swap: gain of log evidence for which something is replaced by a law elsewhere.
+        tie: the same by a named effect.
+        worth: log evidence, prior included, below which a law that was there is left out.
         slack: log evidence that new sizes of the other laws may bring; what falls short by more is not fitted.
         inexact: share of the evidence explained so far that a further component has to gain: no kernel is exact, and
             what one leaves over, the next component would take.
@@ -42,10 +44,11 @@ class EvidenceOptions:
         open: probability from which a component belongs to the set that cannot be told apart.
     """
 
-    alarm: float = 8.0
+    alarm: float = 3.0
+    law: float = 5.0
     entries: int = 1200
     contested: float = 10.0
-    most_laws: int = 6
+    most: int = 6
     at_one: int = 3
     near: float = 0.4
     components: int = 6
@@ -56,7 +59,8 @@ class EvidenceOptions:
     several: float = 25.0
     wanders: float = 20.0
     swap: float = 4.0
-    worth: float = 2.0
+    tie: float = 0.005
+    worth: float = -3.0
     slack: float = 10.0
     inexact: float = 0.01
     remains: float = 0.5

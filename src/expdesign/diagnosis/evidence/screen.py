@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.blas import dtrsm
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.evidence.columns import Columns
 from expdesign.diagnosis.evidence.dictionary import Atom
 from expdesign.diagnosis.evidence.state import Present
@@ -20,6 +20,8 @@ _UNSEEN = 1e-4
 """Sum of squares of a combination of weights, at unit variance, below which no law is large enough to show it."""
 _KEPT = 16
 """Laws whose products with all others are kept."""
+_CENTRES = 6
+"""Fits about which the problem was linearised whose products with all laws are kept."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class _Batch:
         columns: of each law's directions, one after the other.
         start: of its columns among those of all batches.
         grams: ΦᵀΦ, shape (n, w, w).
+        one_sided: whether a law of one weight cannot be negative, shape (n,).
     """
 
     numbers: IntArray
@@ -39,6 +42,7 @@ class _Batch:
     columns: tuple[Columns, ...]
     start: int
     grams: FloatArray
+    one_sided: BoolArray
 
     @property
     def width(self) -> int:
@@ -52,22 +56,20 @@ class _Batch:
 
 
 class Screen:
-    """Gains of log evidence by every law, beside any others.
+    """Gains of log evidence by every law, beside any others and about any fit.
 
     Args:
-        base: what is there anyway.
         atoms: the laws.
     """
 
-    def __init__(self, base: Present, atoms: Sequence[Atom]) -> None:
-        self._start = base
+    def __init__(self, atoms: Sequence[Atom]) -> None:
         self._batches: list[_Batch] = []
         self._atoms: list[Atom] = []
         self._width = 0
         self._products: OrderedDict[int, FloatArray] = OrderedDict()
         self._matrices: dict[int, FloatArray] = {}
         self._partial: dict[tuple[int, bytes], FloatArray] = {}
-        self._base = np.zeros((0, base.base.shape[1] + 1))
+        self._centres: OrderedDict[int, tuple[FloatArray, FloatArray, FloatArray]] = OrderedDict()
         self.add(atoms)
 
     def add(self, atoms: Sequence[Atom]) -> None:
@@ -83,9 +85,9 @@ class Screen:
         for width, group in sorted(by_width.items()):
             numbers, turns, grams = zip(*group, strict=True)
             columns = tuple(self._atoms[number].columns for number in numbers)
-            self._batches.append(_Batch(np.array(numbers), turns, columns, self._width, np.stack(grams)))
+            sided = np.array([self._atoms[number].one_sided for number in numbers])
+            self._batches.append(_Batch(np.array(numbers), turns, columns, self._width, np.stack(grams), sided))
             self._width += width * len(numbers)
-        self._base = self._extended(self._base, np.column_stack([self._start.base, self._start.readings]))
 
     def directions(self, index: int) -> FloatArray:
         """Those of one law (M, f), made once for all that ask."""
@@ -94,22 +96,26 @@ class Screen:
         return self._matrices[index]
 
     def gains(
-        self, present: Present, indices: Sequence[int], only: Sequence[int] | None = None
+        self, present: Present, named: int, indices: Sequence[int], only: Sequence[int] | None = None
     ) -> tuple[FloatArray, FloatArray]:
         """Largest gains and the σ² that reach them, shape (n,) each.
 
         Args:
-            present: the laws that are there.
-            indices: their numbers, in order.
+            present: what is there.
+            named: how many of its laws, the first ones, are none of these.
+            indices: numbers of the others, in order.
             only: numbers of the laws to weigh, ascending; all where left out.
         """
         gains, variances = np.zeros((2, len(self._atoms)))
+        if not self._batches:
+            return gains, variances
         wanted = np.arange(len(self._atoms)) if only is None else np.asarray(only)
         asked = [(batch, np.flatnonzero(np.isin(batch.numbers, wanted, assume_unique=True))) for batch in self._batches]
         columns = np.concatenate([batch.columns_of(chosen) for batch, chosen in asked])
-        design = [self._base[columns, :-1], *(self._product(i, columns, asked, only is None) for i in indices)]
+        centre = self._centre(present, named)[columns]
+        design = [centre[:, :-1], *(self._product(i, columns, asked, only is None) for i in indices)]
         through = dtrsm(1.0, present.lower, np.hstack(design).T, lower=1, overwrite_b=1).T
-        slopes = self._base[columns, -1] - through @ present.reduced
+        slopes = centre[:, -1] - through @ present.reduced
         start = 0
         for batch, chosen in asked:
             if chosen.size and batch.width:
@@ -118,8 +124,30 @@ class Screen:
                 by_law = through[part].reshape(*shape, -1)
                 grams = batch.grams[chosen] - np.matmul(by_law, by_law.swapaxes(1, 2))
                 numbers = batch.numbers[chosen]
-                gains[numbers], variances[numbers] = present.largest_gains(grams, slopes[part].reshape(shape))
+                own = slopes[part].reshape(shape)
+                best, variances[numbers] = present.largest_gains(grams, own)
+                if batch.width == 1:
+                    best = np.where(batch.one_sided[chosen] & (own[:, 0] <= 0.0), 0.0, best)
+                gains[numbers] = best
         return gains[wanted], variances[wanted]
+
+    def _centre(self, present: Present, named: int) -> FloatArray:
+        """Products of all laws with what a problem is linear in about its fit, and readings, shape (columns, p + 1)."""
+        key = id(present.base)
+        matrix: FloatArray = np.zeros((0, 0))
+        known: FloatArray = matrix
+        if key in self._centres:
+            _, matrix, known = self._centres.pop(key)
+        if not matrix.size:
+            matrix = np.column_stack([present.base, *present.laws[:named], present.readings])
+            known = np.zeros((0, matrix.shape[1]))
+        if len(known) < self._width:
+            known = self._extended(known, matrix)
+        # With the array whose identity is the key, so that no other gets it.
+        self._centres[key] = present.base, matrix, known
+        while len(self._centres) > _CENTRES:
+            self._centres.popitem(last=False)
+        return known
 
     def _product(self, index: int, columns: IntArray, asked: list[tuple[_Batch, IntArray]], every: bool) -> FloatArray:
         """Products of those asked for with one law's directions; kept where these are all, shape (columns, f)."""

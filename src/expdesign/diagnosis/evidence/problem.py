@@ -1,0 +1,372 @@
+"""What may be there in one set of readings: named effects and laws, and whatever stands beside something that is.
+
+What stands beside a fit is weighed by its largest gain of log evidence to first order. Named effects that promise
+something are then fitted in full, beside the laws that are there, and the problem is linear about that fit from there
+on; laws are linear as they are.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect
+from expdesign.chain.ports.port import Entry
+from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.options import EVIDENCE, EvidenceOptions
+from expdesign.diagnosis.evidence.refinement import refined
+from expdesign.diagnosis.evidence.screen import Screen
+from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.names import Laws, Model, Names, hierarchical
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.sample import rms
+
+_Promise = tuple[float, Candidate, Callable[[], FloatArray]]
+"""A named effect with the log evidence that it promises, and what gives parameters to start its fit from."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Named effects and laws that are there together.
+
+    Attributes:
+        named: the effects as they were fitted, beside the laws; None in a problem that is linear.
+        laws: numbers of the laws.
+        state: linear about that fit, the effects first.
+        price: log evidence that all have to bring: −ln of their prior.
+        blocks: block of every reading that is left out together, shape (M,).
+        components: number of components that they are at.
+        nameless: whether one of the laws has no name.
+    """
+
+    named: Model | None
+    laws: tuple[int, ...]
+    state: Present
+    price: float
+    blocks: IntArray
+    components: int
+    nameless: bool = False
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """The named effects."""
+        return () if self.named is None else self.named.candidates
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The named effects themselves."""
+        return () if self.named is None else self.named.effects
+
+    @property
+    def count(self) -> int:
+        """Of named effects and laws."""
+        return len(self.candidates) + len(self.laws)
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Two with the same are the same."""
+        of_names = () if self.named is None else (self.named.keys, self.named.outliers.tobytes())
+        return of_names, self.laws
+
+    @property
+    def evidence(self) -> float:
+        """Log evidence less the price."""
+        return self.state.log_evidence - self.price
+
+    @cached_property
+    def error(self) -> float:
+        """RMS of left-out readings."""
+        return rms(self.state.left_out(self.blocks))
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Gains of everything beside what is there, prior included, and the sizes that reach them."""
+
+    gains: FloatArray
+    variances: FloatArray
+
+
+class Problem:
+    """Everything that may be there, in one set of readings.
+
+    Args:
+        base: what is there anyway.
+        laws: that may be there; laws that are refined are added to them.
+        blocks: block of every reading that is left out together, shape (M,).
+        names: effects that may be there; None where there are laws alone.
+        made: the atom of another entry, which refines scales and settings; None where there is none.
+        options: thresholds.
+
+    Attributes:
+        atoms: the starts of all named effects, then the laws.
+        prices: log evidence that each has to bring beyond the alarm, shape (n,).
+        start: nothing.
+    """
+
+    def __init__(
+        self,
+        base: Present,
+        laws: Sequence[Atom],
+        blocks: IntArray,
+        names: Names | None = None,
+        made: Callable[[Entry], Atom | None] = lambda entry: None,
+        options: EvidenceOptions = EVIDENCE,
+    ) -> None:
+        self.blocks, self.names, self._made, self.options = blocks, names, made, options
+        self.atoms = [*(names.atoms if names else ()), *laws]
+        self._first = len(names.atoms) if names else 0
+        self._listed = len(self.atoms)
+        self._screen = Screen(self.atoms)
+        self.prices = np.array([self._price(index) for index in range(len(self.atoms))])
+        self._refuted: set[int] = set()
+        self._seen: dict[tuple[object, ...], list[Chosen]] = {}
+        self.start = self._chosen(names.base if names else None, (), base)
+
+    @property
+    def of_names(self) -> bool:
+        """Whether there are named effects alone."""
+        return self._first == len(self.atoms)
+
+    def refute(self, laws: set[int]) -> bool:
+        """Offer these laws no longer; whether any of them was."""
+        new = laws - self._refuted
+        self._refuted |= new
+        self._seen.clear()
+        return bool(new)
+
+    def of_model(self, model: Model) -> Chosen:
+        """Named effects as they were fitted, without laws."""
+        assert self.names is not None
+        return self._chosen(model, (), self.names.state(model))
+
+    def with_laws(self, laws: Sequence[int]) -> Chosen:
+        """Some laws, each with the size that explains most beside those before it."""
+        current = self.start
+        for index in laws:
+            current = self.with_law(current, index, current.state.gain(self._screen.directions(index))[1])
+        return current
+
+    def propose(self, beside: Chosen, only: Sequence[int] | None = None) -> Proposal:
+        """Everything beside what is there, or `only` some of it."""
+        state, named = beside.state, len(beside.candidates)
+        gains, variances = self._screen.gains(state, named, beside.laws, only)
+        gains[[i for i in range(len(gains)) if (i if only is None else only[i]) in self._refuted]] = 0.0
+        return Proposal(gains - (self.prices if only is None else self.prices[only]), variances)
+
+    def trials(self, current: Chosen) -> list[Chosen]:
+        """Effects that promise something, and components that come near, each with its laws beside what is there.
+
+        They are remembered, since ends are weighed again.
+        """
+        key = *current.key, self.names.offered if self.names else ()
+        if key not in self._seen:
+            proposal = self.propose(current)
+            laws = [self._at(current, component, proposal) for component in self._near(proposal)]
+            self._seen[key] = [*laws, *self._named(current, proposal, -np.inf)]
+        return self._seen[key]
+
+    def aside(self, current: Chosen) -> list[Chosen]:
+        """Without the rows that no named effect explains, where there are such rows and no laws."""
+        if self.names is None or current.named is None or current.laws:
+            return []
+        without = self.names.without_outliers(current.named)
+        return [] if without is None else [self.of_model(without)]
+
+    def readmitted(self, current: Chosen) -> Chosen:
+        """With rows that stood out only while an effect was missing."""
+        if self.names is None or current.named is None or not current.named.outliers.any():
+            return current
+        return self.of_model(self.names.readmitted(current.named))
+
+    def report(self, text: str) -> None:
+        """Say what is being done."""
+        if self.names is not None:
+            self.names.report(text)
+
+    def singles(self, rest: Chosen, loss: float) -> list[Chosen]:
+        """With one effect or one law more that may bring what the one taken away brought."""
+        proposal = self.propose(rest)
+        trials = [one for one in self._named(rest, proposal, OPTIONS.promising * loss) if hierarchical(one.effects)]
+        gains = proposal.gains[self._first :]
+        if gains.size:
+            best = int(np.argmax(gains))
+            if gains[best] + self.options.slack > loss + self.options.swap:
+                index = self._first + best
+                trials.append(self.with_law(rest, index, float(proposal.variances[index])))
+        return trials
+
+    def without(self, chosen: Chosen, position: int) -> Chosen:
+        """Without one effect, the others fitted in full, or without one law, the others resized."""
+        if position >= len(chosen.candidates):
+            smaller = self.less(chosen, position)
+            return self.resized(smaller)
+        assert self.names is not None
+        rest = chosen.candidates[:position] + chosen.candidates[position + 1 :]
+        return self._with_names(chosen, rest, {})
+
+    def without_component(self, chosen: Chosen, component: Component) -> Chosen:
+        """What is at all other components."""
+        at = [*(c.effect.component for c in chosen.candidates), *(self.atoms[i].component for i in chosen.laws)]
+        for position in reversed(range(len(at))):
+            if at[position] == component:
+                last_law = position >= len(chosen.candidates)
+                chosen = self.less(chosen, position) if last_law else self.without(chosen, position)
+        return self.resized(chosen)
+
+    def less(self, current: Chosen, position: int) -> Chosen:
+        """Without one law, the sizes of the others as they are."""
+        at = position - len(current.candidates)
+        laws = current.laws[:at] + current.laws[at + 1 :]
+        return self._chosen(current.named, laws, current.state.without(position))
+
+    def resized(self, current: Chosen) -> Chosen:
+        """The same with the sizes that maximise the evidence."""
+        return self._chosen(current.named, current.laws, current.state.refitted())
+
+    def with_law(self, current: Chosen, index: int, variance: float) -> Chosen:
+        """With one law more, all sizes anew from this one's."""
+        state = current.state.beside(self._screen.directions(index), variance).refitted()
+        return self._chosen(current.named, (*current.laws, index), state)
+
+    def components(self, chosen: Chosen) -> list[Component]:
+        """Where effects and laws are, each component once."""
+        named = (candidate.effect.component for candidate in chosen.candidates)
+        return list(dict.fromkeys([*named, *(self.atoms[i].component for i in chosen.laws)]))
+
+    def finer(self, grown: Chosen) -> Chosen:
+        """The same with scales and settings of the laws searched continuously, where that does not predict worse."""
+        tried: set[int] = set()
+        while True:
+            left = [p for p, index in enumerate(grown.laws) if index < self._listed and index not in tried]
+            if not left:
+                return grown
+            index, rest = grown.laws[left[0]], self.less(grown, len(grown.candidates) + left[0])
+            tried.add(index)
+            better = refined(self.atoms[index], self._made, rest.state)
+            if better is None:
+                continue
+            self.atoms.append(better[0])
+            self._screen.add([better[0]])
+            self.prices = np.append(self.prices, self._price(len(self.atoms) - 1))
+            trial = self.with_law(rest, len(self.atoms) - 1, better[1])
+            if trial.evidence > grown.evidence and trial.error <= self.options.alike * grown.error:
+                grown = trial
+
+    def _near(self, proposal: Proposal) -> list[Component]:
+        """Components whose laws are given their chance, the one with the best law first."""
+        gains = proposal.gains[self._first :]
+        best = proposal.gains.max(initial=0.0)
+        if gains.max(initial=0.0) < self.options.alarm:
+            return []
+        order = np.argsort(-gains, kind="stable")
+        near = [i for i in order if gains[i] >= self.options.near * best]
+        return list(dict.fromkeys(self.atoms[self._first + i].component for i in near))[: self.options.components]
+
+    def _at(self, current: Chosen, component: Component, proposal: Proposal) -> Chosen:
+        """With the laws of one component, until no further one is worth its evidence."""
+        own = [i for i in range(self._first, len(self.atoms)) if self.atoms[i].component == component]
+        best = own[int(np.argmax(proposal.gains[own]))]
+        grown = self.with_law(current, best, float(proposal.variances[best]))
+        for _ in range(min(self.options.at_one, self.options.most - current.count) - 1):
+            further = self.propose(grown, own)
+            if further.gains.max() < self.options.alarm:
+                break
+            best = int(np.argmax(further.gains))
+            grown = self.with_law(grown, own[best], float(further.variances[best]))
+        return grown
+
+    def _named(self, current: Chosen, proposal: Proposal, wanted: float) -> list[Chosen]:
+        """With one more effect each, fitted in full: the best ones, others only where they promise what is `wanted`.
+
+        No more than three of one physics, so that rival explanations get their fit as well.
+        """
+        if self.names is None:
+            return []
+        best: dict[int, _Promise] = {}
+        for index in np.argsort(-proposal.gains[: self._first], kind="stable"):
+            candidate = self.names.candidate(int(index))
+            if id(candidate) not in best:
+                begin = partial(self._start_of, current, proposal, int(index))
+                best[id(candidate)] = float(proposal.gains[index]), candidate, begin
+        ranked = [*best.values(), *self._idle(current)]
+        ranked = [item for item in ranked if self.names.fits_beside(item[1], current.candidates)]
+        ranked.sort(key=lambda item: (-item[0], item[1].effect.key))
+        taken: dict[str, int] = {}
+        trials: list[Chosen] = []
+        always, least = OPTIONS.always, wanted
+        if not self.of_names:
+            always, least = 1, max(wanted, self.options.near * float(proposal.gains.max(initial=0.0)))
+        for gain, candidate, start in ranked:
+            physics = candidate.effect.physics
+            if taken.get(physics, 0) >= 3 or len(trials) == OPTIONS.fits_per_step:
+                continue
+            taken[physics] = taken.get(physics, 0) + 1
+            if sum(taken.values()) <= always or gain >= least:
+                chosen = (*current.candidates, candidate)
+                trials.append(self._with_names(current, chosen, {candidate.effect.key: start()}))
+        return trials
+
+    def _start_of(self, current: Chosen, proposal: Proposal, index: int) -> FloatArray:
+        """Parameters from which an entry is fitted, where its linear effect is largest."""
+        assert self.names is not None
+        law = self._screen.directions(index)
+        grown = current.state.beside(law, float(proposal.variances[index]))
+        return self.names.start(index, grown.weights[-law.shape[1] :])
+
+    def _idle(self, current: Chosen) -> list[_Promise]:
+        """Effects that do nothing to a base model without springs, and what they promise beside what is there."""
+        assert self.names is not None
+        assert current.named is not None
+        found: list[_Promise] = []
+        for candidate in self.names.idle(current.named):
+            for start, directions in zip(candidate.starts, candidate.directions, strict=True):
+                own = directions[self.names.sample.kept]
+                sizes = np.sqrt((own**2).mean(axis=0))
+                scale = np.where(sizes > 0.0, 1.0 / np.where(sizes > 0.0, sizes, 1.0), 0.0)
+                gain, variance = current.state.gain(own * scale)
+                weights = current.state.beside(own * scale, variance).weights[-own.shape[1] :]
+                moved = partial(self.names.started, candidate, start, scale * weights)
+                found.append((gain - self.names.price(candidate), candidate, moved))
+        return found
+
+    def _with_names(self, current: Chosen, chosen: Sequence[Candidate], starts: dict[str, FloatArray]) -> Chosen:
+        """Other named effects beside the same laws, fitted in full from where those that stay are."""
+        assert self.names is not None
+        assert current.named is not None
+        directions = tuple(self._screen.directions(index) for index in current.laws)
+        sizes = current.state.variances[len(current.candidates) :]
+        parts = [starts[c.effect.key] if c.effect.key in starts else self.names.part(current.named, c) for c in chosen]
+        laws = Laws(current.laws, directions, sizes)
+        model = self.names.model(chosen, current.named.outliers, parts, current.named, laws)
+        state = self.names.state(model)
+        for law, size in zip(directions, sizes, strict=True):
+            state = state.beside(law, size)
+        return self._chosen(model, current.laws, state.refitted() if directions else state)
+
+    def _chosen(self, named: Model | None, laws: tuple[int, ...], state: Present) -> Chosen:
+        price = float(self.prices[list(laws)].sum())
+        where = {self.atoms[i].component for i in laws}
+        if named is not None and self.names is not None:
+            price += sum(self.names.price(c) for c in named.candidates) + self.names.price_aside(named.outliers)
+            where |= {c.effect.component for c in named.candidates}
+        nameless = any(self.atoms[i].entry is not None for i in laws)
+        return Chosen(named, laws, state, price, self.blocks, len(where), nameless)
+
+    def _price(self, index: int) -> float:
+        """Log evidence that an entry has to bring beyond the alarm."""
+        atom = self.atoms[index]
+        if index < self._first:
+            assert self.names is not None
+            return self.names.price(self.names.candidate(index))
+        of_each = atom.entry is not None and atom.component.several and atom.entry.blocks > 1
+        return self.options.law + self.options.several * of_each + self.options.wanders * _wanders(atom)
+
+
+def _wanders(atom: Atom) -> bool:
+    """Whether an entry is a mount that moves whatever it carries."""
+    return atom.entry is not None and atom.entry.form == "twist" and atom.entry.inputs[0].kind in ("clock", "elapsed")

@@ -1,0 +1,399 @@
+"""Named effects, fitted in full: the models that the search compares, and the problem linear about each of them.
+
+The log evidence of a model is that of its linearisation about the fit (Laplace; `evidence/state`), in which every
+effect has a size of its own that maximises it, less the logarithm of the prior probability: shared evenly among the
+kinds of physics, and within a kind among the places at which the library looks for it. That is what controls false
+discoveries over the whole library: the more places are searched, the more a find must explain. A shape (a pitch, a
+time constant) has no size and costs ½·ln M.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
+from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.diagnosis.base_models import base_model
+from expdesign.diagnosis.evidence.columns import Dense
+from expdesign.diagnosis.evidence.dictionary import Atom, known_form
+from expdesign.diagnosis.evidence.state import Present, regular
+from expdesign.diagnosis.library import Candidate, beside
+from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.outliers import outlier_price, returning_distances, row_distances
+from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.shared_noise import SharedNoise
+from expdesign.estimation.fit import Fit, fit
+from expdesign.mechanics.robots.robot import Robot
+
+_MOST_KEPT = 300_000_000
+"""Bytes of derivatives of models that are kept; beyond, those not asked for longest are fitted anew if needed."""
+_STATES = 16
+"""Linearised problems that are kept."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A set of effects, rows set aside as outliers, and the fit.
+
+    Attributes:
+        candidates: the effects as found in the library, in the order of their keys.
+        outliers: rows set aside, shape (N,).
+        fit: of the rest.
+        misfit: −2·log of the posterior weight, up to a constant: of evidence and prior, see the module.
+    """
+
+    candidates: tuple[Candidate, ...]
+    outliers: BoolArray
+    fit: Fit
+    misfit: float
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects."""
+        return tuple(candidate.effect for candidate in self.candidates)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Identifiers of the effects, sorted."""
+        return tuple(sorted(effect.key for effect in self.effects))
+
+
+@dataclass
+class Log:
+    """Why each model that was fitted was kept or not, in the order of the search."""
+
+    entries: list[dict[str, object]] = field(default_factory=list)
+
+    def add(self, step: str, model: Model, kept: bool, reason: str) -> None:
+        """Note one decision."""
+        self._add(step, list(model.keys), model.fit.chi2, model.misfit, kept, reason)
+
+    def add_text(self, step: str, reason: str) -> None:
+        """Note something that concerns no single model of the library."""
+        self._add(step, [], None, None, True, reason)
+
+    def _add(
+        self, step: str, effects: list[str], chi2: float | None, misfit: float | None, kept: bool, reason: str
+    ) -> None:
+        entry: dict[str, object] = {
+            "step": step, "effects": effects, "chi2": chi2, "penalised_misfit": misfit, "kept": kept, "reason": reason,
+        }  # fmt: skip
+        self.entries.append(entry)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """Laws beside named effects, of which a fit of these knows the sizes alone.
+
+    Attributes:
+        numbers: of the laws.
+        directions: of each, shape (M, f_k).
+        variances: σ_k², in variances of the noise.
+    """
+
+    numbers: tuple[int, ...] = ()
+    directions: tuple[FloatArray, ...] = ()
+    variances: tuple[float, ...] = ()
+
+
+NO_LAWS = Laws()
+
+
+class Names:
+    """The named effects that one set of recordings may show, and every model of them that was fitted.
+
+    Args:
+        robot: the robot.
+        sample: the rows that may be fitted.
+        library: the candidates.
+        known_noise: whether residuals are in units of a known standard deviation.
+        report: called with a sentence on what is being done.
+
+    Attributes:
+        offered: keys of the candidates that may be there.
+        base: the model without effects.
+        models: that were fitted without laws beside them, as far as they are kept.
+        tried: keys of all of them.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        sample: Sample,
+        library: list[Candidate],
+        *,
+        known_noise: bool,
+        report: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.robot, self.sample, self.library = robot, sample, library
+        self.known_noise, self.report = known_noise, report
+        self.offered = frozenset(candidate.effect.key for candidate in library)
+        self.log = Log()
+        self.models: dict[tuple[object, ...], Model] = {}
+        self.tried: set[tuple[object, ...]] = set()
+        self._kept = 0
+        self._chains: dict[tuple[str, ...], Chain] = {}
+        self._beside_models: dict[tuple[str, ...], Candidate] = {}
+        self._states: dict[int, tuple[Model, Present]] = {}
+        self.atoms, self._scales = self._as_laws()
+        self.base = self.model((), np.zeros(len(sample.counts), dtype=bool), [])
+
+    @property
+    def most_effects(self) -> int:
+        """That are sought beside the base model."""
+        return base_model(self.robot, self.sample.reading).most_effects
+
+    def forbid(self, keys: Collection[str]) -> None:
+        """Offer these effects no longer."""
+        self.offered -= set(keys)
+
+    def candidate(self, number: int) -> Candidate:
+        """The candidate that an atom is one of the starts of."""
+        named = self.atoms[number].named
+        assert named is not None
+        found: Candidate = named[0]
+        return found
+
+    def start(self, number: int, weights: FloatArray) -> FloatArray:
+        """Parameters from which a candidate is fitted, from the weights of its atom (d,), shape (p,)."""
+        named = self.atoms[number].named
+        assert named is not None
+        return self.started(named[0], named[1], self._scales[number] * weights)
+
+    @staticmethod
+    def started(candidate: Candidate, start: FloatArray, step: FloatArray) -> FloatArray:
+        """A start, moved by a step of the parameters that are no shapes where it is neutral in these, shape (p,)."""
+        free = np.array([not p.shape for p in candidate.effect.parameters])
+        # A start away from neutral is one already; others are where the linear effect is largest.
+        if np.array_equal(start[free], candidate.effect.neutral()[free]):
+            start = start.copy()
+            start[free] += step
+        return start
+
+    def idle(self, current: Model) -> list[Candidate]:
+        """Candidates that do nothing to a base model without springs, as they act beside the effects of a model."""
+        if len(self.robot.stiffness):
+            return []
+        return [self._beside(entry, current) for entry in self.library if entry.idle]
+
+    def fits_beside(self, candidate: Candidate, current: Sequence[Candidate]) -> bool:
+        """Whether a candidate may stand beside others: offered, of another slot, with what it builds on."""
+        effects = [other.effect for other in current]
+        free = candidate.effect.slot not in {effect.slot for effect in effects}
+        return candidate.effect.key in self.offered and free and hierarchical([*effects, candidate.effect])
+
+    def model(
+        self,
+        chosen: Sequence[Candidate],
+        outliers: BoolArray,
+        parts: Sequence[FloatArray],
+        near: Model | None = None,
+        laws: Laws = NO_LAWS,
+    ) -> Model:
+        """The fit of some effects.
+
+        Args:
+            chosen: the effects.
+            outliers: rows set aside, shape (N,).
+            parts: parameters of each to start from.
+            near: a model whose other parameters are near.
+            laws: beside them.
+        """
+        order = sorted(range(len(chosen)), key=lambda i: chosen[i].effect.key)
+        own = tuple(chosen[i] for i in order)
+        key = (tuple(c.effect.key for c in own), outliers.tobytes(), *laws.numbers)
+        if key in self.models:
+            self.models[key] = self.models.pop(key)  # asked for last
+        else:
+            found = self._fitted(own, outliers, [parts[i] for i in order], near, laws)
+            self.models[key] = found
+            self.tried.add(key[:2])
+            self._kept += found.fit.sensitivities.nbytes
+            while self._kept > _MOST_KEPT and len(self.models) > 1:
+                self._kept -= self.models.pop(next(iter(self.models))).fit.sensitivities.nbytes
+        return self.models[key]
+
+    def state(self, model: Model) -> Present:
+        """The problem, linear about a fit, with its effects as laws; rows set aside are zero."""
+        if id(model) not in self._states:
+            while len(self._states) >= _STATES:
+                self._states.pop(next(iter(self._states)))
+            plain = self.sample.restricted(~model.outliers)
+            residuals, slopes = plain.residuals_with_sensitivities(model.fit.chain, model.fit.values)
+            state = linearised(self.sample, model.fit, residuals, slopes, known_noise=self.known_noise)
+            self._states[id(model)] = model, state.refitted()
+        return self._states[id(model)][1]
+
+    def price(self, candidate: Candidate) -> float:
+        """Log evidence that an effect has to bring: −ln of its prior, and what its shapes cost."""
+        shapes = sum(parameter.shape for parameter in candidate.effect.parameters)
+        prior = np.log(candidate.places) + np.log(OPTIONS.kinds)
+        return float(prior + 0.5 * shapes * np.log(max(self.sample.readings, 2)))
+
+    def price_aside(self, outliers: BoolArray) -> float:
+        """Log evidence that rows set aside have to bring, shape (N,)."""
+        return 0.5 * self._outlier_penalty() * int(outliers.sum())
+
+    def without(self, model: Model, index: int) -> Model:
+        """A model refitted without one of its effects."""
+        rest = model.candidates[:index] + model.candidates[index + 1 :]
+        return self.model(rest, model.outliers, [self.part(model, c) for c in rest], model)
+
+    def restricted(self, model: Model, keys: Collection[str]) -> Model:
+        """A model refitted without the effects of these keys, and those that build on them."""
+        for index, effect in enumerate(model.effects):
+            rest = [e for e in model.effects if e is not effect]
+            if effect.key in keys or not hierarchical([*(e for e in rest if e.key not in keys), effect]):
+                return self.restricted(self.without(model, index), keys)
+        return model
+
+    def without_outliers(self, current: Model) -> Model | None:
+        """The model refitted without the rows that stand out, or None where no row does."""
+        flagged = current.outliers.copy()
+        model = current
+        rows = int(self.sample.counts.sum())
+        while int(flagged.sum()) < min(max(1, rows // 10), rows - 1):  # a row to fit has to stay
+            distances = row_distances(model.fit)
+            distances[flagged] = 0.0
+            worst = int(np.argmax(distances))
+            if distances[worst] < self._outlier_penalty() * self._variance(model):
+                break
+            flagged[worst] = True
+            parts = [self.part(current, c) for c in current.candidates]
+            model = self.model(current.candidates, flagged.copy(), parts, current)
+        return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
+
+    def as_here(self, model: Model) -> Model:
+        """A model of other rows fitted to these, none of which is set aside."""
+        parts = [self.part(model, c) for c in model.candidates]
+        return self.model(model.candidates, np.zeros_like(model.outliers), parts, model)
+
+    def of_rows(self, sample: Sample) -> "Names":
+        """The same effects for some of the rows."""
+        if np.array_equal(sample.counts, self.sample.counts):
+            return self
+        return Names(self.robot, sample, self.library, known_noise=self.known_noise, report=self.report)
+
+    def readmitted(self, current: Model) -> Model:
+        """With rows that stood out only while an effect was missing."""
+        while current.outliers.any():
+            distances = returning_distances(current.fit, self.sample, current.outliers)
+            back = current.outliers & (distances < self._outlier_penalty() * self._variance(current))
+            if not back.any():
+                break
+            parts = [self.part(current, c) for c in current.candidates]
+            larger = self.model(current.candidates, current.outliers & ~back, parts, current)
+            if larger.misfit >= current.misfit:
+                break
+            self.log.add("readmit", larger, True, f"{int(back.sum())} rows set aside fit after all")
+            current = larger
+        return current
+
+    def part(self, model: Model, candidate: Candidate) -> FloatArray:
+        """Parameters of one effect of a fitted model."""
+        for own, part in zip(model.candidates, model.fit.chain.slices, strict=True):
+            if own.effect is candidate.effect:
+                return model.fit.values[part]
+        raise KeyError(candidate.effect.key)
+
+    def _as_laws(self) -> tuple[list[Atom], list[FloatArray]]:
+        """Every start of every candidate as a law of known form, and what its weights are in units of parameters."""
+        kept = self.sample.kept
+        some = None if kept.all() else kept
+        atoms, scales = [], []
+        for candidate in self.library:
+            for start, directions in enumerate(candidate.directions):
+                columns = Dense(directions, some)
+                known = known_form(candidate.effect.component, columns, (candidate, candidate.starts[start]))
+                if known is not None:
+                    atoms.append(replace(known[0], one_sided=bool(candidate.one_sided.all())))
+                    scales.append(known[1])
+        return atoms, scales
+
+    def _beside(self, entry: Candidate, current: Model) -> Candidate:
+        """An entry that is idle beside the base model, as it acts beside the effects of a model."""
+        key = (entry.effect.key, *current.keys)
+        if key not in self._beside_models:
+            self._beside_models[key] = beside(entry, current.fit, self.sample, self.robot)
+        return self._beside_models[key]
+
+    def _fitted(
+        self,
+        chosen: tuple[Candidate, ...],
+        outliers: BoolArray,
+        parts: Sequence[FloatArray],
+        near: Model | None,
+        laws: Laws,
+    ) -> Model:
+        names = tuple(c.effect.key for c in chosen)
+        if names not in self._chains:
+            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen), reading=self.sample.reading)
+        chain = self._chains[names]
+        sample = self.sample.restricted(~outliers)
+        if laws.numbers:
+            sample = SharedNoise.of_laws(laws.directions, laws.variances).of_sample(sample)
+        own = near.fit.values[: chain.base] if near is not None else chain.start()[: chain.base]
+        result = fit(chain, sample, np.concatenate([own, *parts]) if chosen else None, enough=OPTIONS.settled)
+        state = linearised(
+            self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
+        ).refitted()
+        evidence = state.log_evidence - sum(self.price(c) for c in chosen) - self.price_aside(outliers)
+        model = Model(chosen, outliers, result, -2.0 * evidence)
+        if not laws.numbers:
+            self._states[id(model)] = model, state
+        return model
+
+    def _outlier_penalty(self) -> float:
+        """Fall of χ² that one row set aside has to bring."""
+        axes = len(self.sample.recordings.axes)
+        return outlier_price(self.sample.readings, axes, int(self.sample.counts.sum()))
+
+    def _variance(self, model: Model) -> float:
+        """Of the whitened residuals: 1 where the noise is known."""
+        return 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
+
+
+def linearised(sample: Sample, about: Fit, residuals: FloatArray, slopes: FloatArray, *, known_noise: bool) -> Present:
+    """The problem to first order about a fit: what the base model leaves, with every effect of the chain as a law.
+
+    A parameter that a bound holds is where it is. The weights of an effect are its parameters that are no shapes, from
+    neutral, in units in which each moves the readings as much as the others.
+
+    Args:
+        sample: rows of the problem, all that count of which are rows of the result.
+        about: the fit.
+        residuals: whitened, there, shape (N, k).
+        slopes: whitened derivatives of the prediction, shape (N, k, p).
+        known_noise: whether the noise is stated.
+    """
+    chain, values, kept = about.chain, about.values, sample.kept
+    design, readings = as_matrix(slopes)[kept], residuals.ravel()[kept]
+    base: FloatArray = design[:, : chain.base]
+    precision: FloatArray = np.zeros(chain.base)
+    knowledge = chain.knowledge()
+    if knowledge is not None:
+        mean, deviation = knowledge[0][: chain.base], knowledge[1][: chain.base]
+        precision = 1.0 / deviation**2
+        held = np.isfinite(deviation)
+        readings = readings + base[:, held] @ (values[: chain.base] - mean)[held]
+    low, high = chain.bounds()
+    laws, variances = [], []
+    for effect, part in zip(chain.effects, chain.slices, strict=True):
+        own, away = design[:, part], values[part] - effect.neutral()
+        sizes = np.sqrt((own**2).mean(axis=0))
+        free = np.array([not p.shape for p in effect.parameters]) & (sizes > 0.0)
+        free &= (values[part] > low[part]) & (values[part] < high[part])
+        readings = readings + own[:, free] @ away[free]
+        scale = 1.0 / (sizes[free] * np.sqrt(max(free.sum(), 1)))
+        laws.append(own[:, free] * scale)
+        weights = away[free] / scale
+        variances.append(float(np.clip((weights**2).mean() if weights.size else 1.0, 1e-2, 1e5)))
+    return Present(base, regular(base, precision), readings, tuple(laws), tuple(variances), known_noise=known_noise)
+
+
+def hierarchical(effects: Sequence[Effect]) -> bool:
+    """Whether every effect has what it builds on (the principle of heredity of model selection)."""
+    slots = {effect.slot for effect in effects}
+    return all(not effect.builds_on or (effect.builds_on, effect.component) in slots for effect in effects)
