@@ -73,17 +73,6 @@ def test_both_forms_have_the_variances_of_the_dense_formulas(
     assert expected_total(total, here.targets) == pytest.approx(expected, rel=1e-8)
 
 
-@pytest.mark.parametrize(("base", "changes"), BASES)
-def test_what_was_added_can_be_taken_away(base: dict[str, object], changes: dict[str, object]) -> None:
-    here = problem(base, changes)
-    measurements, targets = drawn(here, 4), here.targets.observation
-    three = told(here, measurements[:3])
-    fourth = here.informed(measurements[3:]).part(0)
-    back = three.plus(fourth).minus(fourth)
-    for mine, theirs in zip(back.variances(targets), three.variances(targets), strict=True):
-        np.testing.assert_allclose(mine, theirs, rtol=1e-6)
-
-
 def test_what_is_known_before_counts_as_if_it_were_measured() -> None:
     here = problem(HEXAPOD, {"experiment.load_error": ERRORS})
     measurements = drawn(here, 6)

@@ -10,12 +10,17 @@ from tests.design.problems import HEXAPOD, problem
 import expdesign
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.budget import Budget, Structure, most_minutes, plan_minutes
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.laboratory_sheet import Costs, ordered
+from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.plan import Plan
+from expdesign.planning.problem_file import problem_from_document, read_problem
 from expdesign.planning.result import design_minutes, planned, validation_decisions
+from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
+from expdesign.planning.start import reachable_measurements
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
 FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}
@@ -71,6 +76,48 @@ def test_random_designs_are_brought_within_the_budget(shared: bool) -> None:
         for name in ("duir", "feir", "o1"):
             found = known_criteria()[name].values(case.assessed(design[None]))
             np.testing.assert_allclose(found, known_criteria()[name].values(alone), rtol=1e-9)
+
+
+def test_a_design_that_takes_too_long_keeps_its_measurements_to_a_setting() -> None:
+    """Three at each of two poses of seven are five at two, and not six at one, which takes as long."""
+    case = limited(60.0)
+    space = case.space
+    drawn = space.sample(space.measurements, np.random.default_rng(3))[None]
+    drawn[:, :, space.of_pose] = drawn[:, np.arange(space.measurements) % 2][..., space.of_pose]
+    plan = planned(case, space.canonical(drawn)[0])
+    assert (len(plan), len(np.unique(plan.configurations, axis=0))) == (5, 2)
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_a_whole_setting_is_moved_where_that_helps(shared: bool) -> None:
+    """Its measurements stay together; for every one of them alone a further pose would take too long."""
+    case = limited(45.0, **{SHARED: shared})
+    generator = np.random.default_rng(2)
+    design = space_of_one_pose(case, generator)
+    aims, exchange = Aims(np.zeros((1, 1)), np.ones((1, 1))), Exchange(case, ("total",))
+    offered = reachable_measurements(case, 60, generator)
+    moved = exchange.moved(design[None], aims, offered)[0]
+    assert exchange.scores(moved[None], aims)[0] < exchange.scores(design[None], aims)[0]
+    assert len(np.unique(planned(case, moved).configurations, axis=0)) == 1
+    np.testing.assert_array_equal(moved[:, ~case.space.of_pose], design[:, ~case.space.of_pose])
+    totals = known_criteria()["total"].values(case.assessed(np.stack([design, moved])))
+    assert totals[1] < totals[0]
+
+
+def space_of_one_pose(case: Any, generator: np.random.Generator) -> Any:
+    design = reachable_measurements(case, case.space.measurements, generator)
+    return case.space.canonical(np.where(case.space.of_pose, design[:1], design)[None])[0]
+
+
+@pytest.mark.slow
+def test_a_budget_finds_five_measurements_at_two_poses_of_the_hexapod() -> None:
+    """The best plan that is known for 60 min, which no exchange of a single measurement leads to."""
+    case = read_problem(Path("configs/hexapod-h1.yaml"))
+    content = {**case.config, "optimiser": {"seed": 2}}
+    content["experiment"] = {**content["experiment"], "costs": COSTS, "budget": {"minutes": 60}}
+    del content["experiment"]["measurements"]
+    case = problem_from_document(YamlDocument("h1", Path(), content))
+    assert search(case).criteria["total"].min() < 0.2554
 
 
 @pytest.mark.parametrize("shared", [False, True])

@@ -7,14 +7,23 @@ from scipy.stats import norm
 
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.averaging import _posterior
+from expdesign.diagnosis.evidence.state import Present
 
 GENERATOR = np.random.default_rng(4)
 PHI = GENERATOR.standard_normal((30, 3))
 READINGS = PHI @ np.array([0.5, -1.0, 0.2]) + GENERATOR.standard_normal(30)
 
 
+def weighed(law: FloatArray, readings: FloatArray, *, one_sided: bool = False) -> tuple[float, FloatArray, FloatArray]:
+    """Bayes factor of a law of unit size, mean and covariance of its weights."""
+    nothing = Present(np.zeros((30, 0)), np.zeros(0), readings)
+    grown = nothing.beside(law, 1.0)
+    share, mean, covariance = _posterior(*grown.posterior(0), one_sided=one_sided)
+    return share * float(np.exp(grown.log_evidence - nothing.log_evidence)), mean, covariance
+
+
 def test_bayes_factor_is_the_ratio_of_dense_likelihoods() -> None:
-    factor, mean, covariance = _posterior(PHI.T @ PHI, PHI.T @ READINGS, one_sided=False)
+    factor, mean, covariance = weighed(PHI, READINGS)
     variance = np.eye(30) + PHI @ PHI.T
     dense = 0.5 * (
         READINGS @ READINGS - READINGS @ np.linalg.solve(variance, READINGS) - np.linalg.slogdet(variance)[1]
@@ -33,7 +42,7 @@ def test_what_cannot_be_negative_has_the_moments_of_a_half_normal(sign: float) -
         return float(2.0 * norm.pdf(w) * np.exp(slope[0] * w - 0.5 * gram[0, 0] * w**2))
 
     total, first, second = (quad(lambda w, k=k: w**k * density(w), 0.0, 12.0)[0] for k in range(3))
-    factor, mean, covariance = _posterior(gram, slope, one_sided=True)
+    factor, mean, covariance = weighed(column, sign * READINGS, one_sided=True)
     assert factor == pytest.approx(total, rel=1e-6)
     assert mean[0] == pytest.approx(first / total, rel=1e-6)
     assert covariance[0, 0] == pytest.approx(second / total - (first / total) ** 2, rel=1e-5)
@@ -43,7 +52,6 @@ def test_without_anything_there_bayes_factors_are_one_in_the_mean() -> None:
     """E(B) = 1 where the model beside which a term is weighed is right, whatever the term (martingale of evidence)."""
     columns = 0.3 * GENERATOR.standard_normal((30, 2))
     noise: FloatArray = GENERATOR.standard_normal((4000, 30))
-    gram = columns.T @ columns
-    factors = [_posterior(gram, columns.T @ each, one_sided=False)[0] for each in noise]
+    factors = [weighed(columns, each)[0] for each in noise]
     error = np.std(factors) / np.sqrt(len(factors))
     assert np.mean(factors) == pytest.approx(1.0, abs=4.0 * error)

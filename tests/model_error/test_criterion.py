@@ -15,14 +15,8 @@ from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_prob
 from expdesign.assurance.model_error.statement import sentence
 from expdesign.errors import InputError
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.operators.exchange import Draws
-from expdesign.planning.operators.operator import Archive, State
-from expdesign.planning.optimality.differentiated import Differentiated
-from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.pymoo_problem import DesignPopulation
-from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
 from expdesign.planning.start import starting_designs
 from expdesign.report.blocks import DataTable, Figure
@@ -73,18 +67,6 @@ def test_a_front_of_total_and_meir(tmp_path: Path) -> None:
     # The plan by total alone hides more.
     alone = search(replace(here, objectives=(known_criteria()["duir"], known_criteria()["feir"])))
     assert meir.min() < alone.criteria["meir"][alone.recommended]
-
-
-def test_the_gradient_of_its_pieces_against_differences(tmp_path: Path) -> None:
-    here = problem(tmp_path, SMALL, measurements=4)
-    designs = starting_designs(here, 8, np.random.default_rng(3)).reshape(8, 4, -1)
-    criterion = here.objectives[1]
-    piece = Differentiated.of_designs(here, designs).pieces(criterion)[0]
-    step = 1e-6 * np.random.default_rng(4).normal(size=designs.shape)
-    above, below = (criterion.values(here.assess(*here.space.decode(designs + s * step))) for s in (1.0, -1.0))
-    slope = (piece.gradient() * step).sum(axis=(1, 2))
-    # Where another effect takes over within the step there is no derivative.
-    assert np.isclose((above - below) / 2.0, slope, rtol=1e-3, atol=1e-9).sum() >= 7
 
 
 @pytest.mark.parametrize(
@@ -184,34 +166,3 @@ def test_the_report_of_a_run_shows_what_is_hidden(tmp_path: Path) -> None:
     below = [row[column] == "this plan" for row in table.rows]
     assert below == sorted(below)
     assert 0 < sum(below) < len(below)
-
-
-def test_asking_for_it_only_where_it_matters_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exchanges chosen, and pieces of the achievement functions, as if it were asked for at every design."""
-    here = problem(tmp_path, {"objectives": ["duir", "feir", "meir"]}, measurements=3)
-    designs = starting_designs(here, 9, np.random.default_rng(6)).reshape(9, 3, -1)
-    objectives = Objectives.with_total(here)
-    values = objectives.values(designs)
-    # Three aims at one objective alone, of which one is MEIR, and six at all of them.
-    weights = np.concatenate([np.eye(3, 4), np.ones((6, 4))]) / values.mean(axis=0)
-    centres = np.tile(values.min(axis=0), (9, 1))
-
-    def found() -> list[Any]:
-        aims = Aims(centres, weights)
-        archive = Archive(designs.shape[1:], 3, 4)
-        state = State(DesignPopulation(here), archive, np.random.default_rng(7))
-        state.learn(designs)
-        exchanged = [Draws(state).exchanged(designs, aims)]
-        values, slopes = objectives.scalarised(aims)(designs, np.arange(9))
-        # Which pieces count for a design, in falling order, whatever their place is.
-        order = [np.flatnonzero(own > -1e3)[np.argsort(-own[own > -1e3], kind="stable")] for own in values]
-        return [
-            *exchanged,
-            *(values[b, own] for b, own in enumerate(order)),
-            *(slopes[b, own] for b, own in enumerate(order)),
-        ]
-
-    sparing = found()
-    monkeypatch.setattr(Meir, "costly", False)
-    for mine, theirs in zip(sparing, found(), strict=True):
-        np.testing.assert_allclose(mine, theirs, rtol=1e-12, atol=1e-12)

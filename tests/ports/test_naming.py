@@ -34,6 +34,8 @@ def law(port: str, component: Component, kind: str, seen: Quantity, amplitude: Q
     [
         (law("actuators", LEG, "creep", SLOW), "creep"),
         (law("actuators", LEG, "friction", STOP), "friction_hysteresis"),
+        (law("actuators", LEG, "friction", LENGTH, STOP), "friction_hysteresis"),
+        (law("actuators", LEG, "bracket", Quantity("pair", 0, (1.0,))), "leg_coupling"),
         (law("actuators", LEG, "force law", EFFORT), "leg_nonlinear_stiffness"),
         (law("actuators", LEG, "step at zero", Quantity("effort_sign")), "leg_backlash"),
         (law("actuators", LEG, "periodic", LENGTH), "encoder_periodic_error"),

@@ -141,3 +141,50 @@ def test_a_joint_that_opens_at_a_skew_edge_is_a_law_of_the_moments_in_its_plane(
     assert (entry.port, entry.kernel) == (f"{port} opening", "arc_cosine")
     assert {3, 4} <= {channel.output for channel in entry.channels}
     assert entry.inputs == tuple(Quantity(effort, component) for component in (2, 3, 4))
+
+
+def test_friction_that_is_tight_at_one_end_is_a_law_of_the_history_and_the_length() -> None:
+    """A rigid slider whose friction is five times as large at one end of the travel as at the other."""
+    dictionary, measured, values = _bench("actuators")
+    length = dictionary.sight.values(Quantity("length", 2))
+    share = (length - length.min()) / np.ptp(length)
+    force, friction = dictionary.sight.values(Quantity("effort", 2)), np.zeros(len(length))
+    limit = (0.05 + 0.2 * share) * np.abs(force).max()
+    for series in np.unique(measured.rows.series):
+        held = before = 0.0
+        for row in np.flatnonzero(measured.rows.series == series):
+            held = float(np.clip(held + force[row] - before, -limit[row], limit[row]))
+            before, friction[row] = force[row], held
+    entry = _best(dictionary, measured, values, _maps("actuators", measured, values)[:, :, 2] * friction[:, None])
+    assert (str(entry.component), entry.form) == ("leg 3", "friction")
+    assert entry.inputs == (Quantity("length", 2),)
+
+
+def test_two_legs_on_a_bracket_with_play_are_one_law_of_both_forces() -> None:
+    """Pulled together, both are longer by the same; pushed, the bracket is where it rests."""
+    dictionary, measured, values = _bench("actuators")
+    sign = dictionary.sight.values(Quantity("pair_sign", 1, (4.0,)))
+    both = sum(dictionary.sight.values(Quantity("effort", leg)) for leg in (1, 4))
+    np.testing.assert_array_equal(sign, np.sign(both))
+    maps = _maps("actuators", measured, values)
+    pulled = (sign > 0.0).astype(float)
+    entry = _best(dictionary, measured, values, (maps[:, :, 1] + maps[:, :, 4]) * pulled[:, None])
+    assert (entry.form, [channel.output for channel in entry.channels]) == ("bracket", [1, 4])
+    assert entry.inputs == (Quantity("pair_sign", 1, (4.0,)),)
+
+
+def test_a_leg_that_is_softer_when_it_is_warm_follows_the_temperature_from_its_mean() -> None:
+    """Not the warming since the series began: and its compliance stays positive, since a constant is the spring's."""
+    dictionary, measured, values = _bench("actuators")
+    temperature = dictionary.sight.values(Quantity("temperature", 4))
+    maps = _maps("actuators", measured, values)[:, :, 4]
+    softer = (temperature - temperature.mean()) * dictionary.sight.values(Quantity("effort", 4))
+    entry = _best(dictionary, measured, values, maps * softer[:, None])
+    (seen,) = entry.inputs
+    assert (str(entry.component), entry.form, entry.kernel, seen.kind) == (
+        "leg 5",
+        "compliance",
+        "linear",
+        "temperature",
+    )
+    assert dictionary.sight.values(seen).mean() == pytest.approx(0.0, abs=1e-3)

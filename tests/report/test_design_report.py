@@ -192,7 +192,7 @@ def test_three_objectives_bring_parallel_coordinates(hexapod: Any, bipod: Any) -
 @pytest.mark.parametrize("share", [0.05, None])
 def test_a_plan_that_may_be_better_is_said_in_one_sentence(hexapod: Any, share: float | None) -> None:
     duir = float(hexapod.front.criteria["duir"].min())
-    whole = {"finished": share is None, "open": share, "gap": 0.0, "exact": True, "least_known": duir}
+    whole = {"finished": share is None, "open": share or 0.0, "exact": True, "least_known": duir}
     run = hexapod.run | {"whole_plans": {"duir": whole}}
     sentence = lower_bound_sentence(hexapod.problem, hexapod.front, run)
     assert sentence is not None

@@ -81,10 +81,9 @@ def averaged(names: Names, model: Model) -> Model:
 
 def _terms(names: Names, model: Model) -> list[_Term]:
     sample = names.sample.restricted(~model.outliers)
-    present = base_alone(model.fit, sample)
     noise = 1.0 if names.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
-    root = present.factor
-    projected = present.projected
+    present = base_alone(model.fit, sample)
+    known = replace(present, readings=present.readings / np.sqrt(noise))
     # C·Aᵀ: what a change of the readings does to the parameters of the model.
     inverse = np.linalg.inv(present.lower)
     to_parameters = inverse.T @ inverse @ present.base.T
@@ -101,10 +100,10 @@ def _terms(names: Names, model: Model) -> list[_Term]:
         for start, directions in enumerate(candidate.directions):
             own = directions[sample.kept]
             deviations = np.array([sizes.of(effect.size(p), effect, p, own[:, i]) for i, p in enumerate(free)])
-            phi = own * deviations / np.sqrt(noise)
-            through = root.T @ phi
-            gram, slope = phi.T @ phi - through.T @ through, phi.T @ projected / np.sqrt(noise)
-            odds, mean, covariance = _posterior(gram, slope, one_sided=bool(candidate.one_sided.all()))
+            grown = known.beside(own * deviations / np.sqrt(noise), 1.0)
+            gain = min(grown.log_evidence - known.log_evidence, _LARGEST)
+            share, mean, covariance = _posterior(*grown.posterior(0), one_sided=bool(candidate.one_sided.all()))
+            odds = share * float(np.exp(gain))
             terms.append(
                 _Term(
                     candidate, start, OPTIONS.averaged_odds * odds / (kinds * candidate.places), deviations * mean,
@@ -124,15 +123,13 @@ def _sizes(names: Names) -> PhysicalSizes:
     return PhysicalSizes(robot, forces, compliance, springs[names.sample.kept])
 
 
-def _posterior(gram: FloatArray, slope: FloatArray, *, one_sided: bool) -> tuple[float, FloatArray, FloatArray]:
-    """Bayes factor, and mean and covariance of weights w ~ N(0, I), or of |w| for one that cannot be negative."""
-    values, vectors = np.linalg.eigh(gram)
-    values = np.maximum(values, 0.0)
-    turned = slope @ vectors
-    factor = float(np.exp(min(0.5 * (turned**2 / (1.0 + values) - np.log1p(values)).sum(), _LARGEST)))
-    mean, covariance = vectors @ (turned / (1.0 + values)), (vectors / (1.0 + values)) @ vectors.T
-    if not (one_sided and len(slope) == 1):
-        return factor, mean, covariance
+def _posterior(mean: FloatArray, covariance: FloatArray, *, one_sided: bool) -> tuple[float, FloatArray, FloatArray]:
+    """Mean and covariance of weights, or of one that cannot be negative and has twice the prior above zero.
+
+    And by what the Bayes factor has to be multiplied for that.
+    """
+    if not (one_sided and len(mean) == 1):
+        return 1.0, mean, covariance
     deviation = float(np.sqrt(covariance[0, 0]))
     at = float(mean[0]) / deviation
     share = float(norm.cdf(at))
@@ -140,7 +137,7 @@ def _posterior(gram: FloatArray, slope: FloatArray, *, one_sided: bool) -> tuple
         return 0.0, np.zeros(1), covariance
     hazard = float(norm.pdf(at)) / share
     variance = covariance[0, 0] * max(1.0 - hazard * (hazard + at), 0.0)
-    return 2.0 * share * factor, mean + deviation * hazard, np.array([[variance]])
+    return 2.0 * share, mean + deviation * hazard, np.array([[variance]])
 
 
 def _kept(model: Model, terms: list[_Term]) -> list[_Term]:

@@ -116,8 +116,7 @@ _WHERE: KeyPath = ("experiment", "budget")
 
 def read_costs(experiment: ExperimentSection) -> Costs | None:
     """What measuring costs, or None where nothing is said."""
-    stated = experiment.costs
-    return None if stated is None else Costs(stated.pose_change, stated.mass_change, stated.reading)
+    return None if experiment.costs is None else Costs(**experiment.costs.model_dump())
 
 
 def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlDocument) -> Budget | None:

@@ -44,8 +44,5 @@ def feasibility(problem: DesignProblem) -> Feasibility:
     """
     identifying = require_identifiable(problem, random_designs(problem))
     generator = np.random.default_rng(problem.optimiser.seed)
-    poses, loads = problem.space.decode(problem.space.sample(POSES, generator))
-    usable = problem.loaded.robot.usable(poses)
-    if problem.constraints is not None:
-        usable &= problem.constraints.allowed(problem.loaded, poses, loads)
-    return Feasibility(float(usable.mean()), identifying)
+    reached = problem.reachable(problem.space.sample(POSES, generator))
+    return Feasibility(float(reached.mean()), identifying)

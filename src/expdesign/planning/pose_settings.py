@@ -131,8 +131,8 @@ class PoseSettings:
         return found
 
     def _afforded(self, designs: FloatArray, budget: Budget) -> FloatArray:
-        """Designs within the budget: settings are joined, the nearest first, then measurements left out from the last
-        on.
+        """Designs within the budget: settings are joined, the nearest first, and measurements left out from the last
+        on, so that there are as many measurements to a setting as before.
         """
         found = designs.copy()
         least = budget.least.measurements
@@ -148,19 +148,18 @@ class PoseSettings:
     def _fit(self, design: FloatArray, budget: Budget) -> None:
         """Change a design (m, g) until it is within the budget."""
         most = len(design) if budget.poses is None else budget.poses
+        fewest, least = max(1, budget.least.poses), budget.least.measurements
+        wanted = self.units(design).sum() / self.taken(design).sum()
         while True:
             taken, units = self.taken(design), self.units(design)
             count, number = int(taken.sum()), int(units.sum())
             if number <= most and budget.minutes_of(count, number) <= budget.minutes + 1e-9:
                 return
-            fewest = max(1, budget.least.poses)
-            if number > fewest and budget.minutes_of(count, fewest) <= budget.minutes + 1e-9:
+            if number > fewest and (number > min(most, wanted * count) or count <= least):
                 self._join_nearest(design, np.flatnonzero(units))
-            elif count > budget.least.measurements:
+            elif count > least:
                 free = [row for row in np.flatnonzero(taken)[::-1] if not self._demanded(design[row])]
                 design[free[0] if free else int(np.flatnonzero(taken)[-1]), self.gene] = 0.0
-            elif number > fewest:
-                self._join_nearest(design, np.flatnonzero(units))
             else:
                 return
 

@@ -125,6 +125,14 @@ class DesignProblem:
             *self.space.decode(decisions[:, None]), np.ones((len(decisions), 1), dtype=np.int64)
         ).readings
 
+    def reachable(self, decisions: FloatArray) -> BoolArray:
+        """Which measurements (..., g) can be taken: within the robot's limits and those of `experiment.constraints`."""
+        configurations, loads = self.space.decode(decisions)
+        usable: BoolArray = self.loaded.robot.usable(configurations)
+        if self.constraints is not None:
+            usable &= self.constraints.allowed(self.loaded, configurations, loads)
+        return usable
+
     def settable(self, decisions: FloatArray) -> FloatArray:
         """Designs (b, m, g) as they can be set, sorted, which rounding does not take beyond the robot's limits."""
         robot = self.loaded.robot

@@ -122,13 +122,8 @@ def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> Float
         )
     generator = np.random.default_rng([problem.optimiser.seed, 2])
     pool = reachable_measurements(problem, _POOL, generator)
-    robot = problem.loaded.robot
-    pool = space.settable(pool[:, None], robot.limit_excess)[:, 0]
-    poses, loads = space.decode(pool)
-    allowed = robot.usable(poses)
-    if problem.constraints is not None:
-        allowed &= problem.constraints.allowed(problem.loaded, poses, loads)
-    pool = pool[allowed]
+    pool = space.settable(pool[:, None], problem.loaded.robot.limit_excess)[:, 0]
+    pool = pool[problem.reachable(pool)]
     span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
     distance = np.linalg.norm((pool[:, None] - decisions[None]) / span, axis=-1).min(axis=1)
     chosen: list[int] = []

@@ -17,7 +17,7 @@ from expdesign.io.schema import (
     invalid,
     shortened,
 )
-from expdesign.planning.options import Effort
+from expdesign.planning.options import Effort, SearchOptions
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed
 
 Flag = Annotated[bool, Field(strict=True)]
@@ -454,18 +454,20 @@ class OptimiserSection(Section):
         default="nsga2", description="The search: NSGA-II with exchanges and gradients as operators."
     )
     effort: Effort = Field(
-        default="normal",
+        default=SearchOptions.effort,
         description="The search ends where the next second of work promises less than 0.1 % of the hypervolume "
         "and 0.01 % of `total` (`normal`), 5 times (`quick`) or 0.1 times that (`thorough`).",
     )
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
-        default=100, description="Designs in the population."
+        default=SearchOptions.population, description="Designs in the population."
     )
     generations: Count | None = left_out("Largest number of generations. Default: `effort` alone ends the search.")
-    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=1, description="Seed of all random numbers.")
-    polish: Flag = Field(default=True, description="Whether designs descend along exact gradients.")
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(
+        default=SearchOptions.seed, description="Seed of all random numbers."
+    )
+    polish: Flag = Field(default=SearchOptions.polish, description="Whether designs descend along exact gradients.")
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
-        default=0.0,
+        default=SearchOptions.bound_seconds,
         description="Processor time (s) for tightening each bound by halving boxes, estimated from the work so "
         "that results do not depend on the machine; 0 leaves the bounds of the convex relaxation.",
     )

@@ -224,14 +224,13 @@ def _front(
     point = reference_point(objectives[feasible]) if point is None else point
     order = feasible[_chosen(problem, values[feasible], len(problem.objectives))]
     criteria = all_criteria(problem, decisions[order])
-    smooth = all(criterion.differentiable for criterion in problem.objectives)
     return Front(
         decisions=decisions[order],
         criteria=criteria,
         objectives=tuple(criterion.name for criterion in problem.objectives),
         recommended=int(np.argmin(criteria["total"])),
         knee=knee(objectives[order]),
-        kktpm=kktpm(problem, decisions[order]) if smooth else np.full(len(order), np.nan),
+        kktpm=kktpm(problem, decisions[order]),
         hypervolume=hypervolume(objectives[order], point),
         reference_point=point,
         evaluations=evaluations,
@@ -271,8 +270,9 @@ def settle(state: State, chosen: FloatArray) -> None:
     coarse = bool((space.grid.steps > state.options.settled * (space.upper - space.lower)).any())
     if not state.smooth or coarse or state.problem.constraints is not None or len(chosen) == 0:
         return
-    rough = chosen[~(kktpm(state.problem, chosen) <= state.options.settled)]
-    if len(rough) == 0:
+    proximity = kktpm(state.problem, chosen)
+    rough = chosen[~(proximity <= state.options.settled)]
+    if len(rough) == 0 or np.isnan(proximity).all():
         return
     values, _ = state.population.criteria(rough)
     aims = at_points(values[:, : archive.objectives], spans(archive.values)[: archive.objectives], values.shape[1])

@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 from scipy.optimize import minimize
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import FloatArray
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.front import non_dominated
@@ -38,17 +38,14 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     total = 0
     for _ in range(_BATCHES):
         decisions = space.sample(_BATCH, generator)
-        kept = decisions[_reached(problem, decisions)]
+        kept = decisions[problem.reachable(decisions)]
         found.append(kept)
         total += len(kept)
         if total >= count:
             break
     if total == 0:
         found = [_descend(problem, generator)]
-        if (
-            problem.constraints is not None
-            and not problem.constraints.allowed(problem.loaded, *space.decode(found[0])).all()
-        ):
+        if problem.constraints is not None and not problem.reachable(found[0]).all():
             tried = space.sample(_BATCH, generator)
             tried = tried[problem.loaded.robot.usable(space.decode(tried)[0])]
             tried = tried if len(tried) else found[0]
@@ -69,24 +66,21 @@ def extreme_measurements(
     ends = np.where(generator.random(drawn.shape) < 0.5, space.lower, space.upper)
     moved = ~space.discrete & (generator.random(drawn.shape) < share)
     found = np.where(moved, ends, drawn)
-    return np.where(space.of_pose & ~_reached(problem, found)[:, None], drawn, found)
-
-
-def _reached(problem: DesignProblem, decisions: FloatArray) -> BoolArray:
-    """Which measurements (b, g) can be taken."""
-    poses, loads = problem.space.decode(decisions)
-    usable: BoolArray = problem.loaded.robot.usable(poses)
-    if problem.constraints is not None:
-        usable &= problem.constraints.allowed(problem.loaded, poses, loads)
-    return usable
+    return np.where(space.of_pose & ~problem.reachable(found)[:, None], drawn, found)
 
 
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
-    """Gene vectors (count, m·g) of designs whose every measurement can be reached."""
-    space = problem.space
-    decisions = reachable_measurements(problem, count * space.measurements, generator)
-    designs = space.canonical(decisions.reshape(count, space.measurements, space.decisions))
-    return designs.reshape(count, -1)
+    """Gene vectors (count, m·g) of designs whose every measurement can be reached.
+
+    Where it counts how often poses are set, each has a number of them at random, from one to all.
+    """
+    space, m = problem.space, problem.space.measurements
+    designs = reachable_measurements(problem, count * m, generator).reshape(count, m, space.decisions)
+    if space.settings is not None:
+        poses = generator.integers(1, m + 1, size=(count, 1))
+        of = generator.integers(m, size=(count, m)) % poses
+        designs = np.where(space.of_pose, np.take_along_axis(designs, of[..., None], axis=1), designs)
+    return space.canonical(designs).reshape(count, -1)
 
 
 def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float:

@@ -111,7 +111,7 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     ]
     whole = run.get("whole_plans", {}).get("duir", {})
     if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
-        within = words.number(100.0 * max(whole["gap"], 0.001), 2)
+        within = words.number(100.0 * max(whole["open"], 0.001), 2)
         rests = "" if whole["exact"] else ", as far as second differences over small boxes of poses can tell"
         texts.append(f"No plan is more than {within}\u00a0% better{rests}.")
     elif whole.get("open") is not None:

@@ -154,9 +154,8 @@ def _considered(result: Diagnosis) -> list[Block]:
     frame = pd.DataFrame([{**entry, "effects": "; ".join(entry["effects"])} for entry in entries])  # type: ignore[arg-type]
     part = f" The first {MOST_MODELS} of {len(entries)}; the CSV has all." if len(entries) > MOST_MODELS else ""
     caption = (
-        "Models that were fitted in full, and why each was kept or not. The penalised misfit is −2 times the log "
-        "evidence, less the prior: it charges every effect for its parameters and for the places at which it was "
-        "looked for."
+        "Models that were fitted in full, and why each was kept or not. The penalised misfit is −2·log of evidence and "
+        "prior: it charges every effect for its parameters and for the places at which it was looked for."
     )
     heads = ["Step", "Physics", "χ²", "Penalised misfit", "", "Reason"]
     how = Paragraph(f"Way of working: {result.method.name}, because {result.method.reason}.")

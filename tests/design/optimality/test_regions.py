@@ -38,13 +38,9 @@ ERRORS = [{"source": "wrench", "std": [5.0, 8.0]}]
 SHARED = {"experiment.deflection_noise.shared_reference": True}
 CASES: dict[str, dict[str, Any]] = {
     "rows": {},
-    "series": SHARED,
-    "series-max": {**SHARED, "aggregate": "max"},
     "rows-max": {"aggregate": "max"},
     "rows-errors": {"experiment.load_error": ERRORS},
-    "series-errors": {**SHARED, "experiment.load_error": ERRORS},
     "rows-errors-max": {"experiment.load_error": ERRORS, "aggregate": "max"},
-    "series-errors-max": {**SHARED, "experiment.load_error": ERRORS, "aggregate": "max"},
     "rows-own-errors": {"experiment.load_error": [{**ERRORS[0], "shared": False}]},
 }
 FREE = {"experiment.load": {"kind": "wrench", "fx_N": [-500.0, 500.0], "fy_N": [-1000.0, 400.0]}}
@@ -54,11 +50,9 @@ TILTED = {
 }
 CONTINUOUS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "rows": (BIPOD, FREE),
-    "series": (BIPOD, {**FREE, **SHARED, "experiment.measurements": 3}),
-    "max": (BIPOD, {**FREE, **SHARED, "targets": LIST["targets"], "aggregate": "max"}),
+    "max": (BIPOD, {**FREE, "targets": LIST["targets"], "aggregate": "max"}),
     "listed": (BIPOD, {**LIST, **FREE}),
     "hexapod": (HEXAPOD, TILTED),
-    "hexapod-series": (HEXAPOD, {**TILTED, **SHARED}),
     "hexapod-legs": (HEXAPOD, {**TILTED, "robot.limits": {"leg_length": [0.285, 0.345]}}),
 }
 
@@ -91,16 +85,11 @@ def halved(found: Regions, box: Box, generator: np.random.Generator) -> Box:
     return box
 
 
-def evenly(found: Regions, boxes: list[Box], sizes: tuple[int, ...], relaxation: Relaxation) -> Node:
+def evenly(found: Regions, boxes: list[Box], relaxation: Relaxation) -> Node:
     """Plans with their measurements in these boxes, at all corners alike."""
-    whole = Node.whole(found, sizes, len(relaxation.targets))
-    shapes = [found.region(box).corners.shape for box in boxes]
-    return replace(
-        whole,
-        boxes=tuple(boxes),
-        shares=tuple(np.full(shape[0], 1.0 / shape[0]) for shape in shapes),
-        within=tuple(np.full(shape, 1.0 / shape[1]) for shape in shapes),
-    )
+    whole = Node.whole(found, len(boxes), len(relaxation.targets))
+    counts = [len(found.region(box).corners) for box in boxes]
+    return replace(whole, boxes=tuple(boxes), parts=tuple(np.full(count, 1.0 / count) for count in counts))
 
 
 def anywhere(found: Regions, box: Box, count: int, generator: np.random.Generator) -> Array:
@@ -124,24 +113,17 @@ def test_no_plan_with_its_measurements_in_the_boxes_is_below_their_bound(name: s
     found, relaxation, generator = Regions(information), information.relaxation(), np.random.default_rng(5)
     m, criterion = relaxation.count, "total" if factor else "duir"
     nearest, reached = np.inf, 0
-    for sizes in [(m,), (1,) * m] if found.series else [(1,) * m]:
-        together = len(sizes) == 1 and found.series
-        for _ in range(12):
-            boxes = [halved(found, found.whole, generator) for _ in range(m)]
-            if together:
-                pairs = [list(zip(boxes[0], box, found.common, strict=True)) for box in boxes]
-                boxes = [tuple(first if common else own for first, own, common in pair) for pair in pairs]
-            (node,), _ = bounded(found, relaxation, [evenly(found, boxes, sizes, relaxation)], np.inf, 40)
-            plans = np.stack([anywhere(found, box, 400, generator) for box in boxes], axis=1)
-            if together:
-                plans[:, :, here.space.of_pose] = plans[:, :1, here.space.of_pose]
-            inside = np.array([len(usable(here, plan)) == m for plan in plans])
-            if inside.any():
-                assert all(found.region(box).reachable for box in boxes)
-                least = values(here, plans[inside], criterion).min() ** 2
-                reached += 1
-                assert least >= node.bound * (1.0 - 1e-9)
-                nearest = min(nearest, least / node.bound)
+    for _ in range(24):
+        boxes = [halved(found, found.whole, generator) for _ in range(m)]
+        (node,), _ = bounded(found, relaxation, [evenly(found, boxes, relaxation)], np.inf, 40)
+        plans = np.stack([anywhere(found, box, 400, generator) for box in boxes], axis=1)
+        inside = np.array([len(usable(here, plan)) == m for plan in plans])
+        if inside.any():
+            assert all(found.region(box).reachable for box in boxes)
+            least = values(here, plans[inside], criterion).min() ** 2
+            reached += 1
+            assert least >= node.bound * (1.0 - 1e-9)
+            nearest = min(nearest, least / node.bound)
     assert reached > 3
     assert nearest < 2.0
 
@@ -179,7 +161,7 @@ def test_a_plan_that_is_better_than_the_known_one_is_found() -> None:
     assert best <= bound * (1.0 + 1.1 * GAP)
 
 
-@pytest.mark.parametrize(("name", "within"), [("rows", 2e-3), ("series", 1e-2), ("hexapod", 2e-2)])
+@pytest.mark.parametrize(("name", "within"), [("rows", 2e-3), ("hexapod", 2e-2)])
 def test_over_a_continuum_the_bound_meets_what_searches_find(name: str, within: float) -> None:
     base, changes = CONTINUOUS[name]
     here = problem(base, {**changes, "experiment.load_error": []})
@@ -202,7 +184,7 @@ def test_over_a_continuum_the_bound_meets_what_searches_find(name: str, within: 
 
 
 def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> None:
-    base, changes = CONTINUOUS["series"]
+    base, changes = CONTINUOUS["max"]
     here = problem(base, changes)
     monkeypatch.setattr(region_tree, "_MAPS", np.inf)  # what is looked at twice takes time twice
     kept = tree_of(here, 0.0)
@@ -213,18 +195,13 @@ def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> 
     assert forgotten._regions.work > kept._regions.work
 
 
-def test_series_at_one_pose_that_is_set_anew_have_a_reference_each() -> None:
-    """Setting the pose anew is better than both loads in one setting, and halving finds a plan as good."""
-    load = {"kind": "wrench", "fx_N": {"choices": [-800, -400]}, "fy_N": -500.0}
-    here = problem(BIPOD, {**SHARED, "experiment.load": load, "experiment.load_error": []})
-    space = here.space
-    corner = [space.upper[0], space.upper[1], 0.0]
-    together = np.array([[[*corner, 0.0], [*corner, 0.0]]])
-    apart = np.array([[[*corner, 0.0], [*corner, 1.0]]])
-    same, better = (values(here, plan, "duir")[0] for plan in (together, apart))
-    assert better < 0.99 * same
-    bounds = criterion_bounds(here, 0.0, together, 5.0)
-    assert bounds.best <= better * (1.0 + 1e-9)
+def test_series_are_bounded_by_the_relaxation_alone() -> None:
+    here = problem(BIPOD, {**LIST, **SHARED})
+    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 3, here.space.decisions)
+    bounds = criterion_bounds(here, 0.0, known, 5.0)
+    assert bounds.nodes == 0
+    assert bounds.lower == criterion_bounds(here, 0.0, known, 0.0).lower
+    assert "share references" in bounds.words
 
 
 def test_halves_of_a_node_hold_all_of_its_plans() -> None:
@@ -232,30 +209,24 @@ def test_halves_of_a_node_hold_all_of_its_plans() -> None:
     here = problem(BIPOD, FREE)
     tree = tree_of(here, 0.0)
     found = Regions(MeasurementMaps(here, 0.0))
-    node = Node.whole(found, (1, 1), 1)
+    node = Node.whole(found, 2, 1)
     halves = [tuple(box[2] for box in each.boxes) for each in tree._halves(node, 1, 2)]
     assert halves == [((0.5, 1.0), (0.5, 1.0)), ((0.0, 0.5), (0.5, 1.0)), ((0.0, 0.5), (0.0, 0.5))]
     unequal = replace(node, boxes=(found.whole, (*found.whole[:3], (0.0, 0.5))))
     assert len(list(tree._halves(unequal, 0, 2))) == 2
-    shared = problem(BIPOD, {**FREE, **SHARED})
-    found = Regions(MeasurementMaps(shared, 0.0))
-    tree, node = tree_of(shared, 0.0), Node.whole(found, (2,), 1)
-    poses = [tuple(box[0] for box in each.boxes) for each in tree._halves(node, 0, 0)]
-    assert poses == [((0.5, 1.0), (0.5, 1.0)), ((0.0, 0.5), (0.0, 0.5))]
-    assert len(list(tree._halves(node, 0, 2))) == 3
 
 
 def test_places_along_axes() -> None:
-    choices = Axis(0, np.array([2, 0, 1]), np.array([1.0, 2.0, 4.0]), True, False, False, (0.0, 2.0))
+    choices = Axis(0, np.array([2, 0, 1]), np.array([1.0, 2.0, 4.0]), False, False, (0.0, 2.0))
     assert choices.corners((0.0, 2.0)) == [0.0, 2.0]
     assert choices.halves((0.0, 2.0)) == ((0.0, 1.0), (2.0, 2.0))
     assert choices.middle((0.0, 2.0)) == (1.0, pytest.approx(1.0 / 3.0))
     assert choices.decisions(np.array([0.0, 2.0])).tolist() == [2.0, 1.0]
     assert not choices.bends((0.0, 1.0))
-    rows = Axis(0, np.arange(5), None, True, False, False, (0.0, 4.0))
+    rows = Axis(0, np.arange(5), None, False, False, (0.0, 4.0))
     assert rows.corners((1.0, 3.0)) == [1.0, 2.0, 3.0]
     assert not rows.bends((0.0, 4.0))
-    angle = Axis(0, None, None, True, False, True, (-2.0, 2.0))
+    angle = Axis(0, None, None, False, True, (-2.0, 2.0))
     assert not angle.resolved((0.0, 1.0))
     assert angle.resolved((0.0, WIDEST / 4.0))
     assert angle.decisions(np.array([0.25])).tolist() == [-1.0]

@@ -1,8 +1,7 @@
 """How left-out physics moves the readings and the targets, to first order, as functions of pose and load.
 
 The effects of one class are put on one measurement chain, which at their neutral parameters is the base model: one
-Jacobian of its reading then holds the directions of all of them. As functions of the configuration and of the load's
-own parameters they have exact derivatives with respect to what a plan chooses.
+Jacobian of its reading then holds the directions of all of them.
 
 Each row is taken to be a series of its own: what depends on history starts relaxed.
 """
@@ -43,7 +42,7 @@ class Directions:
         self._values = np.ones(len(robot.stiffness)) if known is None else known.values
         self._row = row_symbols(self.robot)
         self._blocks: dict[tuple[type[Effect], bool, bool], ca.SX] = {}
-        self._functions: dict[tuple[str, bool], BatchFunction] = {}
+        self._functions: dict[str, BatchFunction] = {}
 
     def at(self, load: Load, configurations: FloatArray, loads: FloatArray, maps: Jacobians) -> FloatArray:
         """Directions in readings at configurations (..., n_q) under loads (..., k), shape (..., n, D).
@@ -54,16 +53,8 @@ class Directions:
             loads: parameters of their loads.
             maps: the kinematic maps there, which the base model has computed.
         """
-        (found,) = self._function(load, along=False)(configurations, loads, _flat(maps.forward), _flat(maps.pose))
+        (found,) = self._function(load)(configurations, loads, _flat(maps.forward), _flat(maps.pose))
         return found.reshape(*found.shape[: configurations.ndim - 1], -1, self.columns)
-
-    def along(
-        self, load: Load, configurations: FloatArray, loads: FloatArray, maps: Jacobians, size: FloatArray
-    ) -> FloatArray:
-        """The directions times parameters (..., D), shape (..., n, 1); recorded where configurations or loads are."""
-        function = self._function(load, along=True)
-        (found,) = function(configurations, loads, _flat(maps.forward), _flat(maps.pose), size)
-        return found[..., None]
 
     def at_target(self, load: Load, configuration: FloatArray, parameters: FloatArray) -> FloatArray:
         """How the platform moves at a configuration (n_q,) under a load with parameters (k,), shape (n, D)."""
@@ -93,15 +84,11 @@ class Directions:
         row = row_at_rest(self.robot, load, inputs[0], inputs[1], forward, pose_map, ca.SX.zeros(n))
         return [*inputs, *maps], [row.flat()]
 
-    def _function(self, load: Load, *, along: bool) -> BatchFunction:
-        if (load.kind, along) not in self._functions:
+    def _function(self, load: Load) -> BatchFunction:
+        if load.kind not in self._functions:
             inputs, (row,) = self._row_of(load)
-            directions = self._readings(row)
-            if along:
-                size = ca.SX.sym("size", self.columns)
-                inputs, directions = [*inputs, size], directions @ size
-            self._functions[load.kind, along] = BatchFunction("directions", inputs, [directions])
-        return self._functions[load.kind, along]
+            self._functions[load.kind] = BatchFunction("directions", inputs, [self._readings(row)])
+        return self._functions[load.kind]
 
     def _expression(self, *, instrument: bool) -> ca.Function:
         classes: dict[tuple[type[Effect], bool], list[int]] = {}

@@ -16,7 +16,6 @@ from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.assurance.model_error.noticeable import noncentrality
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.assurance.model_error.two_ellipsoids import largest_along_axes
-from expdesign.mechanics.differentiation import plain
 from expdesign.planning.criteria.information import Information
 
 VISIBLE = 1e-6
@@ -110,34 +109,3 @@ def _thresholds(rank: IntArray, assumptions: Assumptions) -> FloatArray:
     most = int(rank.max(initial=1))
     table = [noncentrality(max(r, 1), assumptions.level, assumptions.power) for r in range(most + 1)]
     return np.array(table)[rank]
-
-
-def recorded_square(
-    base: FloatArray,
-    moved: FloatArray,
-    model: Information,
-    square: FloatArray,
-    detection: FloatArray,
-    block: FloatArray,
-) -> FloatArray:
-    """MEIR_e² of one entry per design, recorded: its Lagrangian at the optimum (b,), with the value that it has.
-
-    At the optimum size and multipliers count as constant (the envelope theorem), so that an expression in what is
-    recorded, Ã and B̃_e·x, has the derivative of the maximum.
-
-    Args:
-        base: Ã, recorded.
-        moved: B̃_e·x, recorded, shape (b, M, 1).
-        model: what the numbers of Ã say.
-        square: the value (b,).
-        detection: multiplier of the detection constraint (b,).
-        block: weighted errors of the worst block of targets, [A_t, T_t·x], shape (b, q, n_p + 1).
-    """
-    reduced = base @ model.inverse
-    gram = reduced.swapaxes(-1, -2) @ reduced
-    gram = gram + np.where(model.full[:, None, None], 0.0, np.eye(gram.shape[-1]) - plain(gram))
-    taken = model.inverse @ (np.linalg.inv(gram) @ (reduced.swapaxes(-1, -2) @ moved))
-    remaining = moved - base @ taken
-    missed = block[:, :, -1:] - block[:, :, :-1] @ taken
-    lagrangian = (missed**2).sum(axis=(1, 2)) - detection * (remaining**2).sum(axis=(1, 2))
-    return lagrangian + (square - plain(lagrangian))

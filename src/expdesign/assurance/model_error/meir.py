@@ -5,24 +5,19 @@ from typing import Self
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.directions import Directions
-from expdesign.assurance.model_error.hidden import Hidden, hidden_errors, recorded_square
-from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem, left_out, offsets
+from expdesign.assurance.model_error.hidden import Hidden, hidden_errors
+from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem, left_out
 from expdesign.assurance.model_error.prior import prior_deviations, with_steps
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.differentiation import is_recorded, plain, square_root
 from expdesign.planning.asked_criterion import AskedCriterion
 from expdesign.planning.criteria.assessment import Assessment
-from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ModelErrorsSection, RunSection
-
-TIES = 3
-"""Effects that may be the worst together at an optimum: more than this, and it is a coincidence that costs time."""
 
 
 class Meir(AskedCriterion):
@@ -41,7 +36,7 @@ class Meir(AskedCriterion):
     title = "MEIR (what the model leaves out)"
     unit = "tolerances"
     root_mean_square = True
-    costly = True
+    differentiable = False
 
     def __init__(
         self,
@@ -86,13 +81,10 @@ class Meir(AskedCriterion):
         return self.errors * np.concatenate([np.ones(len(self.problem.loaded.robot.stiffness)), self.deviations])
 
     def whitened(self, assessment: Assessment) -> tuple[FloatArray, FloatArray]:
-        """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs, as numbers."""
+        """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs."""
         assert assessment.states is not None
-        configurations, loads = (plain(part) for part in assessment.states)
-        maps = assessment.measurements.jacobians
-        rows = self.directions.at(self.problem.loaded.load, configurations, loads, maps)
-        base = plain(assessment.whitened) * self.problem.loaded.robot.compliance
-        return base, plain(assessment.white(rows))
+        rows = self.directions.at(self.problem.loaded.load, *assessment.states, assessment.measurements.jacobians)
+        return assessment.whitened * self.problem.loaded.robot.compliance, assessment.white(rows)
 
     def hidden(self, assessment: Assessment) -> Hidden:
         """What the designs of an assessment by this problem hide."""
@@ -100,35 +92,7 @@ class Meir(AskedCriterion):
         return hidden_errors(base, directions * self.deviations, self.scaled_errors, self.physics, self.assumptions)
 
     def values(self, assessment: Assessment) -> FloatArray:
-        hidden = self.hidden(assessment)
-        if not is_recorded(assessment.whitened):
-            return np.sqrt(hidden.squares.max(axis=1))
-        squares = np.nan_to_num(hidden.squares)
-        first = [i for i, entry in enumerate(self.physics) if i == 0 or entry.key != self.physics[i - 1].key]
-        starts = np.split(squares, first[1:], axis=1)  # of one effect only the worst counts
-        worst = np.stack([start + own.argmax(axis=1) for start, own in zip(first, starts, strict=True)], axis=1)
-        order = np.argsort(-np.take_along_axis(squares, worst, axis=1), axis=1, kind="stable")[:, :TIES]
-        chosen = np.take_along_axis(worst, order, axis=1)
-        pieces = [self._recorded(assessment, hidden, entries)[:, None] for entries in chosen.T]
-        return square_root(assessment.largest(np.concatenate(pieces, axis=1), TIES))
-
-    def _recorded(self, assessment: Assessment, hidden: Hidden, entries: IntArray) -> FloatArray:
-        """MEIR_e² of one entry per design (b,), recorded."""
-        assert assessment.states is not None
-        designs, n_p, start = np.arange(assessment.batch), assessment.parameters, offsets(self.physics)
-        size = np.zeros((assessment.batch, start[-1]))
-        for design, entry in enumerate(entries):
-            size[design, start[entry] : start[entry + 1]] = hidden.sizes[entry][design]
-        along = np.repeat((size * self.deviations)[:, None], assessment.count, axis=1)
-        moved = self.directions.along(
-            self.problem.loaded.load, *assessment.states, assessment.measurements.jacobians, along
-        )
-        base = assessment.whitened * self.problem.loaded.robot.compliance
-        blocks = self.scaled_errors[hidden.target[designs, entries]]
-        block = np.concatenate([blocks[..., :n_p], blocks[..., n_p:] @ size[..., None]], axis=2)
-        square, detection = (each[designs, entries] for each in (hidden.squares, hidden.detection))
-        white = assessment.white(moved)
-        return recorded_square(base, white, Information.of_measurements(plain(base)[:, None]), square, detection, block)
+        return np.sqrt(self.hidden(assessment).squares.max(axis=1))
 
 
 def target_errors(problem: DesignProblem, directions: Directions) -> FloatArray:

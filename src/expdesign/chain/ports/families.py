@@ -114,11 +114,18 @@ def since_start(sight: Sight, channels: Iterable[Channel]) -> tuple[Channel, ...
 
 
 def over_temperature(sight: Sight, form: str, index: int) -> Iterator[Prior]:
-    """Slow change with the temperature: in proportion to the warming, and any smooth function of the temperature."""
-    warming = Quantity("warming", index)
-    if sight.varies(warming):
-        yield Prior(form, "linear", (warming,), (sight.spread(warming),), 1)
-    yield from smooth_over(sight, form, (Quantity("temperature", index),), 8)
+    """Slow change with the temperature: in proportion, and any smooth function of it.
+
+    A displacement is in proportion to the warming since the series' first row. A compliance has the temperature itself
+    for its input, counted from its mean: a constant part is the spring's, which cannot be negative.
+    """
+    temperature = Quantity("temperature", index)
+    straight = Quantity("warming", index)
+    if form == "compliance":
+        straight = Quantity("temperature", index, (round(float(sight.values(temperature)[sight.counts].mean()), 3),))
+    if sight.varies(straight):
+        yield Prior(form, "linear", (straight,), (sight.spread(straight),), 1)
+    yield from smooth_over(sight, form, (temperature,), 8)
 
 
 def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:

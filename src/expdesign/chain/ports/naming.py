@@ -18,7 +18,7 @@ FREE = "free"
 """Form of physics whose law is that of no declared form."""
 _INPUTS = {
     "effort": Input.FORCE, "effort_sign": Input.FORCE, "whole": Input.FORCE, "rest": Input.FORCE, "ground": Input.FORCE,
-    "joint_moment": Input.FORCE, "carried": Input.FORCE,
+    "joint_moment": Input.FORCE, "carried": Input.FORCE, "pair": Input.FORCE, "pair_sign": Input.FORCE,
     "clock": Input.TIME, "elapsed": Input.TIME, "started": Input.TIME,
     "warming": Input.TEMPERATURE, "temperature": Input.TEMPERATURE, "warmth": Input.TEMPERATURE,
 }  # fmt: skip

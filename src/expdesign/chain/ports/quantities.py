@@ -28,7 +28,8 @@ class Quantity:
         kind: what (`_EXPRESSIONS`), or `stop` and `lag` for what remembers a force.
         index: of which actuator, axis or coordinate.
         setting: threshold (N, N·m) of a stop operator, time constant (s) of a lag or of settling, point of a distance
-            (m), end of a guide and the way to it.
+            (m), end of a guide and the way to it, temperature (°C) from which one counts, index of the other actuator
+            of a pair.
     """
 
     kind: str
@@ -52,7 +53,8 @@ class Quantity:
         1994). `latched`: the direction of the last force, along the platform's axes (or in its x-y plane), that
         exceeded a limit. `overlap`: 1/(what is left of a guide until it is drawn out), to which the tilt by its
         clearance is proportional. `settling`: 1 − exp(−t/T) from the start of the series. `lag`: the slow part y of a
-        force, T·dy/dt = τ − y; τ changes within the interval.
+        force, T·dy/dt = τ − y; τ changes within the interval. `pair`, `pair_sign`: what two actuators carry
+        together, as a bracket on which both stand, and its sign.
         """
         if self.kind == "stop":
             force, (limit,) = _effort(row)[self.index], self.setting
@@ -77,6 +79,11 @@ class Quantity:
             return 1.0 / ca.fmax(way * (end - row.pose[self.index]), _LEAST_OVERLAP), ca.SX.zeros(0)
         if self.kind == "settling":
             return 1.0 - ca.exp(-row.elapsed / self.setting[0]), ca.SX.zeros(0)
+        if self.kind in ("pair", "pair_sign"):
+            both = _effort(row)[self.index] + _effort(row)[int(self.setting[0])]
+            return both if self.kind == "pair" else ca.sign(both), ca.SX.zeros(0)
+        if self.kind == "temperature" and self.setting:
+            return _VALUES[self.kind](row, robot)[self.index] - self.setting[0], ca.SX.zeros(0)
         value = _VALUES[self.kind](row, robot)
         if self.kind in ("distance", "towards"):
             away = value - ca.SX(list(self.setting))

@@ -10,6 +10,7 @@ FORMS = {
     "guide friction": "keeps part of its tilt when the load changes, the more the less guides overlap; it remembers",
     "settling": "settles, whatever the load, depending on",
     "step at zero": "jumps where the sign changes of",
+    "bracket": "gives way together with another leg, following a curve of",
     "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
     "latch": "gives way and stays there until it is pushed back; it remembers",
     "creep": "goes on moving under a load that stays; it remembers",
@@ -31,6 +32,7 @@ _USUAL = {
     "guide friction": "dry friction in the guides of a telescope does that",
     "settling": "a floor, feet and tyres that give way slowly do that",
     "step at zero": "play and stick-slip do that",
+    "bracket": "a bracket on which two legs stand does that, by its play or its spring",
     "friction": "guides, seals and clamped joints do that",
     "latch": "a clamp or a mount that slips does that",
     "creep": "plastics, rubber, adhesive and grease do that",
@@ -46,8 +48,9 @@ _USUAL = {
     "twist": "bearings, guides and flanges do that",
 }
 _UNITS = {
-    "effort": "N", "ground": "N", "length": "m", "position": "m", "clock": "s", "elapsed": "s", "started": "s",
-    "settling": "", "warming": "K", "temperature": "degC", "warmth": "degC",
+    "effort": "N", "pair": "N", "ground": "N", "length": "m", "position": "m",
+    "clock": "s", "elapsed": "s", "started": "s", "settling": "",
+    "warming": "K", "temperature": "degC", "warmth": "degC",
 }  # fmt: skip
 
 
@@ -62,6 +65,10 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
             what = f"the {'moment' if robot.units[index] == 'rad' else 'force'} in {robot.actuators[index]}"
         prefix = {"effort_sign": "the sign of ", "stop": "the history of ", "lag": "the history of "}
         return prefix.get(kind, "") + what
+    if kind in ("pair", "pair_sign"):
+        other = robot.actuators[int(quantity.setting[0])]
+        text = f"the force in {robot.actuators[index]} and {other} together"
+        return f"the sign of {text}" if kind == "pair_sign" else text
     if kind in ("whole", "rest"):
         return _load(index, robot) + (" of the reference" if kind == "rest" else "")
     names = {
@@ -114,6 +121,8 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
     if kind == "whole":
         return f"{_load(index, robot).split(' ')[1]}_{_load(index, robot)[-1]}"
     names = {
+        "pair": "force_of_both",
+        "pair_sign": "force_of_both_sign",
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
         "length": _place(index, robot),

@@ -39,7 +39,7 @@ class EvidenceOptions:
         most_inflated: factor on variances: a law whose errors are more than five times as large as it says is wrong,
             not unsure.
         temperature: divides differences of log evidence between components before they become probabilities: the most
-            likely of 1 to 16 on 16 cases (results/ports).
+            likely of 1 to 16 on 16 cases (`benchmarks/calibration.py`, results/ports).
         share: differences of log evidence count at most in this proportion to the evidence itself: no model is exact.
         open: probability from which a component belongs to the set that cannot be told apart.
     """

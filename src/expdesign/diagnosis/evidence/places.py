@@ -1,6 +1,6 @@
 """Where laws are, by evidence over ports: every component is given its chance in the place of one that was found.
 
-The log evidence of a component is what its laws gain together (`LawSearch.weighed`), with the laws of all other
+The log evidence of a component is what its laws gain together (`Search.weighed`), with the laws of all other
 components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
 temperature before they become probabilities; it was set on simulated cases (results/ports).
 """

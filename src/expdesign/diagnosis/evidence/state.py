@@ -118,6 +118,12 @@ class Present:
         found: FloatArray = (inverse**2).sum(axis=0)
         return found
 
+    def posterior(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """Mean (f,) and covariance (f, f) of the weights of one law, the latter in variances of the noise."""
+        inverse, _ = dtrtri(self.lower, lower=1)
+        own = inverse[:, self._part(index)]
+        return self.weights[self._part(index)], own.T @ own
+
     def moved(self, index: int) -> FloatArray:
         """What one law does to the readings, shape (M,)."""
         found: FloatArray = self.laws[index] @ self.weights[self._part(index)]

@@ -28,9 +28,8 @@ class Criterion(ABC):
         unit: of its values.
         maximise: whether larger is better.
         root_mean_square: whether it is the root of a sum of squares, which is at its least, with a kink, where it is 0.
-        differentiable: whether its values have gradients; without them it takes part in a search by exchanges and
-            recombination alone, and designs have no KKT proximity.
-        costly: whether a value takes much longer than those of others, so that it pays to ask only where it matters.
+        differentiable: whether its values have gradients; without them no design descends towards it, and designs have
+            no KKT proximity.
     """
 
     name: ClassVar[str]
@@ -39,7 +38,6 @@ class Criterion(ABC):
     maximise: ClassVar[bool] = False
     root_mean_square: ClassVar[bool] = False
     differentiable: ClassVar[bool] = True
-    costly: ClassVar[bool] = False
 
     @abstractmethod
     def values(self, assessment: Assessment) -> FloatArray:

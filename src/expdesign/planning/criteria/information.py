@@ -1,4 +1,4 @@
-"""What measurements say about the parameters, as something that can be added, taken away and asked for accuracy.
+"""What measurements say about the parameters, as something that can be added and asked for accuracy.
 
 With whitened readings Ã_j, and G·D_j·L_j their change per standard deviation of each load error, measurements add
 
@@ -140,25 +140,6 @@ class Information:
         root, *errors = np.split(_triangle(np.concatenate(stacked, axis=-1), p), edges, axis=-1)
         kept = [part if common else _few(part) for part, common in zip(errors, self.shared, strict=True)]
         return Information(root, tuple(kept), self.shared)
-
-    def minus(self, other: "Information") -> "Information":
-        """Without what another one, which is part of it, has added; half of the digits of the root are lost."""
-        difference = _gram(self.root) - _gram(other.root)
-        values, vectors = np.linalg.eigh(difference)
-        size = np.sqrt(np.maximum(values, 0.0))
-        kept = size > RANK_TOLERANCE * size[..., -1:]
-        # Takes what is summed up in the parameters' coordinates to those of the new root.
-        turned = np.where(kept, 1.0 / np.where(kept, size, 1.0), 0.0)[..., None] * vectors.swapaxes(-1, -2)
-        errors = []
-        for mine, theirs, common in zip(self.errors, other.errors, self.shared, strict=True):
-            whole, part = (each.swapaxes(-1, -2) @ seen for each, seen in ((self.root, mine), (other.root, theirs)))
-            if common:
-                errors.append(turned @ (whole - part))
-                continue
-            spread = turned @ (_gram(whole.swapaxes(-1, -2)) - _gram(part.swapaxes(-1, -2))) @ turned.swapaxes(-1, -2)
-            squares, axes = np.linalg.eigh(spread)
-            errors.append(axes * np.sqrt(np.maximum(squares, 0.0))[..., None, :])
-        return Information(size[..., None] * vectors.swapaxes(-1, -2), tuple(errors), self.shared)
 
     def in_units(self, scale: FloatArray) -> "Information":
         """Of the parameters in units of a scale (p,)."""
@@ -326,9 +307,3 @@ def _few(errors: FloatArray) -> FloatArray:
     if errors.shape[-1] <= errors.shape[-2]:
         return errors
     return np.asarray(np.linalg.qr(errors.swapaxes(-1, -2), mode="r")).swapaxes(-1, -2)
-
-
-def _gram(rows: FloatArray) -> FloatArray:
-    """RᵀR of rows R (..., r, p)."""
-    found: FloatArray = rows.swapaxes(-1, -2) @ rows
-    return found

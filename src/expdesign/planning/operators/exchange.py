@@ -2,23 +2,18 @@
 
 Which pose or mass comes first, where exactly comes from gradients afterwards. Measurements are exchanged for those that
 other good designs have, for some drawn at random, or for themselves with one variable at another of its values: an end
-of its range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Where criteria are
-sums over measurements every exchange is judged, one after the other until none helps (Fedorov 1972); else some of them,
-drawn at random.
+of its range, a neighbour on its grid, another choice, the pose of another measurement of the plan. Whole settings of
+the robot are moved, and within a budget time is freed for what takes more. Where criteria are sums over measurements
+every exchange is judged, one after the other until none helps (Fedorov 1972); else some of them, drawn at random.
 """
-
-from itertools import pairwise
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.operators.operator import State
 from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.scalarisation import Aims, achieved
 from expdesign.planning.start import extreme_measurements, reachable_measurements
-
-_ASKED = (0, 4, 12, 28)
-"""Draws that are asked for costly criteria one lot after the other, the most promising first; then all others."""
 
 
 class SingleExchange:
@@ -37,8 +32,8 @@ class SingleExchange:
             found.append(self._by_sums(state, parents, aims[own], len(random)))
             of.append(own)
         space = state.problem
-        if not state.sums or space.noise.shared_reference or space.constraints is not None:
-            found.append(Draws(state).exchanged(parents, aims))
+        if not state.sums or space.constraints is not None:
+            found.append(drawn_exchanges(state, parents, aims))
             of.append(np.arange(len(aims)))
         designs, places = np.concatenate(found), np.concatenate(of)
         changed = (designs != parents[places]).any(axis=(1, 2))
@@ -54,14 +49,39 @@ class SingleExchange:
             drawn = extreme_measurements(state.problem, state.options.library, 1.0, state.generator)
             offered = np.concatenate([offered, np.unique(drawn, axis=0)])
         plans = _random_plans(len(offered), random, space.measurements, state.generator)
-        designs = np.concatenate([parents, offered[plans]])
+        designs = np.concatenate([_thinned(state, parents), offered[plans]])
         exchange = state.exchange
         before = exchange.options
         found = designs.copy()
+        if space.settings is not None:
+            drawn = extreme_measurements(state.problem, _POSES, float(state.generator.random()), state.generator)
+            found = exchange.moved(designs, aims, np.concatenate([drawn, offered[:_POSES]]))
         for some, loaded in ((aims.single, True), (~aims.single, state.gridded)):
-            found[some] = exchange.singles(designs[some], aims[some], offered, varied=state.gridded, loaded=loaded)
+            found[some] = exchange.singles(found[some], aims[some], offered, varied=state.gridded, loaded=loaded)
         state.work.exchanged(exchange.options - before)
         return found
+
+
+_POSES = 40
+"""Poses drawn at random, and of good designs, to which whole settings are moved."""
+_KEPT = 0.7
+"""Share of a plan's measurements that remain where others may take the time of the rest."""
+
+
+def _thinned(state: State, designs: FloatArray) -> FloatArray:
+    """Designs (b, m, g), of which every second one leaves out some measurements where time is limited.
+
+    Within a budget no exchange of a single measurement pays for a further pose: what it takes has to be freed first
+    (ruin and recreate, Schrimpf et al., J. Comput. Phys. 159 (2000) 139).
+    """
+    settings = state.problem.space.settings
+    if settings is None or settings.budget is None:
+        return designs
+    left = state.generator.random(designs.shape[:2]) >= _KEPT
+    left &= (np.arange(len(designs)) % 2 == int(state.generator.integers(2)))[:, None]
+    found = designs.copy()
+    found[..., settings.gene] = np.where(left, 0.0, designs[..., settings.gene])
+    return found
 
 
 def _random_plans(listed: int, count: int, m: int, generator: np.random.Generator) -> IntArray:
@@ -156,88 +176,51 @@ def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
     return np.where(mixed[..., None], elite[draw(number, size=count)], children)
 
 
-class Draws:
-    """Exchanges drawn at random, judged by the criteria themselves."""
+def drawn_exchanges(state: State, parents: FloatArray, aims: Aims) -> FloatArray:
+    """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of some
+    drawn at random and judged by the criteria themselves. The first exchange may also be for the worse.
+    """
+    random, _, times = state.options.draws
+    common = reachable_measurements(state.problem, random, state.generator)
+    common = np.concatenate([state.library, common]) if len(state.library) else common
+    found, score = _best_drawn(state, parents, aims, common)
+    moving = np.arange(len(parents))
+    for _ in range(times if state.gridded else 0):
+        tried, reached = _best_drawn(state, found[moving], aims[moving], common)
+        better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
+        moving, tried = moving[better], tried[better]
+        found[moving], score[moving] = tried, reached[better]
+        if moving.size == 0:
+            break
+    return found
 
-    def __init__(self, state: State) -> None:
-        self._state, self._space = state, state.problem.space
-        random, self._drawn, self._times = state.options.draws
-        measurements = reachable_measurements(state.problem, random, state.generator)
-        self._common = np.concatenate([state.library, measurements]) if len(state.library) else measurements
 
-    def exchanged(self, parents: FloatArray, aims: Aims) -> FloatArray:
-        """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of
-        some drawn at random. The first exchange may also be for the worse.
-        """
-        found, score = self._best(parents, aims)
-        moving = np.arange(len(parents))
-        for _ in range(self._times if self._state.gridded else 0):
-            tried, reached = self._best(found[moving], aims[moving])
-            better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
-            moving, tried = moving[better], tried[better]
-            found[moving], score[moving] = tried, reached[better]
-            if moving.size == 0:
-                break
-        return found
+def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,).
 
-    def _best(self, parents: FloatArray, aims: Aims) -> tuple[FloatArray, FloatArray]:
-        """The best of exchanges of designs (b, m, g) that are drawn, and how far they are from their aims, (b,)."""
-        batch, m, _ = parents.shape
-        draw, own = self._state.generator.integers, variants(self._state.problem, parents)
-        trials = np.repeat(parents[:, None], self._drawn, axis=1)
-        first, second = np.indices((batch, self._drawn))
-        place = draw(m, size=(batch, self._drawn))
-        varied = own[first, place, draw(own.shape[2], size=(batch, self._drawn))]
-        listed = self._common[draw(len(self._common), size=(batch, self._drawn))]
-        shared = self._state.problem.noise.shared_reference
-        if shared:
-            # Another load at the pose of a measurement that the plan has: they share their reference.
-            there = parents[first, draw(m, size=(batch, self._drawn))]
-            listed = np.where(self._space.of_pose & (second % 4 == 1)[..., None], there, listed)
-        new = np.where((second % 2 == 0)[..., None], varied, listed)
-        if shared:
-            # Half of the new poses are taken by the whole series, which a single measurement would break up.
-            whole = second % 4 >= 2
-            trials = self._with_series(trials, place, np.where(whole[..., None], new, parents[first, place]))
-        trials[first, second, place] = new
-        trials = self._space.canonical(trials)
-        same = (trials == parents[:, None]).all(axis=(2, 3))
-        score = self._scores(trials, aims, same)
-        return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)
-
-    def _scores(self, trials: FloatArray, aims: Aims, same: BoolArray) -> FloatArray:
-        """How far trials (b, t, m, g) are from their aims, shape (b, t); ∞ for those that are not the best of theirs.
-
-        Criteria that cost little bound the score from below; the others are asked for in the order of these bounds, as
-        long as there is a chance (branch and bound). The same trials are chosen as if all were asked for everywhere.
-        """
-        values, costly = self._state.objectives.values, self._state.objectives.costly
-        self._state.work.evaluated(int(np.prod(trials.shape[:2])), trials.shape[2])
-        bounds = values(trials.reshape(-1, *trials.shape[2:]), ~costly).reshape(*trials.shape[:2], -1)
-        score = achieved(bounds, aims.centres[:, None], aims.weights[:, None])
-        # Where nothing else has weight there is no bound; what has no value is not usable.
-        score[np.isnan(bounds[..., ~costly]).any(axis=-1) | same] = np.inf
-        asked: BoolArray = np.logical_or.reduce(aims.weights[:, costly] > 0.0, axis=1)
-        if not asked.any():
-            return score
-        order = np.argsort(score, axis=1, kind="stable")
-        lower = score.copy()
-        score[asked] = np.inf
-        for start, end in pairwise((*_ASKED, self._drawn)):
-            places = order[:, start:end]
-            chance = np.take_along_axis(lower, places, axis=1) < score.min(axis=1, keepdims=True)
-            row, column = np.nonzero(chance & asked[:, None])
-            column = places[row, column]
-            if len(row):
-                found = np.maximum(bounds[row, column], values(trials[row, column], costly))
-                reached = achieved(found, aims.centres[row], aims.weights[row])
-                score[row, column] = np.where(np.isfinite(reached), reached, np.inf)
-        return score
-
-    def _with_series(self, designs: FloatArray, place: IntArray, new: FloatArray) -> FloatArray:
-        """Designs (..., m, g) whose measurements at the pose of one of them (...) take the pose of others (..., g)."""
-        space = self._space
-        old = np.take_along_axis(designs, place[..., None, None], axis=-2)
-        same = (designs == old)[..., space.of_pose].all(axis=-1)
-        moved: FloatArray = np.where(same[..., None] & space.of_pose, new[..., None, :], designs)
-        return moved
+    Args:
+        state: what the search knows.
+        parents: the designs.
+        aims: of each, b.
+        common: measurements for which any is exchanged, shape (l, g).
+    """
+    batch, m, _ = parents.shape
+    space, drawn = state.problem.space, state.options.draws[1]
+    draw, own = state.generator.integers, variants(state.problem, parents)
+    trials = np.repeat(parents[:, None], drawn, axis=1)
+    first, second = np.indices((batch, drawn))
+    place = draw(m, size=(batch, drawn))
+    varied = own[first, place, draw(own.shape[2], size=(batch, drawn))]
+    listed = common[draw(len(common), size=(batch, drawn))]
+    if state.problem.noise.shared_reference:
+        # Another load at the pose of a measurement that the plan has: they share their reference.
+        there = parents[first, draw(m, size=(batch, drawn))]
+        listed = np.where(space.of_pose & (second % 4 == 1)[..., None], there, listed)
+    trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
+    trials = space.canonical(trials)
+    state.work.evaluated(batch * drawn, m)
+    values = state.objectives.values(trials.reshape(-1, *trials.shape[2:])).reshape(batch, drawn, -1)
+    score = achieved(values, aims.centres[:, None], aims.weights[:, None])
+    none = np.isnan(values).any(axis=-1) | ~np.isfinite(score) | (trials == parents[:, None]).all(axis=(2, 3))
+    score[none] = np.inf
+    return trials[np.arange(batch), score.argmin(axis=1)], score.min(axis=1)

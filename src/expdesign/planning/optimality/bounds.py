@@ -67,7 +67,6 @@ class CriterionBounds:
         return {
             "lower_bound": self.halved,
             "least_known": float(self.best) if np.isfinite(self.best) else None,
-            "gap": self.open,
             "finished": self.finished,
             "exact": self.exact,
             "nodes": self.nodes,
@@ -118,6 +117,8 @@ class _Halving:
     def run(self, relaxed: LowerBound, seconds: float) -> CriterionBounds:
         """The bound that so much work gives."""
         assert relaxed.value is not None
+        if self._problem.noise.shared_reference:
+            return CriterionBounds(relaxed, self.best, words="not attempted: measurements share references")
         regions = Regions(self._certificate.information)
         tree = RegionTree(regions, self._certificate.relaxation, self._measurable)
         if not np.isfinite(self.best) or not tree.affordable(seconds):

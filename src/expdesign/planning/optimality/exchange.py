@@ -28,6 +28,8 @@ _JUDGED = 60
 """Pairs that are judged exactly."""
 _LEAST = 0.05
 """Part of DUIR² that remains at least: the linear estimate can be negative."""
+_MAP = 175
+"""Options that cost as much as the maps of one measurement."""
 _HELPS = 1e-9
 """Relative gain that counts as one."""
 
@@ -126,6 +128,29 @@ class Exchange:
             if moving.size == 0:
                 break
         return designs
+
+    def moved(self, designs: FloatArray, aims: Aims, offered: FloatArray) -> FloatArray:
+        """Designs (b, m, g) of which whole settings of the robot are at the poses of others (l, g) where that helps.
+
+        Its measurements keep their loads. One exchanged alone would need a setting more.
+        """
+        settings, pose, sums = self._space.settings, self._space.of_pose, self._sums
+        assert settings is not None
+        found = designs.copy()
+        for design, centre, weight in zip(found, aims.centres, aims.weights, strict=True):
+            parts = sums.parts(design)
+            score = float(self._scores(sums.sums(parts[None], design[None][..., pose]), centre, weight)[0])
+            for first in np.flatnonzero(settings.units(design)):
+                own = (design[:, pose] == design[first, pose]).all(axis=1)
+                tried = np.where(own[:, None] & pose, offered[:, None], design)
+                theirs = np.repeat(parts[None], len(offered), axis=0)
+                theirs[:, own] = sums.parts(tried[:, own].reshape(-1, len(pose))).reshape(len(offered), own.sum(), -1)
+                self.options += _MAP * len(offered) * int(own.sum())
+                scores = self._scores(sums.sums(theirs, tried[..., pose]), centre, weight)
+                best = int(scores.argmin())
+                if scores[best] < score - _HELPS * (1.0 + abs(score)):
+                    design[:], parts, score = tried[best], theirs[best], float(scores[best])
+        return found
 
     def _own_options(self, designs: FloatArray, place: int, varied: bool, loaded: bool) -> FloatArray:
         """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, its variants; where

@@ -31,9 +31,9 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
 
     The spans (k,) of the objectives are those of the designs given if left out: a front should then be given whole.
     """
-    if len(variables) == 0:
-        return np.zeros(0)
     objectives = Objectives(problem)
+    if len(variables) == 0 or not objectives.differentiable.all():
+        return np.full(len(variables), np.nan)
     space = problem.space
     designs = Differentiated.of_designs(problem, variables)
     found = [objectives.pieces(k, designs) for k in range(objectives.count)]

@@ -44,27 +44,21 @@ class Objectives:
 
     @cached_property
     def smooth(self) -> bool:
-        """Whether designs can descend: something is continuous, and exact gradients are known."""
+        """Whether designs can descend: something is continuous, and exact gradients of any criterion are known."""
         space = self.problem.space
         free = bool((~space.discrete & (space.upper > space.lower)).any())
-        known = all(criterion.differentiable for criterion in self.criteria)
-        return free and known and not self.problem.loaded.regressor.redundant
+        return free and bool(self.differentiable.any()) and not self.problem.loaded.regressor.redundant
 
     @property
-    def costly(self) -> BoolArray:
-        """Which criteria take much longer than others, shape (k,)."""
-        return np.array([criterion.costly for criterion in self.criteria])
+    def differentiable(self) -> BoolArray:
+        """Which criteria have gradients, shape (k,)."""
+        return np.array([criterion.differentiable for criterion in self.criteria])
 
-    def values(self, variables: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
-        """Criteria (b, k), minimised, of designs with variables (b, m, g), all or those wanted (k,) and -inf for the
-        others; NaN where they have no gradient.
-        """
+    def values(self, variables: FloatArray) -> FloatArray:
+        """Criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
         assessment = self.problem.assessed(variables)
-        columns = [
-            sign * criterion_values(criterion, assessment) if wanted is None or wanted[k] else none
-            for none in (np.full(len(variables), -np.inf),)
-            for k, (sign, criterion) in enumerate(zip(self._signs, self.criteria))
-        ]
+        both = zip(self._signs, self.criteria, strict=True)
+        columns = [sign * criterion_values(criterion, assessment) for sign, criterion in both]
         return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
 
     def scalarised(self, aims: Aims, series: IntArray | None = None) -> "Scalarised":
@@ -85,23 +79,12 @@ class Scalarised:
         self._used = np.flatnonzero((weights > 0.0).any(axis=0))
 
     def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
-        designs = self._differentiated(variables, index)
-        costly = self._objectives.costly[self._used]
-        values, slopes = self._shared(designs, index, self._used[~costly])
-        for k in self._used[costly]:
-            value, slope = self._alone(designs, variables, index, int(k))
-            values, slopes = np.concatenate([values, value], axis=1), np.concatenate([slopes, slope], axis=1)
-        return np.where(designs.regular[:, None], values, np.nan), slopes
-
-    def _differentiated(self, variables: FloatArray, index: IntArray) -> Differentiated:
-        series = None if self._series is None else self._series[index]
-        return Differentiated.of_designs(self._objectives.problem, variables, series)
-
-    def _shared(self, designs: Differentiated, index: IntArray, criteria: IntArray) -> tuple[FloatArray, FloatArray]:
         """Values (b, j) and gradients (b, j, m, g), j the largest number of pieces that count for any one design: a
         backward pass costs the same whether it is of one criterion everywhere or of another for every design.
         """
-        found = [(k, piece) for k in criteria for piece in self._objectives.pieces(int(k), designs)]
+        series = None if self._series is None else self._series[index]
+        designs = Differentiated.of_designs(self._objectives.problem, variables, series)
+        found = [(k, piece) for k in self._used for piece in self._objectives.pieces(int(k), designs)]
         columns = np.array([k for k, _ in found], dtype=np.int64)
         number = int((self._weights[:, columns] > 0.0).sum(axis=1).max(initial=0))
         weights = self._weights[index][:, columns]
@@ -117,27 +100,7 @@ class Scalarised:
                     value = (piece.value - self._centres[index, k]) * chosen[:, column]
                     values[:, j] = np.where(chosen[:, column] > 0.0, value, values[:, j])
             slopes[:, j] = weighted_gradient([piece for _, piece in found], chosen.T)
-        return values, slopes
-
-    def _alone(
-        self, designs: Differentiated, variables: FloatArray, index: IntArray, k: int
-    ) -> tuple[FloatArray, FloatArray]:
-        """Values (b, j) and gradients (b, j, m, g) of a costly criterion, of the designs that it concerns alone."""
-        weights = self._weights[index, k]
-        concerned = weights > 0.0
-        if not concerned.any():
-            concerned[0] = True  # Every call has as many pieces.
-        some = not concerned.all()
-        chosen = self._differentiated(variables[concerned], index[concerned]) if some else designs
-        pieces = self._objectives.pieces(k, chosen)
-        values = np.full((len(variables), len(pieces)), _ABSENT)
-        slopes = np.zeros((len(variables), len(pieces), *variables.shape[1:]))
-        for j, piece in enumerate(pieces):
-            with np.errstate(invalid="ignore"):
-                value = (piece.value - self._centres[index, k][concerned]) * weights[concerned]
-            values[concerned, j] = np.where(weights[concerned] > 0.0, value, _ABSENT)
-            slopes[concerned, j] = piece.gradient() * weights[concerned, None, None]
-        return values, slopes
+        return np.where(designs.regular[:, None], values, np.nan), slopes
 
 
 _ABSENT = -1e4
@@ -202,8 +165,15 @@ class Pace(NamedTuple):
 def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace) -> tuple[FloatArray, int]:
     """Designs (b, m, g) nearer to their aims than the starts (b, m, g), and how many steps of single designs it took.
 
-    Measurements that share their reference keep sharing it, and no others do.
+    Measurements that share their reference keep sharing it, and no others do. Where an aim asks for a criterion without
+    gradient, the start stays.
     """
+    without: BoolArray = np.logical_or.reduce(aims.weights[:, ~objectives.differentiable] > 0.0, axis=1)
+    if without.any():
+        moved, steps = descended(objectives, starts[~without], aims[~without], pace)
+        found = starts.copy()
+        found[~without] = moved
+        return found, steps
     groups = PoseGroups.of(objectives.problem, starts)
     series, tie = (None, None) if groups is None else (groups.numbers, groups.tied)
     search = MinimaxSearch(objectives.problem, objectives.scalarised(aims, series), tie)

@@ -7,7 +7,6 @@ most; multiplicative steps towards the best parts give the Q, and Newton's on th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -29,33 +28,26 @@ class Node:
 
     Attributes:
         boxes: of the measurements (m).
-        units: which of them share a reference, by number (m); each by itself where none do.
-        shares: parts at the corners of what measurements of a unit have in common, shape (c,) each; equal in a unit.
-        within: parts at the other corners given those, shape (c, l) each.
+        parts: of each measurement at the corners of its box, shape (l,) each.
         multipliers: of the robot's limits, shape (m, r).
         mixture: of the targets, shape (t,).
         bound: the criterion squared is nowhere less; infinite where no such plan can be measured.
     """
 
     boxes: tuple[Box, ...]
-    units: tuple[int, ...]
-    shares: tuple[FloatArray, ...]
-    within: tuple[FloatArray, ...]
+    parts: tuple[FloatArray, ...]
     multipliers: FloatArray
     mixture: FloatArray
     bound: float
 
     @classmethod
-    def whole(cls, regions: Regions, sizes: Sequence[int], targets: int) -> "Node":
-        """All plans of units of given sizes."""
-        boxes = (regions.whole,) * sum(sizes)
-        outer, inner = regions.region(regions.whole).corners.shape
+    def whole(cls, regions: Regions, count: int, targets: int) -> "Node":
+        """All plans of so many measurements."""
+        corners = len(regions.region(regions.whole).corners)
         return cls(
-            boxes,
-            tuple(unit for unit, size in enumerate(sizes) for _ in range(size)),
-            (np.full(outer, 1.0 / outer),) * len(boxes),
-            (np.full((outer, inner), 1.0 / inner),) * len(boxes),
-            np.zeros((len(boxes), regions.limits)),
+            (regions.whole,) * count,
+            (np.full(corners, 1.0 / corners),) * count,
+            np.zeros((count, regions.limits)),
             np.full(targets, 1.0 / targets),
             0.0,
         )
@@ -67,14 +59,12 @@ class Batch:
     last corner.
 
     Attributes:
-        corners: grams, shape (b, m, c, l, p).
-        excess: over the robot's limits at the corners, shape (b, m, c, l, r).
+        corners: grams, shape (b, m, l, p).
+        excess: over the robot's limits at the corners, shape (b, m, l, r).
         lines: grams on the lines through the middle, shape (b, m, 1 + 2a, l', p).
         beyond: excess there, shape (b, m, 1 + 2a, l', r).
-        parts: see `Region`, shape (b, m, a).
-        units: which measurement (m) is in which unit (m), shape (b, m, m), units first.
-        shares: shape (b, m, c).
-        within: shape (b, m, c, l).
+        middles: see `Region`, shape (b, m, a).
+        parts: shape (b, m, l).
         multipliers: shape (b, m, r).
         mixture: shape (b, t).
     """
@@ -83,35 +73,29 @@ class Batch:
     excess: FloatArray
     lines: FloatArray
     beyond: FloatArray
+    middles: FloatArray
     parts: FloatArray
-    units: BoolArray
-    shares: FloatArray
-    within: FloatArray
     multipliers: FloatArray
     mixture: FloatArray
 
     @classmethod
     def of(cls, regions: Regions, nodes: Sequence[Node]) -> "Batch":
         found = [[regions.region(box) for box in node.boxes] for node in nodes]
-        corners = _filled([[each.corners for each in row] for row in found], by_last=True)
-        lines = _filled([[each.lines for each in row] for row in found], by_last=False)
-        count = (lines.shape[2] - 1) // 2
-        parts = np.full((*lines.shape[:2], count), 0.5)
-        for place, row in enumerate(found):
-            for member, each in enumerate(row):
-                parts[place, member, : len(each.parts)] = each.parts
-        units = np.array([[[each == unit for each in node.units] for unit in range(len(node.units))] for node in nodes])
-        shares = _stacked([[each[:, None] for each in node.shares] for node in nodes], (corners.shape[2], 1))[..., 0]
-        within = _stacked([list(node.within) for node in nodes], corners.shape[2:])
+        corners = _filled([[each.corners[None] for each in row] for row in found])[:, :, 0]
+        lines = _filled([[each.lines for each in row] for row in found])
+        middles = np.full((*lines.shape[:2], (lines.shape[2] - 1) // 2), 0.5)
+        parts = np.zeros(corners.shape)
+        for place, (row, node) in enumerate(zip(found, nodes, strict=True)):
+            for member, (each, part) in enumerate(zip(row, node.parts, strict=True)):
+                middles[place, member, : len(each.middles)] = each.middles
+                parts[place, member, : len(part)] = part
         return cls(
             regions.grams(corners),
             regions.excess(corners),
             regions.grams(lines),
             regions.excess(lines),
+            middles,
             parts,
-            units,
-            shares,
-            within,
             np.array([node.multipliers for node in nodes]),
             np.array([node.mixture for node in nodes]),
         )
@@ -119,14 +103,9 @@ class Batch:
     def take(self, keep: BoolArray) -> "Batch":
         return Batch(**{name: value[keep] for name, value in vars(self).items()})
 
-    @property
-    def both(self) -> FloatArray:
-        """Parts of every measurement at its corners, shape (b, m, c, l)."""
-        return self.shares[..., None] * self.within
-
 
 class Duals:
-    """Q of some nodes at their parts, and how the references follow from it.
+    """Q of some nodes at their parts.
 
     Attributes:
         matrix: Q, shape (b, q, r).
@@ -134,25 +113,12 @@ class Duals:
         values: of the targets, shape (b, t).
         gain: tr(L·Q), shape (b,).
         prior: tr(Qᵀ·P·Q), shape (b,).
-        roots: Z of every measurement, [Q, −B] where it has a reference, shape (b, m, c, q + k, r).
-        base: what the references of the units add, shape (b, m, c).
     """
 
     def __init__(self, regions: Regions, relaxation: Relaxation, batch: Batch) -> None:
         q, targets = len(relaxation.prior), relaxation.targets
-        sums = (batch.within[..., None, :] @ batch.corners)[..., 0, :]
-        units = batch.units.astype(float)
-        together = np.einsum("bum,bmcp->bucp", units, sums)
-        matrices = regions.matrices(together)
-        # Of the measurements of a unit the first one's shares are those of the unit; of an empty unit they are zero.
-        self._shares = np.take_along_axis(batch.shares, units.argmax(axis=2)[..., None], axis=1)
-        self._shares = self._shares * units.max(axis=2)[..., None]
-        information = np.einsum("buc,bucij->bij", self._shares, matrices[..., :q, :q])
-        if regions.series:
-            cross = matrices[..., q:, :q]
-            reference = -np.linalg.solve(2.0 * np.eye(regions.readings) + matrices[..., q:, q:], cross)
-            information = information + np.einsum("buc,bucki,buckj->bij", self._shares, cross, reference)
-        information = information + relaxation.prior
+        sums = (batch.parts[..., None, :] @ batch.corners)[..., 0, :].sum(axis=1)
+        information = regions.matrices(sums) + relaxation.prior
         size = np.trace(information, axis1=1, axis2=2)[:, None, None] / q
         self.inverse = np.linalg.inv(information + _REGULARISATION * size * np.eye(q))
         self.values = ((targets @ self.inverse[:, None]) * targets).sum(axis=(2, 3))
@@ -160,23 +126,6 @@ class Duals:
         self.matrix = self.inverse @ root.swapaxes(1, 2)
         self.gain = np.einsum("brq,bqr->b", root, self.matrix)
         self.prior = np.einsum("bqr,qs,bsr->b", self.matrix, relaxation.prior, self.matrix)
-        roots = self.matrix[:, None, None]
-        self.base = np.zeros(batch.shares.shape)
-        if regions.series:
-            answer = reference @ roots
-            self.base = 2.0 * (answer**2).sum(axis=(3, 4))
-            roots = np.concatenate(
-                [np.broadcast_to(roots, (*answer.shape[:3], *self.matrix.shape[1:])), answer], axis=3
-            )
-            roots = np.einsum("bum,bucij->bmcij", units, roots)
-        self.roots = roots
-
-    def middle(self, batch: Batch) -> FloatArray:
-        """Z of every measurement on average over what its unit has in common, shape (b, m, q + k, r)."""
-        if self.roots.shape[1] == 1:
-            return self.roots[:, :, 0]
-        found: FloatArray = np.einsum("bmc,bmcij->bmij", batch.shares, self.roots)
-        return found
 
 
 def bounded(
@@ -195,16 +144,15 @@ def bounded(
     found, bounds = list(nodes), np.array([node.bound for node in nodes])
     left, weighed = np.arange(len(nodes)), 0
     for step in range(steps):
-        weighed += batch.corners.shape[0] * int(np.prod(batch.corners.shape[1:4]))
+        weighed += int(np.prod(batch.corners.shape[:3]))
         duals = Duals(regions, relaxation, batch)
-        forms = regions.forms(duals.roots)
-        told = (batch.corners @ forms[..., None])[..., 0]
-        charged = told - (batch.excess @ batch.multipliers[:, :, None, :, None])[..., 0]
-        most = duals.base + np.einsum("bum,bmc->buc", batch.units.astype(float), charged.max(axis=3))
-        total = most.max(axis=2).sum(axis=1) + _bends(regions, batch, duals)
+        forms = regions.forms(duals.matrix)
+        told = (batch.corners @ forms[:, None, :, None])[..., 0]
+        charged = told - (batch.excess @ batch.multipliers[..., None])[..., 0]
+        total = charged.max(axis=2).sum(axis=1) + _bends(batch, forms)
         reached = (1.0 - _ROUNDING) * duals.gain**2 / (duals.prior + np.maximum(total, 1e-300))
         bounds[left] = np.maximum(bounds[left], reached)
-        mean = np.einsum("bmcl,bmclr->bmr", batch.both, batch.excess)
+        mean = np.einsum("bml,bmlr->bmr", batch.parts, batch.excess)
         outside = (mean > _WITHIN).any(axis=(1, 2))
         hopeless = (duals.values.max(axis=1) < enough) & (step + 1 >= np.where(outside, _PATIENCE[1], _PATIENCE[0]))
         done = (bounds[left] >= enough) | hopeless | (step == steps - 1)
@@ -218,69 +166,48 @@ def bounded(
     return found, weighed
 
 
-def _bends(regions: Regions, batch: Batch, duals: Duals) -> FloatArray:
+def _bends(batch: Batch, forms: FloatArray) -> FloatArray:
     """What second differences through the middles of the boxes allow for, shape (b,)."""
-    if batch.parts.shape[2] == 0:
-        return np.zeros(len(batch.parts))
-    forms = regions.forms(duals.middle(batch))
-    values = (batch.lines @ forms[:, :, None, :, None])[..., 0]
+    if batch.middles.shape[2] == 0:
+        return np.zeros(len(batch.middles))
+    values = (batch.lines @ forms[:, None, None, :, None])[..., 0]
     values = values - (batch.beyond @ batch.multipliers[:, :, None, :, None])[..., 0]
-    above = above_lines(np.moveaxis(values, 2, 0), np.moveaxis(batch.parts, 2, 0)[..., None])
+    above = above_lines(np.moveaxis(values, 2, 0), np.moveaxis(batch.middles, 2, 0)[..., None])
     found: FloatArray = SAFETY * above.max(axis=2).sum(axis=1)
     return found
 
 
 def _step(batch: Batch, duals: Duals, told: FloatArray, charged: FloatArray, mean: FloatArray) -> None:
     """Parts that tell more, and multipliers that take them within the limits."""
-    kept = np.maximum(charged, 0.0)
-    units = batch.units.astype(float)
-    taken = np.einsum("bum,bmc->buc", units, (batch.within * kept).sum(axis=3)) + duals.base
-    shares = _towards(batch.shares, np.einsum("bum,buc->bmc", units, taken))
-    within = _towards(batch.within, kept)
     if mean.shape[2]:
-        spread = np.einsum("bmcl,bmclr->bmr", batch.both, batch.excess**2)
-        size = (batch.both * told).sum(axis=(2, 3))[..., None]
+        spread = np.einsum("bml,bmlr->bmr", batch.parts, batch.excess**2)
+        size = (batch.parts * told).sum(axis=2)[..., None]
         change = 2.0 * _NEWTON * size * mean / np.maximum(spread, 1e-12)
         batch.multipliers = np.maximum(batch.multipliers + change, 0.0)
-    batch.shares, batch.within = shares, within
+    stepped = batch.parts * np.sqrt(np.maximum(charged, 0.0))
+    moves = (stepped > 0.0).any(axis=-1, keepdims=True)  # else nothing there tells anything
+    batch.parts = np.where(moves, normalised(stepped), batch.parts)
     batch.mixture = normalised(batch.mixture * duals.values)
 
 
 def _with(node: Node, batch: Batch, place: int, bound: float) -> Node:
     """A node with the parts that it has in a batch."""
-    shares = tuple(batch.shares[place, member, : len(each)].copy() for member, each in enumerate(node.shares))
-    within = tuple(
-        normalised(batch.within[place, member, : each.shape[0], : each.shape[1]])
-        for member, each in enumerate(node.within)
-    )
+    parts = tuple(normalised(batch.parts[place, member, : len(each)]) for member, each in enumerate(node.parts))
     multipliers, mixture = batch.multipliers[place].copy(), batch.mixture[place].copy()
-    return replace(node, shares=shares, within=within, multipliers=multipliers, mixture=mixture, bound=bound)
+    return replace(node, parts=parts, multipliers=multipliers, mixture=mixture, bound=bound)
 
 
-def _stacked(rows: list[list[Any]], shape: tuple[int, ...] | None = None) -> Any:
-    """Arrays of two axes in one, shape (b, m, largest, largest), filled up by zeros."""
-    largest = shape or tuple(np.array([[each.shape for each in row] for row in rows]).max(axis=(0, 1)))
-    found = np.zeros((len(rows), len(rows[0]), *largest), dtype=rows[0][0].dtype)
+def _filled(rows: list[list[IntArray]]) -> IntArray:
+    """Arrays of two axes in one, shape (b, m, largest, largest), filled up by their first rows and last columns."""
+    largest = np.array([[each.shape for each in row] for row in rows]).max(axis=(0, 1))
+    found = np.zeros((len(rows), len(rows[0]), *largest), dtype=np.int64)
     for place, row in enumerate(rows):
         for member, each in enumerate(row):
-            found[place, member, : each.shape[0], : each.shape[1]] = each
+            count, width = each.shape
+            found[place, member, :count, :width] = each
+            found[place, member, :count, width:] = each[:, -1:]
+            found[place, member, count:] = found[place, member, 0]
     return found
-
-
-def _filled(rows: list[list[IntArray]], *, by_last: bool) -> IntArray:
-    """Arrays of two axes in one, filled up by their last rows and columns, or by their first rows and last columns."""
-    found: IntArray = _stacked(rows)
-    for place, row in enumerate(rows):
-        for member, each in enumerate(row):
-            found[place, member, : len(each), each.shape[1] :] = each[:, -1:]
-            found[place, member, len(each) :] = found[place, member, len(each) - 1 if by_last else 0]
-    return found
-
-
-def _towards(parts: FloatArray, told: FloatArray) -> FloatArray:
-    """Parts that tell more; as they were where none tells anything."""
-    stepped = parts * np.sqrt(told)
-    return np.where((stepped > 0.0).any(axis=-1, keepdims=True), normalised(stepped), parts)
 
 
 def normalised(parts: FloatArray) -> FloatArray:

@@ -29,8 +29,8 @@ _SLACK = 1e-3
 """What an axis counts, relative to the criterion, along which a measurement is not in parts."""
 _LEAST, _BETTER = 1e-12, 1e-9
 """Part that counts as none, and relative gain for which a plan is tried."""
-_RATE, _SERIES_RATE, _MAPS, _FIXED = 3e8, 8e7, 6e4, 4e-4
-"""Numbers weighed (of series) and measurements looked at per second, and seconds of a node."""
+_RATE, _MAPS, _FIXED = 3e8, 6e4, 4e-4
+"""Numbers weighed and measurements looked at per second, and seconds of a node."""
 
 
 @dataclass(order=True)
@@ -65,8 +65,8 @@ class RegionTree:
     @property
     def seconds(self) -> float:
         """Of a processor, as estimated from the work."""
-        rate = _SERIES_RATE if self._regions.series else _RATE
-        return self._weighed * len(self._regions.triangle[0]) / rate + self._regions.work / _MAPS + self.nodes * _FIXED
+        weighed = self._weighed * len(self._regions.triangle[0]) / _RATE
+        return weighed + self._regions.work / _MAPS + self.nodes * _FIXED
 
     def affordable(self, seconds: float) -> bool:
         """Whether so many seconds are enough to look at the corners of all that a measurement can be."""
@@ -82,10 +82,8 @@ class RegionTree:
             gap: relative distance from it, of the squares, at which it is near enough.
             seconds: of a processor, as estimated from the work.
         """
-        count = self._relaxation.count
-        sizes = _partitions(count) if self._regions.series else iter([(1,) * count])
-        targets = len(self._relaxation.targets)
-        self._bound([Node.whole(self._regions, each, targets) for each in sizes], (1.0 - gap) * best, _FIRST)
+        whole = Node.whole(self._regions, self._relaxation.count, len(self._relaxation.targets))
+        self._bound([whole], (1.0 - gap) * best, _FIRST)
         level = 0
         while self._heap and self.seconds < seconds:
             levels = [*(best / (1.0 + distance) ** 2 for distance in _LEVELS), best * (1.0 - gap)]
@@ -131,22 +129,18 @@ class RegionTree:
         criterion fall below that of whole ones by about w·(1 − w)·tr(Qᵀ(N₁ − N₂)·M⁻¹·(N₁ − N₂)Q), its curvature
         in that direction. Short intervals count for less: parts along one axis may only follow those along another.
         """
-        regions, q = self._regions, len(self._relaxation.prior)
-        duals = Duals(regions, self._relaxation, batch)
-        middle = np.broadcast_to(duals.middle(batch), (*batch.shares.shape[:2], *duals.roots.shape[3:]))
+        regions, duals = self._regions, Duals(self._regions, self._relaxation, batch)
         found: list[tuple[int, int] | None] = []
         for place, node in enumerate(nodes):
             most, chosen = 0.0, None
-            for member, box in enumerate(node.boxes):
-                shape = node.within[member].shape
-                parts = (node.shares[member][:, None] * node.within[member]).reshape(-1)
-                grams = batch.corners[place, member, : shape[0], : shape[1]].reshape(len(parts), -1)
+            for member, (box, parts) in enumerate(zip(node.boxes, node.parts, strict=True)):
+                grams = batch.corners[place, member, : len(parts)]
                 upper = _upper(regions, box)
                 high, above = (upper * parts) @ grams, upper @ parts
                 share = np.clip(np.stack([1.0 - above, above]), _LEAST, 1.0)
                 apart = regions.matrices(high / share[1, :, None] - (parts @ grams - high) / share[0, :, None])
-                images = (apart @ middle[place, member])[:, :q]
-                bend = ((images.swapaxes(1, 2) @ duals.inverse[place]) * images.swapaxes(1, 2)).sum(axis=(1, 2))
+                images = (apart @ duals.matrix[place]).swapaxes(1, 2)
+                bend = ((images @ duals.inverse[place]) * images).sum(axis=(1, 2))
                 scores = np.nan_to_num(share.prod(axis=0) * bend / duals.gain[place], nan=0.0, posinf=0.0)
                 for number, (axis, span) in enumerate(zip(regions.axes, box, strict=True)):
                     length = 1.0 if axis.order is not None else span[1] - span[0]
@@ -159,65 +153,37 @@ class RegionTree:
 
     def _heaviest(self, nodes: list[Node], batch: Batch, best: float) -> list[FloatArray]:
         """The plans (m, g) at the corners with the largest parts that would be better than the best one known."""
-        common = batch.shares.argmax(axis=2)
-        own = np.take_along_axis(batch.within.argmax(axis=3), common[..., None], axis=2)[..., 0]
-        rows, members = np.indices(common.shape)
-        single = replace(
-            batch,
-            corners=batch.corners[rows, members, common, own][:, :, None, None],
-            shares=np.ones((*common.shape, 1)),
-            within=np.ones((*common.shape, 1, 1)),
-        )
+        heaviest = batch.parts.argmax(axis=2)
+        corners = np.take_along_axis(batch.corners, heaviest[..., None, None], axis=2)
+        single = replace(batch, corners=corners, parts=np.ones(corners.shape[:3]))
         values = Duals(self._regions, self._relaxation, single).values.max(axis=1)
-        return [self._plan(nodes[i], common[i], own[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
+        return [self._plan(nodes[i], heaviest[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
 
-    def _plan(self, node: Node, common: IntArray, own: IntArray) -> FloatArray:
+    def _plan(self, node: Node, corners: IntArray) -> FloatArray:
         """The measurements (m, g) at corners of a node's boxes."""
         regions = self._regions
-        plan = regions.decisions(
-            np.array([regions.corner(*each) for each in zip(node.boxes, common, own, strict=True)])
-        )
-        settings = regions.problem.space.settings
-        if settings is not None:  # every series is a setting of its own, also where several are at one pose
-            plan[:, settings.gene] = settings.first + np.array(node.units)
-        return plan
+        return regions.decisions(np.array([regions.corner(*each) for each in zip(node.boxes, corners, strict=True)]))
 
     def _halves(self, node: Node, member: int, number: int) -> Iterator[Node]:
-        """The node in parts: of equal measurements, or series, so many take the one half and the rest the other."""
-        units: dict[int, list[int]] = {}
-        for each, unit in enumerate(node.units):
-            units.setdefault(unit, []).append(each)
-        own = units[node.units[member]]
-        if len(own) == 1 or self._regions.common[number]:
-            boxes = sorted(node.boxes[each] for each in own)
-            alike = [each for each in units.values() if sorted(node.boxes[one] for one in each) == boxes]
-        else:
-            alike = [[each] for each in own if node.boxes[each] == node.boxes[member]]
+        """The node in parts: of equal measurements so many take the one half and the rest the other."""
+        alike = [each for each, box in enumerate(node.boxes) if box == node.boxes[member]]
         for low in range(len(alike) + 1):
             found = node
-            for place, members in enumerate(alike):
-                for each in members:
-                    found = self._half(found, each, number, int(place >= low))
+            for place, each in enumerate(alike):
+                found = self._half(found, each, number, int(place >= low))
             yield found
 
     def _half(self, node: Node, member: int, number: int, side: int) -> Node:
         """A node with one measurement in one half of its box."""
-        regions, box = self._regions, node.boxes[member]
-        axis, common = regions.axes[number], bool(regions.common[number])
+        box, axis = node.boxes[member], self._regions.axes[number]
         span = axis.halves(box[number])[side]
-        lengths = np.array(regions.lengths(box))[regions.common == common]
-        along = int((regions.common[:number] == common).sum())
-        shares, within = node.shares[member], node.within[member]
-        if common:
-            within = _kept(shares[:, None] * within, lengths, along, _columns(axis, box[number], span))
-            shares = _kept(shares[:, None], lengths, along, _columns(axis, box[number], span))[:, 0]
-        else:
-            within = _kept(within.T, lengths, along, _columns(axis, box[number], span)).T
+        spread = node.parts[member].reshape(self._regions.lengths(box))
+        kept = [spread.take(each, axis=number).sum(axis=number) for each in _columns(axis, box[number], span)]
+        parts = normalised(np.stack(kept, axis=number).ravel())
         return replace(
             node,
             boxes=_replaced(node.boxes, member, (*box[:number], span, *box[number + 1 :])),
-            shares=_replaced(node.shares, member, _evened(shares)),
-            within=_replaced(node.within, member, _evened(within)),
+            parts=_replaced(node.parts, member, normalised((1.0 - _EVEN) * parts + _EVEN / len(parts))),
         )
 
 
@@ -234,48 +200,22 @@ def _columns(axis: Axis, before: Span, after: Span) -> list[list[int]]:
     return [[0], [1]] if len(now) == 2 else [[0, 1]]
 
 
-def _kept(parts: FloatArray, lengths: FloatArray, along: int, columns: list[list[int]]) -> FloatArray:
-    """Parts (l, ...) at corners of given lengths, with others along one axis."""
-    spread = parts.reshape(*lengths, -1)
-    joined = [spread.take(each, axis=along).sum(axis=along, keepdims=True) for each in columns]
-    return np.concatenate(joined, axis=along).reshape(-1, spread.shape[-1])
-
-
-def _evened(parts: FloatArray) -> FloatArray:
-    """Parts that sum to one along the last axis, some of it spread evenly."""
-    found: FloatArray = normalised((1.0 - _EVEN) * normalised(parts) + _EVEN / parts.shape[-1])
-    return found
-
-
 def _upper(regions: Regions, box: Box) -> BoolArray:
-    """Which corners of a box, as `Region` has them, are in the upper half along every axis, shape (a, c·l)."""
+    """Which corners of a box are in the upper half along every axis, shape (a, l)."""
     lengths = np.array(regions.lengths(box))
-    order = np.argsort(~regions.common, kind="stable")
-    places = np.indices(tuple(lengths[order])).reshape(len(lengths), -1)[np.argsort(order)]
-    found: BoolArray = places >= ((lengths + 1) // 2)[:, None]
+    found: BoolArray = np.indices(tuple(lengths)).reshape(len(lengths), -1) >= ((lengths + 1) // 2)[:, None]
     return found
 
 
 def _alike(regions: Regions, nodes: list[Node]) -> Iterator[list[Node]]:
     """Nodes of equal shape together, as many as a batch may have."""
 
-    def size(node: Node) -> tuple[int, int]:
-        shapes = [each.shape for each in node.within]
-        return max(shape[0] for shape in shapes), max(shape[1] for shape in shapes)
+    def size(node: Node) -> int:
+        return max(len(each) for each in node.parts)
 
     entries = len(regions.triangle[0])
-    for (outer, inner), alike in groupby(sorted(nodes, key=size), key=size):
+    for largest, alike in groupby(sorted(nodes, key=size), key=size):
         listed = list(alike)
-        together = max(1, _NUMBERS // (outer * inner * entries * len(listed[0].boxes)))
+        together = max(1, _NUMBERS // (largest * entries * len(listed[0].boxes)))
         for start in range(0, len(listed), together):
             yield listed[start : start + together]
-
-
-def _partitions(count: int, largest: int | None = None) -> Iterator[tuple[int, ...]]:
-    """Numbers of measurements of the series of a plan, falling."""
-    if count == 0:
-        yield ()
-        return
-    for first in range(min(count, largest or count), 0, -1):
-        for rest in _partitions(count - first, first):
-            yield (first, *rest)

@@ -11,9 +11,8 @@ from itertools import product
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
-from expdesign.planning.optimality.series import SeriesMaps
 from expdesign.planning.optimality.sqp import Limits
 from expdesign.planning.variables import Rows
 
@@ -38,7 +37,6 @@ class Axis:
         order: its decisions by rising value, or the rows of a table as they stand; None for an interval, whose spans
             are parts of its range.
         values: of the quantity at these decisions; None where rows of a table have no order, or for an interval.
-        of_pose: whether all measurements of a series have it in common.
         convex: whether what a measurement tells is convex along it.
         angle: whether it is one (rad).
         ends: of the range, as the variable has it.
@@ -47,7 +45,6 @@ class Axis:
     variable: int
     order: IntArray | None
     values: FloatArray | None
-    of_pose: bool
     convex: bool
     angle: bool
     ends: Span
@@ -111,23 +108,23 @@ class Region:
     """A box, and the places in the store where it is looked at.
 
     Attributes:
-        corners: by the corner of what a series has in common, and that of the rest, shape (c, l).
+        corners: shape (l,).
         lines: the middle of the box and the two ends of the lines through it along every axis that bends, for every
             corner of the axes along which it is convex, shape (1 + 2a, l').
-        parts: how far the middle is from the low end of each of these lines to the high one, shape (a,).
+        middles: how far the middle is from the low end of each of these lines to the high one, shape (a,).
         reachable: whether any pose of it can be within the robot's limits.
         resolved: whether second differences through its middle tell enough.
     """
 
     corners: IntArray
     lines: IntArray
-    parts: FloatArray
+    middles: FloatArray
     reachable: bool
     resolved: bool
 
 
 class Regions:
-    """The boxes of a problem.
+    """The boxes of a problem whose measurements share no reference.
 
     Args:
         information: maps of single measurements.
@@ -135,17 +132,13 @@ class Regions:
     Attributes:
         problem: the design problem.
         axes: what can be chosen about a measurement.
-        series: whether measurements at a pose share their reference.
-        readings: size of that reference, 0 where there is none.
         work: number of measurements that were looked at.
     """
 
     def __init__(self, information: MeasurementMaps) -> None:
         problem = information.problem
         self.problem, self._space = problem, problem.space
-        self.series = problem.noise.shared_reference
-        self.readings = len(problem.noise.axes) if self.series else 0
-        self._maps = SeriesMaps(information).reference_rows if self.series else information.rows
+        self._maps = information.rows
         self._limits = Limits(problem)
         loads = information.load_variables().index if information.convex_in_load else np.zeros(0, dtype=np.int64)
         self.axes = self._axes(loads, problem.loaded.robot.configuration)
@@ -175,13 +168,9 @@ class Regions:
             found[:, axis.variable] = axis.decisions(places[:, column])
         return found
 
-    def corner(self, box: Box, common: int, own: int) -> FloatArray:
+    def corner(self, box: Box, number: int) -> FloatArray:
         """The places (a,) of a corner of a box, as `Region.corners` counts them."""
-        lengths, shared = np.array(self.lengths(box)), self.common
-        places = np.empty(len(self.axes), dtype=np.int64)
-        for which, number in ((shared, common), (~shared, own)):
-            places[which] = np.unravel_index(number, tuple(lengths[which])) if which.any() else 0
-        spans = zip(self.axes, box, places, strict=True)
+        spans = zip(self.axes, box, np.unravel_index(number, self.lengths(box)), strict=True)
         return np.array([axis.corners(span)[place] for axis, span, place in spans])
 
     def region(self, box: Box) -> Region:
@@ -201,7 +190,7 @@ class Regions:
         return self._excess[places]
 
     def grams(self, places: IntArray) -> FloatArray:
-        """[R, H]ᵀ·[R, H], its upper triangle, at places in the store, shape (..., p)."""
+        """RᵀR, its upper triangle, at places in the store, shape (..., p)."""
         return self._grams[places]
 
     @cached_property
@@ -212,7 +201,7 @@ class Regions:
         return rows, columns
 
     def matrices(self, triangles: FloatArray) -> FloatArray:
-        """Symmetric matrices (..., q + k, q + k) of upper triangles (..., p)."""
+        """Symmetric matrices (..., q, q) of upper triangles (..., p)."""
         rows, columns = self.triangle
         size = rows[-1] + 1
         found = np.empty((*triangles.shape[:-1], size, size))
@@ -221,7 +210,7 @@ class Regions:
         return found
 
     def forms(self, roots: FloatArray) -> FloatArray:
-        """What takes an upper triangle to tr(ZᵀGZ), of Z (..., q + k, r), shape (..., p)."""
+        """What takes an upper triangle to tr(ZᵀGZ), of Z (..., q, r), shape (..., p)."""
         rows, columns = self.triangle
         products = roots @ roots.swapaxes(-1, -2)
         found: FloatArray = np.where(rows == columns, 1.0, 2.0) * products[..., rows, columns]
@@ -244,7 +233,7 @@ class Regions:
             column = space.variables[place].columns[0]
             angle = column >= tilt or (column < space.n_pose and coordinates[column].endswith("_rad"))
             convex, ends = bool(np.isin(place, loads)), (float(space.lower[place]), float(space.upper[place]))
-            axes.append(Axis(int(place), order, values, bool(space.of_pose[place]), convex, angle, ends))
+            axes.append(Axis(int(place), order, values, convex, angle, ends))
         return tuple(axes)
 
     def release(self) -> None:
@@ -260,34 +249,26 @@ class Regions:
         self._grams = np.empty((1024, len(rows)))
         self._excess = np.empty((1024, self._limits.rows(self._space.lower[None])[0].shape[-1] - 1))
 
-    @cached_property
-    def common(self) -> BoolArray:
-        """Which axes all measurements of a series have in common, shape (a,)."""
-        return np.array([axis.of_pose and self.series for axis in self.axes], dtype=bool)
-
     def _looked_at(self, box: Box) -> Region:
         spans = list(zip(self.axes, box, strict=True))
         ends = [axis.corners(span) for axis, span in spans]
-        lengths = np.array(self.lengths(box))
-        outer = int(np.prod(lengths[self.common]))
-        order = np.argsort(~self.common, kind="stable")
-        numbers = np.arange(int(np.prod(lengths))).reshape(tuple(lengths)).transpose(order).reshape(outer, -1)
-        middles = [axis.middle(span) for axis, span in spans]
+        middle = [axis.middle(span) for axis, span in spans]
         bending = [place for place, (axis, span) in enumerate(spans) if axis.bends(span)]
-        held = [end if axis.convex else [at[0]] for end, (axis, _), at in zip(ends, spans, middles, strict=True)]
+        held = [end if axis.convex else [at[0]] for end, (axis, _), at in zip(ends, spans, middle, strict=True)]
         centres = _every(held)
         lines = [centres]
         for place in bending:
             for end in box[place]:
                 lines.append(centres.copy())
                 lines[-1][:, place] = end
-        stored = self._stored(np.concatenate([_every(ends), *lines]))
-        corners, at_lines = stored[: numbers.size], stored[numbers.size :].reshape(len(lines), -1)
-        parts = np.array([middles[place][1] for place in bending])
+        places = _every(ends)
+        stored = self._stored(np.concatenate([places, *lines]))
+        corners, at_lines = stored[: len(places)], stored[len(places) :].reshape(len(lines), -1)
+        middles = np.array([middle[place][1] for place in bending])
         least = self._excess[corners].min(axis=0)
-        least = least - SAFETY * above_lines(-self._excess[at_lines], parts[:, None, None]).max(axis=0)
+        least = least - SAFETY * above_lines(-self._excess[at_lines], middles[:, None, None]).max(axis=0)
         resolved = all(axis.resolved(span) for axis, span in spans)
-        return Region(corners[numbers], at_lines, parts, not bool((least > 0.0).any()), resolved)
+        return Region(corners, at_lines, middles, not bool((least > 0.0).any()), resolved)
 
     def _stored(self, places: FloatArray) -> IntArray:
         """Where measurements (b, a) are in the store, which those that are new enter, shape (b,)."""
@@ -313,14 +294,14 @@ class Regions:
         return np.array([self._places[key] for key in keys])
 
 
-def above_lines(values: FloatArray, parts: FloatArray) -> FloatArray:
+def above_lines(values: FloatArray, middles: FloatArray) -> FloatArray:
     """How far the middle of a box is above the straight lines between the ends, shape (...).
 
     Args:
         values: at the middle and the two ends of each line, shape (1 + 2a, ...).
-        parts: see `Region`, shape (a, ...).
+        middles: see `Region`, shape (a, ...).
     """
-    above: FloatArray = np.maximum(values[0] - (1.0 - parts) * values[1::2] - parts * values[2::2], 0.0)
+    above: FloatArray = np.maximum(values[0] - (1.0 - middles) * values[1::2] - middles * values[2::2], 0.0)
     return above.sum(axis=0)
 
 

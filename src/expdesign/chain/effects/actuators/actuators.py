@@ -130,7 +130,7 @@ class FrictionHysteresis(Effect):
         port="actuators",
         form="slider",
         laws=("friction",),
-        inputs=(Input.FORCE, Input.HISTORY),
+        inputs=(Input.FORCE, Input.PLACE, Input.HISTORY),
         sizes=(Size("friction_N*", 0.05, "assumed: a twentieth of the largest force", "actuator force"),),
     )
     forms = tuple(Slider)

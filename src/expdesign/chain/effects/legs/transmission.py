@@ -87,6 +87,7 @@ class LegCoupling(Effect):
         phrase="a force in another leg that moves {component}",
         usually="mounts that legs share",
         port="actuators",
+        laws=("bracket",),
         inputs=(Input.FORCE,),
         sizes=(Size("coupling_*", 0.05, "assumed: mounts that two legs share", "actuator compliance"),),
     )

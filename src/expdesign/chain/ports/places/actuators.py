@@ -14,6 +14,7 @@ from expdesign.chain.ports.families import (
     repeating,
     since_start,
     smooth_over,
+    stops,
 )
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
@@ -46,6 +47,15 @@ class Actuators(Port):
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
         count = self.width
+        sight.look(
+            Quantity(kind, one, (float(other),))
+            for kind in ("pair", "pair_sign")
+            for one in range(count)
+            for other in range(one + 1, count)
+        )
+        for actuator in range(count):
+            yield from self._friction_along(sight, actuator)
+            yield from self._on_one_bracket(sight, actuator)
         families = [list(_laws(sight, actuator)) for actuator in range(count)]
         for actuator, family in enumerate(families):
             for prior, scaled in family:
@@ -71,6 +81,33 @@ class Actuators(Port):
                     scales = tuple(max(prior.scales[i] for prior, _ in several) for i in range(len(first.scales)))
                     rank = first.rank if alike else min(first.rank, 8)
                     yield Entry(self.name, everything, first.form, channels, first.kernel, scales, rank)
+
+    def _friction_along(self, sight: Sight, actuator: int) -> Iterator[Entry]:
+        """Friction that differs from place to place: a bank of stop operators, each times a law of the length."""
+        length, bank = Quantity("length", actuator), stops(sight, Quantity("effort", actuator))
+        if int(sight.rows.position.max()) < 1 or not sight.varies(length):
+            return
+        varying = [stop for stop in bank if sight.spread(stop) > 0.0]
+        channels = tuple(Channel(actuator, i, (length,), stop) for i, stop in enumerate(varying))
+        for factor in (0.5, 1.0, 2.0) if channels else ():
+            scale = (factor * sight.spread(length),)
+            component = self.components[actuator]
+            yield Entry(self.name, component, "friction", channels, "squared_exponential", scale, 5)
+
+    def _on_one_bracket(self, sight: Sight, actuator: int) -> Iterator[Entry]:
+        """Two legs on a bracket that gives way under what both carry: its play, or its spring that is not linear."""
+        for other in range(actuator + 1, self.width if sight.robot.on_legs else 0):
+            both, sign = (Quantity(kind, actuator, (float(other),)) for kind in ("pair", "pair_sign"))
+            if not sight.varies(both):
+                continue
+            priors = [("wiener", both, sight.largest(both), 12)]
+            if sight.varies(sign):
+                priors.append(
+                    ("wiener", sign, 1.0, 2)
+                )  # to either side its own way: it may rest at one end of its play
+            for kernel, seen, scale, rank in priors:
+                channels = tuple(Channel(leg, 0, (seen,)) for leg in (actuator, other))
+                yield Entry(self.name, self.components[actuator], "bracket", channels, kernel, (scale,), rank)
 
 
 def _laws(sight: Sight, actuator: int) -> Iterator[tuple[Prior, bool]]:
