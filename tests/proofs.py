@@ -19,6 +19,7 @@ PROOFS = {
     "commands/test_diagnose.py::test_the_unexplained": "a mismatch that nothing explains and that gets a name",
     "commands/test_closed_loop.py": "the benchmark of the closed loop that no longer runs",
     "commands/test_geometric_plans.py::test_monte_carlo_of": "criteria of geometry that experiments do not have",
+    "commands/test_run.py::test_unknown_frames": "a bound, or a Monte-Carlo, of unknown frames",
     "commands/test_written_and_read.py": "a model that one command writes and another refuses",
     "comparison/test_comparison.py": "a criterion whose best design is not the best by it",
     "compensation/test_monte_carlo.py": "predicted deviations that repeated experiments do not have",
