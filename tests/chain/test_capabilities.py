@@ -61,6 +61,8 @@ BRANCHES = {
     "estimation/identify.py": 3,
     # Measured poses and positions see where a platform is, deflections how it moved: loads are brought in otherwise.
     "assurance/acceptance/verification.py": 1,
+    # Deflections have no part of a calibrated geometry; an arm that positions placed is wrong at its tip, geometry included.
+    "assurance/acceptance/fitted.py": 2,
     # Whether a chain without effects is linear.
     "chain/chain.py": 1,
     # What is identified beside geometry shows in absolute readings of an arm alone.

@@ -139,7 +139,7 @@ def test_the_best_linear_estimator_is_the_dense_one_of_aitken(
     rows, errors = here.whitened(*here.space.decode(design))
     (m, k, p), own = rows.shape, ~here.shared_errors
     rows = rows.reshape(m * k, p) * here.loaded.scale
-    series = np.array([0, 0, 0, 1, 2, 3])
+    series = np.unique(design[:, here.space.of_pose], axis=0, return_inverse=True)[1].ravel()
     same = 0.5 * (np.eye(m) + (series[:, None] == series)) if shared_reference else np.eye(m)
     common = errors[..., ~own].reshape(m * k, -1)
     covariance = np.kron(same, np.eye(k)) + common @ common.T
