@@ -61,7 +61,7 @@ BRANCHES = {
     "estimation/identify.py": 3,
     # Measured poses and positions see where a platform is, deflections how it moved: loads are brought in otherwise.
     "assurance/acceptance/verification.py": 1,
-    # Deflections have no part of a calibrated geometry; an arm that positions placed is wrong at its tip, geometry included.
+    # Deflections have no part of a calibrated geometry; the tip of an arm that positions placed has one.
     "assurance/acceptance/fitted.py": 2,
     # Whether a chain without effects is linear.
     "chain/chain.py": 1,
