@@ -134,3 +134,12 @@ def test_left_out_errors_and_variances_of_blocks_shorter_and_longer_than_the_par
         inverse = np.linalg.inv(dense[np.ix_(inside, inside)])
         np.testing.assert_allclose(state.left_out(blocks)[inside], inverse @ state.projected[inside], rtol=1e-6)
         np.testing.assert_allclose(state.left_out_variances(blocks)[inside], inverse.diagonal(), rtol=1e-6)
+
+
+def test_laws_without_a_weight_need_no_size(capfd: pytest.CaptureFixture[str]) -> None:
+    """An effect that a bound holds, on a body without springs: nothing to invert, and nothing said about it."""
+    nothing = np.zeros((6, 0))
+    state = Present(nothing, np.zeros(0), np.arange(6.0), (nothing,), (1.0,))
+    assert state.refitted() is state
+    assert state.log_evidence == pytest.approx(-0.5 * 55.0)
+    assert capfd.readouterr() == ("", "")

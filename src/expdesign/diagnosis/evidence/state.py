@@ -177,9 +177,9 @@ class Present:
 
         ∂/∂ln σ² = ½(w̄ᵀw̄/σ² + tr C/σ² − f) with w̄ and C mean and covariance of the law's weights.
         """
-        if not self.laws:
-            return self
         widths = [law.shape[1] for law in self.laws]
+        if not sum(widths):
+            return self
         first = self.base.shape[1]
         edges = first + np.concatenate([[0], np.cumsum(widths)])
 
