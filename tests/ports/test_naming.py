@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from tests.cases import robot
+from tests.chain.bodies import BODY
 
 from expdesign.chain.component import BASE, ENVIRONMENT, PLATFORM, Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.features import basis_of
 from expdesign.chain.ports.law import Form, Law
-from expdesign.chain.ports.naming import LAW, physics_of
+from expdesign.chain.ports.naming import LAW, physics_of, ports_of_kind
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import FORMS
@@ -66,3 +67,16 @@ def test_declared_laws_are_kinds_that_there_are() -> None:
     for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
         assert set(kind.declared.laws) <= set(FORMS), kind.identifier
         assert kind.declared.port or not kind.declared.laws, kind.identifier
+
+
+@pytest.mark.parametrize("body", [False, True])
+def test_every_kind_of_physics_says_where_it_acts(body: bool) -> None:
+    """Also where recordings decide which forms there are, as of what a body stands on."""
+    here = BODY if body else robot("H1")
+    asked = [
+        ports_of_kind(kind, here, component)
+        for kind in implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+        for component in kind.components(here)
+    ]
+    assert len(asked) > 3
+    assert all(isinstance(port, str) for ports in asked for port in ports)

@@ -6,10 +6,12 @@ and a periodic error. What no declaration covers is a law without a name.
 
 from collections.abc import Collection
 
+from expdesign.chain.component import Component
 from expdesign.chain.declaration import Input
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.quantities import Quantity
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
 
 LAW = Law.physics
@@ -48,6 +50,13 @@ def physics_of(law: Law, known: Collection[str]) -> str:
             continue
         if form.component not in kind.components(law.robot):
             continue
-        if form.port in {kind(law.robot, form.component, v).acts_at for v in kind.variants(law.robot)}:
+        if form.port in ports_of_kind(kind, law.robot, form.component):
             return kind.physics
     return LAW
+
+
+def ports_of_kind(kind: type[Effect], robot: Robot, component: Component) -> set[str]:
+    """Ports at which a kind of physics acts: the declared one, unless its variants act elsewhere."""
+    if kind.acts_at is Effect.acts_at:
+        return {kind.declared.port}
+    return {kind(robot, component, variant).acts_at for variant in kind.variants(robot)}
