@@ -63,7 +63,7 @@ class Laboratory:
 
 def gap_to_rival(result: Diagnosis) -> float:
     """Penalised misfit by which the best model without play in leg 3 is worse than the best model."""
-    others = [m for m in result.names.models.values() if not any(e.physics == "leg_backlash" for e in m.effects)]
+    others = [m for m in result.names.models if not any(e.physics == "leg_backlash" for e in m.effects)]
     return min(m.misfit for m in others) - result.model.misfit
 
 

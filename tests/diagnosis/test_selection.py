@@ -15,7 +15,7 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.names import Names
+from expdesign.diagnosis.names import LawsBeside, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.probability import standing
 from expdesign.estimation.fit import Fit
@@ -53,6 +53,15 @@ def test_models_that_are_no_longer_kept_do_not_change_what_is_found(monkeypatch:
     assert few.model().keys == expected.keys
     assert len(few.known_names.models) <= 5 < len(every.known_names.models)
     assert few.known_names.tried == every.known_names.tried
+
+
+def test_models_beside_laws_are_not_among_those_of_named_effects() -> None:
+    """A diagnosis that is ended compares misfits, and a law beside a model takes its share of them."""
+    names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5])).known_names
+    outliers, direction = names.base.outliers, np.ones((names.sample.readings, 1))
+    beside = names.model((), outliers, [], names.base, LawsBeside((0,), (direction,), (1.0,)))
+    assert beside is not names.base
+    assert names.models == [names.base]
 
 
 def test_an_effect_costs_its_parameters_and_the_places_where_it_was_looked_for() -> None:

@@ -76,7 +76,7 @@ def diagnose(
 def _so_far(frame: Frame, doing: str) -> Diagnosis:
     """The diagnosis with the best model that a search has fitted before it was ended."""
     names = frame.names
-    possible = [model for model in names.models.values() if not at_limits(model)]
+    possible = [model for model in names.models if not at_limits(model)]
     best = min(possible, key=lambda model: model.misfit, default=names.base)
     if names.base.misfit - best.misfit < 2.0 * EVIDENCE.alarm:
         best = names.base

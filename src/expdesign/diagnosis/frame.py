@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Frame:
         base: its fit.
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
         entries: named physics.
-        search: for them.
+        names: the same, and every model of them that was fitted.
     """
 
     robot: Robot
@@ -45,12 +46,12 @@ class Frame:
     base: Fit
     judged: BoolArray
     entries: list[Candidate]
-    search: Search
+    names: Names
 
-    @property
-    def names(self) -> Names:
-        """Named effects, and every model of them that was fitted."""
-        return self.search.known_names
+    @cached_property
+    def search(self) -> Search:
+        """For named effects alone."""
+        return Search.over(self.names)
 
     @property
     def known(self) -> frozenset[str]:
@@ -83,7 +84,7 @@ def framed(
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, Search.over(names))
+    return Frame(robot, recordings, noise, kind, base, judged, entries, names)
 
 
 def _sampler(robot: Robot, recordings: Recordings) -> Callable[[FloatArray], Sample]:

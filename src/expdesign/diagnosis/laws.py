@@ -170,7 +170,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     # Sizes of laws are in units of the noise, as the fit takes it; the covariance gets that of the readings.
     variance, noise = state.noise_variance, float(np.sqrt(state.noise_variance))
     excess = max(start.scatter - variance * len(start.readings), 1e-9)
-    where_of = {c: places(search.weighed(chosen, c)) for c in search.problem.components(chosen)}
+    where_of = {c: places(search.weighed(chosen, c)) for c in chosen.components}
     weights, first = state.weights, state.base.shape[1] + sum(law.shape[1] for law in state.laws[: len(model.effects)])
     effects: list[Effect] = [*model.effects]
     values = [model.fit.values]

@@ -9,6 +9,7 @@ time constant) has no size and costs ½·ln M.
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -84,7 +85,7 @@ class Log:
 
 
 @dataclass(frozen=True)
-class Laws:
+class LawsBeside:
     """Laws beside named effects, of which a fit of these knows the sizes alone.
 
     Attributes:
@@ -98,7 +99,7 @@ class Laws:
     variances: tuple[float, ...] = ()
 
 
-NO_LAWS = Laws()
+NO_LAWS = LawsBeside()
 
 
 class Names:
@@ -114,8 +115,7 @@ class Names:
     Attributes:
         offered: keys of the candidates that may be there.
         base: the model without effects.
-        models: that were fitted without laws beside them, as far as they are kept.
-        tried: keys of all of them.
+        tried: keys of all models that were fitted.
     """
 
     def __init__(
@@ -131,14 +131,23 @@ class Names:
         self.known_noise, self.report = known_noise, report
         self.offered = frozenset(candidate.effect.key for candidate in library)
         self.log = Log()
-        self.models: dict[tuple[object, ...], Model] = {}
+        self._models: dict[tuple[object, ...], Model] = {}
         self.tried: set[tuple[object, ...]] = set()
         self._kept = 0
         self._chains: dict[tuple[str, ...], Chain] = {}
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
         self._states: dict[int, tuple[Model, Present]] = {}
-        self.atoms, self._scales = self._as_laws()
         self.base = self.model((), np.zeros(len(sample.counts), dtype=bool), [])
+
+    @property
+    def models(self) -> list[Model]:
+        """Those that were fitted without laws beside them, as far as they are kept."""
+        return [model for key, model in self._models.items() if len(key) == 2]
+
+    @property
+    def atoms(self) -> list[Atom]:
+        """Every start of every candidate as a law of known form."""
+        return self._as_laws[0]
 
     @property
     def most_effects(self) -> int:
@@ -160,7 +169,7 @@ class Names:
         """Parameters from which a candidate is fitted, from the weights of its atom (d,), shape (p,)."""
         named = self.atoms[number].named
         assert named is not None
-        return self.started(named[0], named[1], self._scales[number] * weights)
+        return self.started(named[0], named[1], self._as_laws[1][number] * weights)
 
     @staticmethod
     def started(candidate: Candidate, start: FloatArray, step: FloatArray) -> FloatArray:
@@ -190,7 +199,7 @@ class Names:
         outliers: BoolArray,
         parts: Sequence[FloatArray],
         near: Model | None = None,
-        laws: Laws = NO_LAWS,
+        laws: LawsBeside = NO_LAWS,
     ) -> Model:
         """The fit of some effects.
 
@@ -204,16 +213,16 @@ class Names:
         order = sorted(range(len(chosen)), key=lambda i: chosen[i].effect.key)
         own = tuple(chosen[i] for i in order)
         key = (tuple(c.effect.key for c in own), outliers.tobytes(), *laws.numbers)
-        if key in self.models:
-            self.models[key] = self.models.pop(key)  # asked for last
+        if key in self._models:
+            self._models[key] = self._models.pop(key)  # asked for last
         else:
             found = self._fitted(own, outliers, [parts[i] for i in order], near, laws)
-            self.models[key] = found
+            self._models[key] = found
             self.tried.add(key[:2])
             self._kept += found.fit.sensitivities.nbytes
-            while self._kept > _MOST_KEPT and len(self.models) > 1:
-                self._kept -= self.models.pop(next(iter(self.models))).fit.sensitivities.nbytes
-        return self.models[key]
+            while self._kept > _MOST_KEPT and len(self._models) > 1:
+                self._kept -= self._models.pop(next(iter(self._models))).fit.sensitivities.nbytes
+        return self._models[key]
 
     def state(self, model: Model) -> Present:
         """The problem, linear about a fit, with its effects as laws; rows set aside are zero."""
@@ -232,14 +241,14 @@ class Names:
         prior = np.log(candidate.places) + np.log(OPTIONS.kinds)
         return float(prior + 0.5 * shapes * np.log(max(self.sample.readings, 2)))
 
-    def price_aside(self, outliers: BoolArray) -> float:
-        """Log evidence that rows set aside have to bring, shape (N,)."""
-        return 0.5 * self._outlier_penalty() * int(outliers.sum())
+    def price_of(self, chosen: Sequence[Candidate], outliers: BoolArray) -> float:
+        """Log evidence that effects and rows set aside (N,) have to bring together."""
+        return sum(self.price(c) for c in chosen) + 0.5 * self._outlier_penalty() * int(outliers.sum())
 
     def without(self, model: Model, index: int) -> Model:
         """A model refitted without one of its effects."""
         rest = model.candidates[:index] + model.candidates[index + 1 :]
-        return self.model(rest, model.outliers, [self.part(model, c) for c in rest], model)
+        return self.model(rest, model.outliers, self.parts(model, rest), model)
 
     def restricted(self, model: Model, keys: Collection[str]) -> Model:
         """A model refitted without the effects of these keys, and those that build on them."""
@@ -261,14 +270,13 @@ class Names:
             if distances[worst] < self._outlier_penalty() * self._variance(model):
                 break
             flagged[worst] = True
-            parts = [self.part(current, c) for c in current.candidates]
-            model = self.model(current.candidates, flagged.copy(), parts, current)
+            model = self.model(current.candidates, flagged.copy(), self.parts(current, current.candidates), current)
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
 
     def as_here(self, model: Model) -> Model:
         """A model of other rows fitted to these, none of which is set aside."""
-        parts = [self.part(model, c) for c in model.candidates]
-        return self.model(model.candidates, np.zeros_like(model.outliers), parts, model)
+        nothing = np.zeros_like(model.outliers)
+        return self.model(model.candidates, nothing, self.parts(model, model.candidates), model)
 
     def of_rows(self, sample: Sample) -> "Names":
         """The same effects for some of the rows."""
@@ -283,7 +291,7 @@ class Names:
             back = current.outliers & (distances < self._outlier_penalty() * self._variance(current))
             if not back.any():
                 break
-            parts = [self.part(current, c) for c in current.candidates]
+            parts = self.parts(current, current.candidates)
             larger = self.model(current.candidates, current.outliers & ~back, parts, current)
             if larger.misfit >= current.misfit:
                 break
@@ -291,13 +299,13 @@ class Names:
             current = larger
         return current
 
-    def part(self, model: Model, candidate: Candidate) -> FloatArray:
-        """Parameters of one effect of a fitted model."""
-        for own, part in zip(model.candidates, model.fit.chain.slices, strict=True):
-            if own.effect is candidate.effect:
-                return model.fit.values[part]
-        raise KeyError(candidate.effect.key)
+    @staticmethod
+    def parts(model: Model, chosen: Sequence[Candidate]) -> list[FloatArray]:
+        """Parameters of some effects of a fitted model."""
+        known = dict(zip(model.effects, model.fit.chain.slices, strict=True))
+        return [model.fit.values[known[candidate.effect]] for candidate in chosen]
 
+    @cached_property
     def _as_laws(self) -> tuple[list[Atom], list[FloatArray]]:
         """Every start of every candidate as a law of known form, and what its weights are in units of parameters."""
         kept = self.sample.kept
@@ -325,7 +333,7 @@ class Names:
         outliers: BoolArray,
         parts: Sequence[FloatArray],
         near: Model | None,
-        laws: Laws,
+        laws: LawsBeside,
     ) -> Model:
         names = tuple(c.effect.key for c in chosen)
         if names not in self._chains:
@@ -339,8 +347,7 @@ class Names:
         state = linearised(
             self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
         ).refitted()
-        evidence = state.log_evidence - sum(self.price(c) for c in chosen) - self.price_aside(outliers)
-        model = Model(chosen, outliers, result, -2.0 * evidence)
+        model = Model(chosen, outliers, result, -2.0 * (state.log_evidence - self.price_of(chosen, outliers)))
         if not laws.numbers:
             self._states[id(model)] = model, state
         return model

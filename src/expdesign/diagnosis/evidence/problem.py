@@ -21,7 +21,7 @@ from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import Laws, Model, Names, hierarchical
+from expdesign.diagnosis.names import LawsBeside, Model, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import rms
 
@@ -39,7 +39,7 @@ class Chosen:
         state: linear about that fit, the effects first.
         price: log evidence that all have to bring: −ln of their prior.
         blocks: block of every reading that is left out together, shape (M,).
-        components: number of components that they are at.
+        at: where every effect is, and every law.
         nameless: whether one of the laws has no name.
     """
 
@@ -48,7 +48,7 @@ class Chosen:
     state: Present
     price: float
     blocks: IntArray
-    components: int
+    at: tuple[Component, ...]
     nameless: bool = False
 
     @property
@@ -60,6 +60,11 @@ class Chosen:
     def effects(self) -> tuple[Effect, ...]:
         """The named effects themselves."""
         return () if self.named is None else self.named.effects
+
+    @property
+    def components(self) -> list[Component]:
+        """Where effects and laws are, each component once."""
+        return list(dict.fromkeys(self.at))
 
     @property
     def count(self) -> int:
@@ -144,13 +149,6 @@ class Problem:
         assert self.names is not None
         return self._chosen(model, (), self.names.state(model))
 
-    def with_laws(self, laws: Sequence[int]) -> Chosen:
-        """Some laws, each with the size that explains most beside those before it."""
-        current = self.start
-        for index in laws:
-            current = self.with_law(current, index, current.state.gain(self._screen.directions(index))[1])
-        return current
-
     def propose(self, beside: Chosen, only: Sequence[int] | None = None) -> Proposal:
         """Everything beside what is there, or `only` some of it."""
         state, named = beside.state, len(beside.candidates)
@@ -211,9 +209,8 @@ class Problem:
 
     def without_component(self, chosen: Chosen, component: Component) -> Chosen:
         """What is at all other components."""
-        at = [*(c.effect.component for c in chosen.candidates), *(self.atoms[i].component for i in chosen.laws)]
-        for position in reversed(range(len(at))):
-            if at[position] == component:
+        for position in reversed(range(chosen.count)):
+            if chosen.at[position] == component:
                 last_law = position >= len(chosen.candidates)
                 chosen = self.less(chosen, position) if last_law else self.without(chosen, position)
         return self.resized(chosen)
@@ -232,11 +229,6 @@ class Problem:
         """With one law more, all sizes anew from this one's."""
         state = current.state.beside(self._screen.directions(index), variance).refitted()
         return self._chosen(current.named, (*current.laws, index), state)
-
-    def components(self, chosen: Chosen) -> list[Component]:
-        """Where effects and laws are, each component once."""
-        named = (candidate.effect.component for candidate in chosen.candidates)
-        return list(dict.fromkeys([*named, *(self.atoms[i].component for i in chosen.laws)]))
 
     def finer(self, grown: Chosen) -> Chosen:
         """The same with scales and settings of the laws searched continuously, where that does not predict worse."""
@@ -340,8 +332,10 @@ class Problem:
         assert current.named is not None
         directions = tuple(self._screen.directions(index) for index in current.laws)
         sizes = current.state.variances[len(current.candidates) :]
-        parts = [starts[c.effect.key] if c.effect.key in starts else self.names.part(current.named, c) for c in chosen]
-        laws = Laws(current.laws, directions, sizes)
+        staying = [candidate for candidate in chosen if candidate.effect.key not in starts]
+        known = dict(zip((c.effect.key for c in staying), self.names.parts(current.named, staying), strict=True))
+        parts = [(known | starts)[candidate.effect.key] for candidate in chosen]
+        laws = LawsBeside(current.laws, directions, sizes)
         model = self.names.model(chosen, current.named.outliers, parts, current.named, laws)
         state = self.names.state(model)
         for law, size in zip(directions, sizes, strict=True):
@@ -350,12 +344,12 @@ class Problem:
 
     def _chosen(self, named: Model | None, laws: tuple[int, ...], state: Present) -> Chosen:
         price = float(self.prices[list(laws)].sum())
-        where = {self.atoms[i].component for i in laws}
+        at = tuple(self.atoms[i].component for i in laws)
         if named is not None and self.names is not None:
-            price += sum(self.names.price(c) for c in named.candidates) + self.names.price_aside(named.outliers)
-            where |= {c.effect.component for c in named.candidates}
+            price += self.names.price_of(named.candidates, named.outliers)
+            at = (*(effect.component for effect in named.effects), *at)
         nameless = any(self.atoms[i].entry is not None for i in laws)
-        return Chosen(named, laws, state, price, self.blocks, len(where), nameless)
+        return Chosen(named, laws, state, price, self.blocks, at, nameless)
 
     def _price(self, index: int) -> float:
         """Log evidence that an entry has to bring beyond the alarm."""

@@ -103,7 +103,7 @@ class Search:
             single[atom.component] = max(single.get(atom.component, 0.0), float(gain))
             number[atom.component] = number.get(atom.component, 0) + 1
         for grown in trials:
-            for near in set(self.problem.components(grown)) - set(self.problem.components(rest)) or {component}:
+            for near in set(grown.components) - set(rest.components) or {component}:
                 single[near] = max(single.get(near, 0.0), grown.evidence - rest.evidence)
         single[component] = max(single[component], chosen.evidence - rest.evidence)
         return {place: gain - float(np.log(number[place])) for place, gain in single.items()}
@@ -141,7 +141,7 @@ class Search:
 
     def _exchanged(self, current: Chosen) -> Chosen:
         """What is at one component at a time replaced where another explains and predicts better beside the others."""
-        components = self.problem.components(current)
+        components = current.components
         for component in components if len(components) > 1 else ():
             rest = self.problem.without_component(current, component)
             current = preferred([current, *self.problem.trials(rest)])
@@ -219,4 +219,4 @@ def preferred(trials: Sequence[Chosen]) -> Chosen:
         return trials[0]
     least = min(trial.error for trial in trials)
     alike = (trial for trial in trials if trial.error <= EVIDENCE.alike * least)
-    return max(alike, key=lambda t: t.evidence - EVIDENCE.alarm * t.components - EVIDENCE.contested * t.nameless)
+    return max(alike, key=lambda t: t.evidence - EVIDENCE.alarm * len(t.components) - EVIDENCE.contested * t.nameless)
