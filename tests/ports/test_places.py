@@ -1,5 +1,6 @@
 """Families of laws at single ports: physics of several axes at once is one entry."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,15 +10,20 @@ from tests.ports.machines import recordings_of
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.readings.reading import DEFLECTION
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, port_map
 from expdesign.diagnosis.evidence.state import Present
+from expdesign.mechanics.robots.robot import Robot
 
 NAME = "irregular"
+
+
+def _chain(here: Robot, effects: Sequence[Effect], values: FloatArray) -> tuple[Chain, FloatArray]:
+    return Chain(here, tuple(effects)), values
 
 
 def _bench(*ports: str, unloaded: bool = False) -> tuple[Dictionary, Measured, FloatArray]:
@@ -34,7 +40,7 @@ def _bench(*ports: str, unloaded: bool = False) -> tuple[Dictionary, Measured, F
     rows = row_data(recordings, here)
     everything = np.ones(len(rows), dtype=bool)
     axes = tuple(range(here.coordinates.n))
-    measured = Measured(rows, axes, everything, whiten, rows.series, False, DEFLECTION)
+    measured = Measured(rows, axes, everything, whiten, rows.series, False, _chain)
     values = np.ones(Chain(here).compliances)
     return Dictionary(here, measured, values, only=ports), measured, values
 

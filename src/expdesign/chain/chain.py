@@ -93,7 +93,8 @@ class Chain:
         """
         spreads = np.array([parameter.spread for parameter in self.parameters])
         if released:
-            spreads[self.compliances : self.base] = self.reading.released(spreads[self.compliances : self.base])
+            read = slice(self.compliances, self.compliances + len(self.reading.parameters))
+            spreads[read] = self.reading.released(spreads[read])
         if not np.isfinite(spreads).any():
             return None
         return np.array([parameter.neutral for parameter in self.parameters]), spreads

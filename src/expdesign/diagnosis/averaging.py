@@ -22,7 +22,6 @@ import numpy as np
 from scipy.stats import norm
 
 from expdesign.arrays import FloatArray, as_matrix
-from expdesign.chain.chain import Chain
 from expdesign.chain.sizes import PhysicalSizes
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.library import Candidate
@@ -158,7 +157,7 @@ def _kept(model: Model, terms: list[_Term]) -> list[_Term]:
 def _average(names: Names, model: Model, terms: list[_Term]) -> Fit:
     """The chain with all of them, at the averages of their parameters."""
     fit = model.fit
-    chain = Chain(names.robot, (*fit.chain.effects, *(t.candidate.effect for t in terms)), reading=fit.chain.reading)
+    chain = names.sample.chain(names.robot, (*fit.chain.effects, *(t.candidate.effect for t in terms)))
     count, own = len(chain.parameters), len(fit.values)
     start = np.concatenate([fit.values, *(t.candidate.starts[t.start] for t in terms)])
     columns = []

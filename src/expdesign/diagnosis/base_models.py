@@ -2,7 +2,8 @@
 
 Of deflections the base model is linear in the compliances: every one of them has to be determined, its sign can be
 judged, and only what yields can be missing. Positions and poses also show geometry and own weight, so that many small
-errors come together with the compliances, which knowledge beforehand keeps from being undetermined.
+errors come together with the compliances, which knowledge beforehand keeps from being undetermined. Of an arm the
+calibration identifies them first, so that what is called missing is missing beside a calibrated geometry.
 """
 
 from abc import ABC, abstractmethod
@@ -11,12 +12,15 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, as_matrix
 from expdesign.chain.component import Part
+from expdesign.chain.identified import Identified
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.errors import NotIdentifiableError
+from expdesign.estimation.arm import calibrate, identified_by
 from expdesign.estimation.estimability import idle_actuators
 from expdesign.estimation.fit import RANK_TOLERANCE, Fit
+from expdesign.estimation.geometric import calibration_of
 from expdesign.estimation.suspicions import require_positive
 from expdesign.mechanics.robots.robot import Robot
 
@@ -40,6 +44,10 @@ class BaseModel(ABC):
     def own_directions(self, part: Part) -> bool:
         """Whether the effects of a part say how it can move the readings."""
         return part is Part.LINK or (part is Part.JOINT and not self.located_by_force)
+
+    @abstractmethod
+    def identified(self, robot: Robot, recordings: Recordings) -> Identified | None:
+        """What a calibration finds before anything is missing, if anything; for what is raised see `calibrate`."""
 
     @abstractmethod
     def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
@@ -67,6 +75,9 @@ class ElasticRobot(BaseModel):
 
     def __init__(self, most_effects: int) -> None:
         self.most_effects = most_effects
+
+    def identified(self, robot: Robot, recordings: Recordings) -> Identified | None:
+        return None
 
     def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
         return idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
@@ -96,6 +107,11 @@ class PlacedRobot(BaseModel):
     several_at_once = True
     contested = False
     located_by_force = False
+
+    def identified(self, robot: Robot, recordings: Recordings) -> Identified | None:
+        if not robot.jointed:
+            return None
+        return identified_by(calibrate(robot, recordings, calibration_of(robot, recordings, None)), recordings)
 
     def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
         return None

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.chain.chain import Chain
+from expdesign.chain.identified import Identified
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
@@ -72,33 +72,41 @@ def framed(
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     if len(robot.stiffness):
         require_regular_rows(recordings, robot.jacobians(recordings.configurations))
-    sample_with = _sampler(robot, recordings)
     report("fitting the base model")
+    reading = reading_of(robot, recordings)
+    kind = base_model(robot, reading)
+    identified = kind.identified(robot, recordings)
+    if identified is not None and without & identified.physics:
+        identified = None
+    sample_with = _sampler(robot, recordings, kind, identified)
     noise = _noise(robot, recordings, sample_with)
     sample = sample_with(noise.deviations)
-    base = fit(Chain(robot, reading=sample.reading), sample)
-    kind = base_model(robot, sample.reading)
+    base = fit(sample.chain(robot), sample)
     kind.require_determined(robot, recordings, base, sample.idle)
     report("preparing the library")
-    entries = candidates(library(robot, recordings, without=without), sample, robot, base.values)
+    known = frozenset() if identified is None else identified.physics
+    entries = candidates(library(robot, recordings, without=without | known), sample, robot, base.values)
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
     return Frame(robot, recordings, noise, kind, base, judged, entries, names)
 
 
-def _sampler(robot: Robot, recordings: Recordings) -> Callable[[FloatArray], Sample]:
+def _sampler(
+    robot: Robot, recordings: Recordings, kind: BaseModel, identified: Identified | None
+) -> Callable[[FloatArray], Sample]:
     """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
     rows, counts = row_data(recordings, robot), fitted_rows(recordings)
     fitted = recordings.rows(counts)
     reading = reading_of(robot, recordings)
-    idle = base_model(robot, reading).idle(robot, fitted)
+    idle = kind.idle(robot, fitted)
     # What is not fitted shares no noise with what is.
     references = None if recordings.references is None else np.where(counts, recordings.references, "")
 
     def sample_with(deviations: FloatArray) -> Sample:
         whitening = Whitening(deviations, references=references)
-        return Sample.of(Data(recordings, rows, whitening, idle=idle, reading=reading), counts)
+        data = Data(recordings, rows, whitening, idle=idle, reading=reading, identified=identified)
+        return Sample.of(data, counts)
 
     return sample_with
 
@@ -116,10 +124,9 @@ def _noise(
     replicated = noise_from_replicates(fitted, translations)
     if replicated is not None:
         return replicated.of_rows(len(recordings))
-    chain = Chain(robot, reading=reading_of(robot, recordings))
 
     def solve(deviations: FloatArray) -> Fit:
-        every = np.tile(deviations[:1], (len(recordings), 1))
-        return fit(chain, sample_with(every)).seen_by(counts)
+        sample = sample_with(np.tile(deviations[:1], (len(recordings), 1)))
+        return fit(sample.chain(robot), sample).seen_by(counts)
 
     return noise_from_residuals(fitted, translations, solve).of_rows(len(recordings))

@@ -221,7 +221,7 @@ class _Model:
             self.laws.append(own)
         named = list(dict.fromkeys(effect for group in self.chosen for effect, _ in group.members))
         effects = [*named, *(law for own in self.laws for law in own)]
-        self.chain = Chain(robot, tuple(effects), reading=problem.sample.reading)
+        self.chain = problem.sample.chain(robot, effects)
         self.start = np.concatenate([problem.base.values, *(e.neutral() for e in named), *starts])
         self.columns = self._columns()
         self._start_of_names(state)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, as_matrix
-from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
@@ -105,7 +104,7 @@ def measured_of(sample: Sample) -> Measured:
     blocks = blocks_of(sample)
     return Measured(
         sample.rows, tuple(int(a) for a in recordings.axes), sample.counts, sample.whiten, blocks,
-        recordings.time is not None, sample.reading,
+        recordings.time is not None, sample.held,
     )  # fmt: skip
 
 
@@ -181,7 +180,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         law, begun = law_of(atom, size, own, sight, robot, len(effects) + 1)
         effects.append(law)
         values.append(begun)
-    chain = Chain(robot, tuple(effects), reading=sample.reading)
+    chain = sample.chain(robot, effects)
     result = fit(chain, sample, np.concatenate(values), enough=1e-2)
     left_out = LeftOut(
         start.left_out(search.problem.blocks) / noise,

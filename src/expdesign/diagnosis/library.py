@@ -6,7 +6,6 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.diagnosis.sample import Sample
@@ -117,7 +116,7 @@ def _directions(
     """Whitened directions (G, M, d) at the starts (G, p), beside effects whose parameters follow the compliances."""
     axes = sample.recordings.axes
     free = np.array([not p.shape for p in effect.parameters])
-    chain = Chain(robot, (*present, effect), reading=sample.reading)
+    chain, compliances = sample.held(robot, (*present, effect), compliances)
     blocks = []
     if chain.states:
         neutral = effect.neutral()

@@ -337,7 +337,7 @@ class Names:
     ) -> Model:
         names = tuple(c.effect.key for c in chosen)
         if names not in self._chains:
-            self._chains[names] = Chain(self.robot, tuple(c.effect for c in chosen), reading=self.sample.reading)
+            self._chains[names] = self.sample.chain(self.robot, [c.effect for c in chosen])
         chain = self._chains[names]
         sample = self.sample.restricted(~outliers)
         if laws.numbers:

@@ -1,8 +1,9 @@
 """What a diagnosis found."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.identified import ChainBeside
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
@@ -87,8 +88,10 @@ class Diagnosis:
 
     @property
     def known(self) -> Fit:
-        """The predictive model with the covariance that its predictions have."""
-        return widened(self.predictive.fit, self.widening)
+        """The predictive model with the covariance that its predictions have, what was identified among its effects."""
+        found = widened(self.predictive.fit, self.widening)
+        chain = found.chain
+        return replace(found, chain=chain.exact) if isinstance(chain, ChainBeside) else found
 
     @property
     def reading_deviations(self) -> FloatArray:

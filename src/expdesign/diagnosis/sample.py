@@ -27,7 +27,10 @@ class Sample(Data):
     @classmethod
     def of(cls, data: Data, counts: BoolArray) -> Self:
         """The sample of some rows of data."""
-        return cls(data.recordings, data.rows, data.whitening, counts, idle=data.idle, reading=data.reading)
+        return cls(
+            data.recordings, data.rows, data.whitening, counts, idle=data.idle, reading=data.reading,
+            identified=data.identified,
+        )  # fmt: skip
 
     def restricted(self, counts: BoolArray) -> Self:
         """The rows of this sample that also count in `counts`."""

@@ -24,6 +24,7 @@ from expdesign.chain.effects.joints.geometry import CalibratedGeometryError, Lin
 from expdesign.chain.effects.joints.harmonics import JointHarmonics
 from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.identified import Identified
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
@@ -37,9 +38,10 @@ from expdesign.estimation.arm_options import ArmOptions, Further
 from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
 from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
 from expdesign.estimation.evidence import Priors
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.estimation.redundancy import Redundant, redundancies
+from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
@@ -63,6 +65,7 @@ class ArmCalibration:
         minimal: which of them are identified.
         redundant: the others as combinations of them.
         beforehand: their standard deviations before the rows were read, as the rows made them, shape (p,).
+        sizes: of all parameters before the rows were read, those of a kind wider where the rows ask for it, shape (p,).
         told_apart: parameters that the rows determine one by one, shape (p,).
         accuracy: before and after.
     """
@@ -77,6 +80,7 @@ class ArmCalibration:
     minimal: MinimalSet
     redundant: list[Redundant]
     beforehand: FloatArray
+    sizes: FloatArray
     told_apart: BoolArray
     accuracy: Accuracies
 
@@ -111,6 +115,9 @@ def calibrate(
     beforehand = np.zeros(len(sizes))
     factors = np.where(priors.group >= 0, found.solution.factors[np.maximum(priors.group, 0)], 1.0)
     beforehand[minimal.kept] = priors.deviation * factors
+    worse = np.ones(len(sizes))
+    for kind, factor in zip(kinds[minimal.kept], factors, strict=True):
+        worse[(kinds == kind) & (kind >= 0)] = factor
     fit = _fit(problem, found, beforehand)
     labels = labels_of(chain)
     told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
@@ -127,9 +134,24 @@ def calibrate(
         minimal=minimal,
         redundant=redundancies(minimal, labels, typical),
         beforehand=beforehand,
+        sizes=sizes * np.maximum(worse, 1.0),
         told_apart=told,
         accuracy=_accuracy(chain, recordings, fit, problem, found, priors, options),
     )
+
+
+def identified_by(calibration: ArmCalibration, recordings: Recordings) -> Identified:
+    """What a calibration of these recordings found, for other effects to be sought beside.
+
+    Every parameter is free within its size, those that the minimal set holds as well: what it leaves to others is
+    where further physics may want it. So they are fitted once more.
+    """
+    chain, rows = calibration.fit.chain, recordings.rows(calibration.fitted)
+    deviations = np.broadcast_to(calibration.noise.deviations[:1], rows.deflections.shape)
+    data = Data(rows, row_data(rows, chain.robot), Whitening(deviations), reading=chain.reading)
+    found = Identified(chain, calibration.fit.values, calibration.sizes[chain.base :])
+    knowledge = found.beside().knowledge()
+    return replace(found, values=fit(chain, data, chain.start(), knowledge).values)
 
 
 def _geometry(reading: MarkerPosition, robot: Robot, calibration: Calibration) -> tuple[Effect, ...]:

@@ -1,16 +1,20 @@
 """Weighted non-linear least squares on the measurement chain, with exact sensitivities."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
+from expdesign.chain.effect import Effect
+from expdesign.chain.identified import ChainBeside, Identified
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import RowData
 from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.robots.robot import Robot
 
 RANK_TOLERANCE = 1e-9
 """Singular values of the scaled sensitivities below this fraction of the largest count as zero."""
@@ -36,6 +40,7 @@ class Data:
         whitening: of their residuals.
         idle: actuators that no row loads (`estimability.idle_actuators`), shape (n_p,); None where all must be loaded.
         reading: what the readings are of.
+        identified: what a calibration has found, which belongs to the base model; None for nothing.
     """
 
     recordings: Recordings
@@ -43,6 +48,18 @@ class Data:
     whitening: Whitening
     idle: BoolArray | None = field(default=None, kw_only=True)
     reading: Reading = field(default=DEFLECTION, kw_only=True)
+    identified: Identified | None = field(default=None, kw_only=True)
+
+    def chain(self, robot: Robot, effects: Sequence[Effect] = ()) -> Chain:
+        """The chain of a robot that such readings are compared with, with effects beside the base model."""
+        if self.identified is None:
+            return Chain(robot, tuple(effects), reading=self.reading)
+        return self.identified.beside(effects)
+
+    def held(self, robot: Robot, effects: Sequence[Effect], values: FloatArray) -> tuple[Chain, FloatArray]:
+        """The chain on which what was identified is held, and its parameters of those (p,) of the chain with it."""
+        chain = self.chain(robot, effects)
+        return (chain.held, chain.without_identified(values)) if isinstance(chain, ChainBeside) else (chain, values)
 
     def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
         """Whitened measured minus predicted readings (N, k)."""

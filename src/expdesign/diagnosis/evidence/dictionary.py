@@ -16,7 +16,6 @@ from expdesign.chain.ports.law import Form, Injection, Law, ports_of
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
-from expdesign.chain.readings.reading import Reading
 from expdesign.chain.row import RowData
 from expdesign.diagnosis.evidence.columns import Columns, Dense, Mapped, Term
 from expdesign.mechanics.robots.robot import Robot
@@ -38,7 +37,7 @@ class Measured:
         whiten: readings (N, k, ...) in standard deviations of the noise, zero for rows that do not count.
         blocks: of rows that are left out together, shape (N,).
         timed: whether times are stated.
-        reading: what the instrument reads.
+        chain: of a robot with effects, and its parameters (`Data.held`).
     """
 
     rows: RowData
@@ -47,7 +46,7 @@ class Measured:
     whiten: Callable[[FloatArray], FloatArray]
     blocks: IntArray
     timed: bool
-    reading: Reading
+    chain: Callable[[Robot, Sequence[Effect], FloatArray], tuple[Chain, FloatArray]]
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ class Dictionary:
         *,
         only: tuple[str, ...] = (),
     ) -> None:
-        chain = Chain(robot, effects, reading=measured.reading)
+        chain, _ = measured.chain(robot, effects, values)
         self.sight = Sight(
             robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
         )
@@ -137,7 +136,7 @@ class Dictionary:
 def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]) -> FloatArray:
     """Whitened derivatives of the readings with respect to u, shape (N, k, width)."""
     injection = Injection(robot, port, port.components[0])
-    chain = Chain(robot, (*effects, injection), reading=measured.reading)
+    chain, values = measured.chain(robot, (*effects, injection), values)
     start = np.concatenate([values, np.zeros(port.width)])
     sensitivities = chain.predict_with_sensitivities(measured.rows, start)[1][:, list(measured.axes)]
     maps: FloatArray = measured.whiten(sensitivities[..., len(values) :])

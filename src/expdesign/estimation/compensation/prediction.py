@@ -35,8 +35,7 @@ class Prediction:
 def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Chain:
     """The model's chain up to the instrument's reading, or only up to the motion of the platform (see `Chain`)."""
     chain = model.chain
-    ends = {"instrument": not platform, "from_command": from_command}
-    return Chain(chain.robot, chain.effects, reading=chain.reading, **ends)
+    return Chain(chain.robot, chain.effects, instrument=not platform, from_command=from_command, reading=chain.reading)
 
 
 def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:

@@ -1,0 +1,144 @@
+"""The chain beside what a calibration has identified, about which it is linear.
+
+A calibrated geometry has dozens of parameters that hardly move when further physics is fitted beside them, while
+derivatives through a geometry of symbols cost ten times those through numbers. So further effects act on the geometry
+as it was identified, and the readings follow its parameters to first order about that.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import Component
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.row import Row, RowData
+from expdesign.mechanics.robots.robot import Robot
+
+_MOST_KEPT = 8
+"""Sets of rows whose derivatives are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What a calibration has identified.
+
+    Attributes:
+        chain: with the effects that belong to the base model from now on.
+        values: its parameters, shape (p,).
+        deviations: of the parameters of those effects before anything was measured, as the calibration sized them,
+            shape (p − `chain.base`,).
+    """
+
+    chain: Chain
+    values: FloatArray
+    deviations: FloatArray
+    _known: list[tuple[RowData, FloatArray]] = field(default_factory=list, init=False, repr=False)
+
+    @property
+    def physics(self) -> frozenset[str]:
+        """Identifiers of the physics of the effects."""
+        return frozenset(effect.physics for effect in self.chain.effects)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the effects, as well known beforehand as the calibration says."""
+        own = self.chain.parameters[self.chain.base :]
+        return tuple(replace(p, spread=float(s)) for p, s in zip(own, self.deviations, strict=True))
+
+    @property
+    def held(self) -> tuple[Effect, ...]:
+        """The effects with the values that were identified, as effects without parameters."""
+        return tuple(
+            _Held(effect, self.values[part]) for effect, part in zip(self.chain.effects, self.chain.slices, strict=True)
+        )
+
+    def beside(self, effects: Sequence[Effect] = ()) -> "ChainBeside":
+        """The chain with further effects."""
+        return ChainBeside(self.chain.robot, effects, self)
+
+    def slopes(self, rows: RowData) -> FloatArray:
+        """Derivatives of the readings with respect to the parameters of the effects, (N, k, p − `chain.base`)."""
+        for known, slopes in self._known:
+            if known is rows:
+                return slopes
+        found = self.chain.predict_with_sensitivities(rows, self.values)[1][..., self.chain.base :]
+        self._known.append((rows, found))
+        del self._known[:-_MOST_KEPT]
+        return found
+
+
+class ChainBeside(Chain):
+    """`Chain` whose base model includes what was identified: its parameters come after those of the reading.
+
+    Args:
+        robot: the robot.
+        effects: physics beside it.
+        identified: what was identified.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[Effect], identified: Identified) -> None:
+        super().__init__(robot, tuple(effects), reading=identified.chain.reading)
+        own, further = self.base, identified.parameters
+        self.identified = identified
+        self.held = Chain(robot, (*identified.held, *effects), reading=self.reading)
+        self.parameters = (*self.parameters[:own], *further, *self.parameters[own:])
+        self.slices = [slice(part.start + len(further), part.stop + len(further)) for part in self.slices]
+        self.base = own + len(further)
+        self._part = slice(own, self.base)
+
+    @property
+    def exact(self) -> Chain:
+        """The chain that is not linear in what was identified, with the same parameters."""
+        return Chain(self.robot, (*self.identified.chain.effects, *self.effects), reading=self.reading)
+
+    def start(self) -> FloatArray:
+        return np.concatenate([self.identified.values, *(effect.neutral() for effect in self.effects)])
+
+    def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        return self.exact.expression(row, state, theta)
+
+    def without_identified(self, values: FloatArray) -> FloatArray:
+        """The parameters of `held` among those of the chain (p,)."""
+        return np.delete(values, self._part)
+
+    def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
+        readings, others = self.held._run(rows, self.without_identified(values), derivatives=derivatives)
+        slopes = self.identified.slopes(rows)
+        readings = readings + slopes @ (values - self.start())[self._part]
+        if others is None:
+            return readings, None
+        before, after = np.split(others, [self._part.start], axis=-1)
+        return readings, np.concatenate([before, slopes, after], axis=-1)
+
+
+class _Held(Effect):
+    """An effect without memory with given values, and no parameters."""
+
+    identifier = "held"
+    physics = "held"
+
+    def __init__(self, effect: Effect, values: FloatArray) -> None:
+        self._effect, self._values = effect, ca.SX(values)
+        self.changes_geometry = effect.changes_geometry
+        self.robot, self.component, self.variant = effect.robot, effect.component, effect.variant
+        self.parameters = self.describe()
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return ()
+
+    @classmethod
+    def components(cls, robot: Robot) -> Sequence[Component]:
+        return ()
+
+    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
+        return self._effect.geometry(geometry, self._values)
+
+    def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
+        return self._effect.own_weight_change(row, self._values)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        return self._effect.load(wrench, row, self._values)
