@@ -149,18 +149,28 @@ def test_predictions_are_certain_only_where_the_tip_is_turned_as_before(arm: Ser
         predict(model, replace(truth, markers=("cube",)))
 
 
-def test_a_joint_that_is_not_at_zero_is_found(arm: SerialRobot) -> None:
+def off_zero(arm: SerialRobot) -> Recordings:
+    """Positions with joint 4 off its zero by 4 mrad; every third row is held out."""
     effects = (GeometricError.from_text(arm, "joint 4"),)
-    data = replace(measured(arm, configurations(150, 4), effects, (0.004,)), test=np.arange(150) % 3 == 2)
+    return replace(measured(arm, configurations(150, 4), effects, (0.004,)), test=np.arange(150) % 3 == 2)
+
+
+def test_a_joint_that_is_not_at_zero_is_calibrated_and_not_missing(arm: SerialRobot) -> None:
+    data = off_zero(arm)
     result = diagnose(arm, data)
-    assert result.verdict == "explained"
-    assert [(f.physics, f.component) for f in result.findings] == [("joint_position_error", "joint 4")]
-    value, low, high = result.findings[0].parameters["joint_4_offset_rad"]
-    assert low < 0.004 < high
-    assert abs(value - 0.004) < 4e-4
+    assert result.verdict == "consistent"
+    assert not result.findings
     assert result.errors.test_after < 1.2
-    assert result.findings[0].gain is not None
-    assert result.findings[0].gain.p_value < 1e-3
+    known = result.known
+    assert [effect.physics for effect in known.chain.effects] == ["joint_position_error"]
+    assert data.deviations is not None
+    residuals = (data.deflections - known.chain.predict(row_data(data, arm), known.values)) / data.deviations
+    assert np.sqrt((residuals[data.test] ** 2).mean()) == pytest.approx(result.errors.test_after, rel=0.01)
+
+
+def test_a_geometry_that_shall_not_be_called_is_not_calibrated(arm: SerialRobot) -> None:
+    result = diagnose(arm, off_zero(arm), without=frozenset({"joint_position_error"}))
+    assert result.verdict != "consistent"
 
 
 def test_an_arm_as_its_file_says_is_consistent(arm: SerialRobot) -> None:

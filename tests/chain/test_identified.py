@@ -1,0 +1,67 @@
+"""The chain beside an identified geometry: linear about it, and the exact chain there."""
+
+import numpy as np
+import pytest
+from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
+from expdesign.chain.identified import ChainBeside, Identified
+from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.row import RowData, row_data
+from expdesign.mechanics.robots.serial import SerialRobot
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
+    return read_arm(tmp_path_factory.mktemp("arm"))
+
+
+@pytest.fixture(scope="module")
+def rows(arm: SerialRobot) -> RowData:
+    return row_data(recordings_of(arm, configurations(12, 3), np.zeros((12, 3))), arm)
+
+
+@pytest.fixture(scope="module")
+def beside(arm: SerialRobot) -> ChainBeside:
+    reading = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
+    chain = Chain(arm, (CalibratedGeometryError(arm, GEOMETRY),), reading=reading)
+    errors = 2e-3 * np.random.default_rng(1).standard_normal(len(chain.parameters) - chain.base)
+    values = chain.start() + np.concatenate([np.zeros(chain.base), errors])
+    known = Identified(chain, values, np.full(len(errors), 1e-3))
+    return known.beside(
+        [JointCompliance.candidates(arm, recordings_of(arm, configurations(2, 1), np.zeros((2, 3))))[0]]
+    )
+
+
+def test_it_is_the_exact_chain_where_it_was_identified(beside: ChainBeside, rows: RowData) -> None:
+    values = beside.start() + np.concatenate(
+        [np.zeros(beside.base), 1e-6 * np.ones(len(beside.parameters) - beside.base)]
+    )
+    found, slopes = beside.predict_with_sensitivities(rows, values)
+    expected, exact = beside.exact.predict_with_sensitivities(rows, values)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    geometry = len(beside.identified.parameters)
+    others = np.r_[0 : beside.base - geometry, beside.base : len(beside.parameters)]
+    np.testing.assert_allclose(slopes[..., others], exact[..., others], atol=1e-9)
+    assert [p.name for p in beside.parameters] == [p.name for p in beside.exact.parameters]
+
+
+def test_its_error_falls_with_the_square_of_the_step(beside: ChainBeside, rows: RowData) -> None:
+    step = np.zeros(len(beside.parameters))
+    step[beside.base - len(beside.identified.parameters) : beside.base] = 1.0
+    worst = []
+    for size in (2e-4, 1e-4):
+        values = beside.start() + size * step
+        worst.append(np.abs(beside.predict(rows, values) - beside.exact.predict(rows, values)).max())
+    assert 3.5 < worst[0] / worst[1] < 4.5
+
+
+def test_what_is_held_has_no_parameters(beside: ChainBeside, rows: RowData) -> None:
+    values = beside.start()
+    assert len(beside.held.parameters) == len(beside.parameters) - len(beside.identified.parameters)
+    np.testing.assert_allclose(
+        beside.held.predict(rows, beside.without_identified(values)), beside.predict(rows, values), atol=1e-15
+    )
