@@ -59,7 +59,7 @@ def test_the_modules_that_numbers_come_from() -> None:
 @pytest.mark.parametrize(
     ("name", "before", "after"),
     [
-        ("planning/operators/operator.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
+        ("planning/operators/operator.py", "CALL = 0.013", "CALL = 0.014"),
         ("planning/criteria/accuracy.py", "class ", "ADDED = 1\n\n\nclass "),
         ("app/api/run.py", "timed: bool = True", "timed: bool = False"),
     ],
@@ -78,7 +78,7 @@ def test_a_criterion_of_one_s_own_counts(copied: Path) -> None:
     [
         ("__init__.py", '__version__ = "', '__version__ = "9'),
         ("planning/search.py", '"""', '"""Other words. '),
-        ("planning/operators/operator.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
+        ("planning/operators/operator.py", "CALL = 0.013", "CALL  =  0.013  # a comment"),
         ("report/page.py", "_FOLDER = ", "OTHER = "),
         ("app/commands/run.py", '"""', '"""Other words. '),
     ],
