@@ -59,7 +59,9 @@ class SingleExchange:
         if space.settings is not None:
             drawn = extreme_measurements(state.problem, _POSES, float(state.generator.random()), state.generator)
             found = exchange.moved(designs, aims, np.concatenate([drawn, offered[:_POSES]]))
-        varied = state.gridded or bool(state.generator.random() < state.options.chances[1])
+        # Where settings count, each measurement has many alternatives already.
+        chance = state.options.chances[1] if space.settings is None else 0.0
+        varied = state.gridded or bool(state.generator.random() < chance)
         for some, own, loaded in ((aims.single, varied, True), (~aims.single, state.gridded, state.gridded)):
             found[some] = exchange.singles(found[some], aims[some], offered, varied=own, loaded=loaded)
         state.work.exchanged(exchange.options - before)
@@ -174,7 +176,8 @@ def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
     children = elite[draw(number, size=count)]
     rows, place = np.arange(count), draw(m, size=count)
     others = elite.reshape(-1, g)[draw(number * m, size=count)]
-    kind = draw(_KINDS, size=count)
+    # A plan drawn anew takes longer than a budget allows, and what is left of it then is a plan by chance.
+    kind = draw(_KINDS if state.problem.budget is None else _KINDS - 1, size=count)
     fresh = state.stock[draw(len(state.stock), size=(count, m))]
     varied = variants(state.problem, children)[rows, place]
     own = varied[rows, draw(varied.shape[1], size=count)]

@@ -279,7 +279,12 @@ class State:
         return max(1, round(count * min(1.0, USUAL / self.problem.space.measurements)))
 
     def children(self, aims: Aims) -> IntArray:
-        """How many children each aim has: most have the ends that the convex relaxation knows nothing of."""
+        """How many children each aim has: most have the ends that the convex relaxation knows nothing of.
+
+        Within a budget each has one: more of them find plans that take as long, and exchanges free the time for others.
+        """
+        if self.problem.budget is not None:
+            return np.ones(len(aims), dtype=np.int64)
         along, relaxed, other = (self.scaled(count) for count in self.options.children)
         at_end = np.where(np.isin(self.names, RELAXED), relaxed, other)
         return np.where(aims.single, at_end[np.argmax(aims.weights, axis=1)], along)

@@ -28,7 +28,7 @@ _JUDGED = 60
 """Pairs that are judged exactly."""
 _LEAST = 0.05
 """Part of DUIR² that remains at least: the linear estimate can be negative."""
-_MAP = 175
+_MAP = 50
 """Options that cost as much as the maps of one measurement."""
 _VARIANT = 25
 """The same of the maps of many variants at once."""
@@ -110,7 +110,7 @@ class Exchange:
                     if own:
                         more = self._own_options(designs[part], place, varied, loaded)
                         theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
-                        self.options += _VARIANT * more.shape[0] * more.shape[1]
+                        self.options += _VARIANT * more.shape[0] * more.shape[1] if varied else 0
                         joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
                         options = np.concatenate([options, joined], axis=1)
                     scores = self._scores(options, aims.centres[part, None], aims.weights[part, None])
