@@ -3,8 +3,6 @@
 from dataclasses import dataclass, replace
 from math import sqrt
 
-from scipy.stats import chi2
-
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
@@ -60,7 +58,7 @@ def widening(fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening 
     """
     value, dof = tested(fit, sample)
     ratio = sqrt(value / dof)
-    if known_noise and (ratio < 1.0 or float(chi2.sf(value, dof)) >= FIT.refuted):
+    if known_noise and (ratio < 1.0 or FIT.allows(value, dof)):
         ratio = 1.0
     spread = dispersion(fit.residuals, sample)
     alike = sqrt((1.0 + spread.correlation) / (1.0 - spread.correlation))
