@@ -10,7 +10,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict, require_history
 from expdesign.estimation.identify import identify
