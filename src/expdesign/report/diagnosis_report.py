@@ -1,10 +1,10 @@
 """The page of `expdesign diagnose`: what is wrong, where, how sure that is, and how much better the model is now."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
-from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.model_error.recorded import HiddenByRecordings
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
@@ -26,8 +26,6 @@ from expdesign.report.blocks import (
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
 from expdesign.report.diagnosis_record import located
 from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, next_recording
-from expdesign.report.error_budget import acceptance_section
-from expdesign.report.hidden_physics import recordings_section
 from expdesign.report.page import Page
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
@@ -37,19 +35,13 @@ MOST_MODELS = 60
 """Models that the table of what was considered shows; its CSV has all."""
 
 
-def diagnosis_report(
-    result: Diagnosis,
-    hidden: HiddenByRecordings | None = None,
-    hidden_sentence: str | None = None,
-    accepted: Decision | None = None,
-) -> Page:
+def diagnosis_report(result: Diagnosis, hidden: str | None = None, at_targets: Sequence[PageSection] = ()) -> Page:
     """The report of a diagnosis.
 
     Args:
         result: what was found.
-        hidden: what may still be hidden where targets were named.
-        hidden_sentence: the same in words, with the accuracy to expect.
-        accepted: of the targets, with the model that was found.
+        hidden: what may still be hidden where targets were named, in words, with the accuracy to expect.
+        at_targets: sections about the targets.
     """
     drawn, data = _picture(result)
     laws = law_blocks(result)
@@ -57,7 +49,7 @@ def diagnosis_report(
     found += [stiffness_table(result)] if added_physics(result) else []
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
-        PageSection("result", "Result", [Sentences(conclusions(result, hidden_sentence)), _key_figures(result)]),
+        PageSection("result", "Result", [Sentences(conclusions(result, hidden)), _key_figures(result)]),
         *([PageSection("physics", "What was left out", found)] if found else []),
         *([PageSection("laws", "Laws at ports", laws)] if laws else []),
         *(
@@ -65,8 +57,7 @@ def diagnosis_report(
             if result.verdict == "consistent"
             else [PageSection("where", "Where the mismatch is", [*drawn, *_where(result)])]
         ),
-        *([] if accepted is None else [acceptance_section(accepted, "the model that was found")]),
-        *([] if hidden is None else [recordings_section(hidden)]),
+        *at_targets,
         PageSection("errors", "Before and after" if added(result) else "Errors", [errors]),
         PageSection("residuals", "Residuals", residual_figures(result)),
         *([PageSection("machine", "The robot", drawn)] if drawn and result.verdict == "consistent" else []),

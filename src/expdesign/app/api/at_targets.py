@@ -3,18 +3,19 @@
 Most recordings are identified without targets, and need not wait for planning.
 """
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.left_out import decided_by
 from expdesign.assurance.model_error.planned import meir_of_problem
 from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
+from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances, hidden_record, hidden_sentence
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.whitening import Whitening
@@ -22,9 +23,55 @@ from expdesign.planning.problem import DesignProblem
 
 if TYPE_CHECKING:
     from expdesign.diagnosis.result import Diagnosis
+    from expdesign.report.blocks import PageSection
 
-Hidden = tuple[HiddenByRecordings, AccuracyStatement | None]
-"""What recordings may hide, and the accuracy to expect with it."""
+
+@dataclass(frozen=True)
+class AtTargets:
+    """What recordings, and the model that they determined, say at the targets of a configuration.
+
+    Attributes:
+        configuration: its path.
+        acceptance: whether the robot is accepted.
+        hidden: what the recordings may hide; None where that is not asked, or the model does not explain them.
+        accuracy: the same beside noise and load errors.
+    """
+
+    configuration: str
+    acceptance: Decision
+    hidden: HiddenByRecordings | None = None
+    accuracy: AccuracyStatement | None = None
+
+    @property
+    def hidden_sentence(self) -> str | None:
+        """What may still be hidden, in words."""
+        hidden = self.hidden
+        return None if hidden is None else hidden_sentence(hidden.physics, hidden.freedom, self.accuracy)
+
+    @property
+    def lines(self) -> list[str]:
+        """The decision, and what may still be hidden: a line for each sentence."""
+        hidden = self.hidden_sentence
+        return [*sentences(self.acceptance), *([] if hidden is None else [hidden])]
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What a document says of it."""
+        record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
+        if self.hidden is not None:
+            record["hidden"] = hidden_record(self.hidden.physics, self.hidden.freedom, "these recordings")
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
+        return record
+
+    def sections(self, of: str, *, in_words: bool = True) -> "list[PageSection]":
+        """The sections of a page about the model that `of` names; `in_words` where the page has not said them yet."""
+        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
+
+        hidden = (
+            [] if self.hidden is None else [recordings_section(self.hidden, self.hidden_sentence if in_words else None)]
+        )
+        return [acceptance_section(self.acceptance, of), *hidden]
 
 
 def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
@@ -50,18 +97,18 @@ def accept_diagnosed(problem: DesignProblem, result: "Diagnosis") -> Decision:
     return decided_by(problem, model, refuted=result.refuted, remedy=remedy)
 
 
-def hidden_by_identified(problem: DesignProblem, result: Identification, decision: Decision) -> Hidden | None:
-    """What the recordings of an identification hide, where the configuration asks for MEIR; else None."""
+def identified_at_targets(problem: DesignProblem, result: Identification) -> AtTargets:
+    """What an identification says at the targets; what may be hidden where the configuration asks for MEIR."""
+    decision = accept_identified(problem, result)
     if meir_of_problem(problem) is None:
-        return None
-    recorded = result.recordings.rows(result.fitted)
-    return hidden_at_targets(problem, recorded, result.noise.deviations, decision)
+        return AtTargets(problem.source, decision)
+    return with_hidden(problem, result.recordings.rows(result.fitted), result.noise.deviations, decision)
 
 
-def hidden_at_targets(
+def with_hidden(
     problem: DesignProblem, recordings: Recordings, deviations: FloatArray, decision: Decision
-) -> Hidden:
-    """What recordings may hide at the targets, and the accuracy to expect: their budget with what they may hide.
+) -> AtTargets:
+    """A decision with what recordings may hide at the targets, and the accuracy to expect.
 
     Args:
         problem: with the targets.
@@ -71,7 +118,7 @@ def hidden_at_targets(
     """
     meir = meir_of_problem(problem)
     hidden = hidden_by(problem, recordings, deviations, None if meir is None else meir.assumptions)
-    return hidden, _accuracy(problem, decision.budget, hidden)
+    return AtTargets(problem.source, decision, hidden, _accuracy(problem, decision.budget, hidden))
 
 
 def _accuracy(

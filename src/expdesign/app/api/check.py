@@ -9,9 +9,8 @@ import pandas as pd
 
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import referenced
+from expdesign.app.api.recorded import referenced, say_unknown_columns
 from expdesign.app.api.result import FolderResult, PathLike
-from expdesign.app.api.unknown_columns import say_unknown_columns
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
